@@ -1,0 +1,105 @@
+"""The camera model of ``sensor_msgs/CameraInfo``: a pinhole with ``plumb_bob`` distortion.
+
+Pixel coordinates have their origin in the centre of the upper left pixel, u to the right and v down.
+Points and rays are in the camera's optical frame: x right, y down, z forward.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+_UNDISTORT_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12)
+# OpenCV 4 keeps the stopping rule in a function of its own, OpenCV 5 took it into undistortPoints.
+_HAS_UNDISTORT_ITER = hasattr(cv2, 'undistortPointsIter')
+
+
+@dataclass(frozen=True)
+class PinholeCamera:
+    """Intrinsics of a camera.
+
+    Attributes:
+        width: image width [px].
+        height: image height [px].
+        fx: focal length along u [px].
+        fy: focal length along v [px].
+        cx: principal point, u [px].
+        cy: principal point, v [px].
+        distortion: plumb_bob coefficients (k1, k2, p1, p2, k3).
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse intrinsics that no camera has.
+
+        Raises:
+            ValueError: a size or focal length that is not positive, or a number that is not finite.
+        """
+        if self.width < 1 or self.height < 1:
+            raise ValueError(f'the image size is {self.width} x {self.height}, it must be positive')
+        numbers = (self.fx, self.fy, self.cx, self.cy, *self.distortion)
+        if not all(math.isfinite(number) for number in numbers):
+            raise ValueError('an intrinsic parameter is not finite')
+        if self.fx <= 0.0 or self.fy <= 0.0:
+            raise ValueError(f'the focal length is ({self.fx}, {self.fy}) px, it must be positive')
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """The camera matrix K, shape (3, 3)."""
+        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
+    def rays_from_pixels(self, pixels: ArrayLike) -> NDArray[np.float64]:
+        """Return the undistorted rays through pixels.
+
+        Args:
+            pixels: array-like, shape (n, 2), u and v [px].
+
+        Returns:
+            array, shape (n, 3), directions in the optical frame, scaled to z = 1.
+        """
+        points = np.ascontiguousarray(pixels, dtype=np.float64).reshape(-1, 1, 2)
+        rays = np.ones((len(points), 3))
+        if len(points) == 0:
+            return rays
+        if not any(self.distortion):
+            rays[:, :2] = (points[:, 0] - (self.cx, self.cy)) / (self.fx, self.fy)
+            return rays
+        distortion = np.array(self.distortion)
+        if _HAS_UNDISTORT_ITER:
+            undistorted = cv2.undistortPointsIter(  # type: ignore[attr-defined]
+                points, self.matrix, distortion, np.eye(3), np.eye(3), _UNDISTORT_UNTIL
+            )
+        else:
+            undistorted = cv2.undistortPoints(
+                points, self.matrix, distortion, criteria=_UNDISTORT_UNTIL
+            )
+        rays[:, :2] = undistorted[:, 0]
+        return rays
+
+    def pixels_from_points(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Project points in front of the camera into the image, with distortion.
+
+        Args:
+            points: array-like, shape (n, 3), in the optical frame [m], z > 0.
+
+        Returns:
+            array, shape (n, 2), u and v [px].
+        """
+        objects = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 1, 3)
+        if len(objects) == 0:
+            return np.empty((0, 2))
+        pixels, _ = cv2.projectPoints(
+            objects, np.zeros(3), np.zeros(3), self.matrix, np.array(self.distortion)
+        )
+        return np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
