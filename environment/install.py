@@ -28,7 +28,7 @@ def main(arguments: list[str]) -> int:
     directory = os.open(ENVIRONMENT, os.O_RDONLY)
     fcntl.flock(directory, fcntl.LOCK_EX)
     try:
-        present = read_stamp(folder)
+        present = read_stamp(folder) if python_works(folder) else []
         if present == wanted:
             return 0
         if present[:1] != wanted[:1]:
@@ -39,6 +39,9 @@ def main(arguments: list[str]) -> int:
     except InstallError as error:
         print(f'shirube: {error}', file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        print('\nshirube: stopped; the next call starts the installation again', file=sys.stderr)
+        return 130
     finally:
         os.close(directory)
     return 0
@@ -96,6 +99,12 @@ def run_pip(folder: Path, arguments: list[str], title: str, count: int) -> None:
     if pip.returncode:
         reason = last_line(log.read_text(errors='replace'))
         raise InstallError(f'pip failed, see {log} (is the network there?): {reason}')
+
+
+def python_works(folder: Path) -> bool:
+    """Tells whether the environment's Python runs; it does not once the Python it was made from is gone."""
+    python = folder / 'bin/python'
+    return python.exists() and not subprocess.run([str(python), '-ISc', ''], check=False).returncode
 
 
 def count_installed(folder: Path) -> int:
