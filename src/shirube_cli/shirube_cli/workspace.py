@@ -17,7 +17,6 @@ from pathlib import Path
 from shirube_cli.error import CommandError
 from shirube_cli.project import safe_environment
 
-STAMP = 'built_from'
 PYTHON = f'python{sys.version_info.major}.{sys.version_info.minor}'
 
 
@@ -42,7 +41,7 @@ def build_workspace(root: Path) -> None:
             shutil.rmtree(root / 'ros2_ws' / 'install' / name, ignore_errors=True)
         _run_colcon(root, changed)
         for name in changed:
-            (root / 'ros2_ws' / 'install' / name / STAMP).write_text(digests[name])
+            _stamp_path(root, name).write_text(digests[name])
 
 
 def digest_package(folder: Path) -> str:
@@ -71,7 +70,7 @@ def find_executable(root: Path, package: str, executable: str) -> Path:
     folder = root / 'ros2_ws' / 'install' / package / 'lib' / package
     names = sorted(path.name for path in folder.glob('*') if path.is_file())
     if executable not in names:
-        there = f'choose one of: {", ".join(names)}' if names else 'it has none'
+        there = f'choose one of: {", ".join(names)}' if names else 'or any other'
         raise CommandError(f'package {package} has no executable {executable!r}; {there}')
     return folder / executable
 
@@ -85,8 +84,12 @@ def overlay_environment(root: Path) -> dict[str, str]:
     return environment
 
 
+def _stamp_path(root: Path, name: str) -> Path:
+    return root / 'ros2_ws' / 'install' / name / 'built_from'
+
+
 def _is_built(root: Path, name: str, digest: str) -> bool:
-    stamp = root / 'ros2_ws' / 'install' / name / STAMP
+    stamp = _stamp_path(root, name)
     return stamp.is_file() and stamp.read_text() == digest
 
 
@@ -97,7 +100,9 @@ def _run_colcon(root: Path, packages: list[str]) -> None:
     # setup.py install is deprecated for everybody but colcon, whose users cannot change it.
     environment = {**safe_environment(), 'PYTHONWARNINGS': 'ignore', 'PYTHONDONTWRITEBYTECODE': ''}
     built = subprocess.run(command, cwd=root / 'ros2_ws', env=environment, stdout=sys.stderr, check=False)
-    if built.returncode:
+    # Colcon passes over a package whose setup.py it cannot read and calls that a success.
+    missing = [name for name in packages if not _stamp_path(root, name).parent.is_dir()]
+    if built.returncode or missing:
         raise CommandError('colcon build failed in ros2_ws; its messages stand above')
 
 
