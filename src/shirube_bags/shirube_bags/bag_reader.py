@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NoReturn, Self
+from typing import Any, Self
 
 from rosbags.interfaces import Connection, ConnectionExtRosbag2, MessageDefinitionFormat, Qos
 from rosbags.rosbag2 import Reader
@@ -81,14 +81,14 @@ class BagReader:
             BagError: it is missing, empty, truncated, or no rosbag2.
         """
         check_is_bag(self.path)
-        # A damaged file ends in whatever error the parser runs into (struct, yaml, sqlite, zstd, type errors).
+        # A damaged file ends in whatever error the parser runs into (struct, yaml, sqlite, zstd, types).
         try:
             self._reader = Reader(self.path)
             self._reader.open()
             connections = list(self._reader.connections)
             self._typestore = typestore_for(connections)
         except Exception as fault:
-            self._refuse(fault)
+            raise self._refusal(fault) from fault
         self.topics = topics_of(self.path, connections)
         self.message_count = self._reader.message_count
         if self.message_count == 0:
@@ -128,7 +128,7 @@ class BagReader:
                 count += 1
                 yield BagMessage(connection.topic, connection.msgtype, stamp_ns, bytes(raw))
         except Exception as fault:
-            self._refuse(fault)
+            raise self._refusal(fault) from fault
         promised = sum(connection.msgcount for connection in connections)
         if count != promised:
             raise BagError(f'{self.path}: holds {count} of the {promised} messages in its index; {DAMAGED}')
@@ -145,7 +145,7 @@ class BagReader:
                 raise BagError(f'{self.path}: has no topic {topic}; it has {", ".join(sorted(self.topics))}')
         return wanted
 
-    def decode(self, message: BagMessage) -> Any:
+    def decode(self, message: BagMessage) -> Any:  # noqa: ANN401 (as many classes as types)
         """Return the message as a dataclass with the fields of its ROS type; its arrays are numpy arrays.
 
         Raises:
@@ -164,10 +164,10 @@ class BagReader:
             self._reader.close()
         self._reader = None
 
-    def _refuse(self, fault: Exception) -> NoReturn:
+    def _refusal(self, fault: Exception) -> BagError:
         self._close()
         reason = ' '.join(str(fault).split()).rstrip('.') or type(fault).__name__
-        raise BagError(f'{self.path}: cannot be read ({reason}); {DAMAGED}') from fault
+        return BagError(f'{self.path}: cannot be read ({reason}); {DAMAGED}')
 
 
 def check_is_bag(path: Path) -> None:
@@ -201,8 +201,7 @@ def topics_of(path: Path, connections: Iterable[Connection]) -> dict[str, BagTop
     """
     topics: dict[str, BagTopic] = {}
     for connection in connections:
-        assert isinstance(connection.ext, ConnectionExtRosbag2)
-        qos = tuple(connection.ext.offered_qos_profiles)
+        qos = offered_profiles(connection)
         topic = BagTopic(connection.topic, connection.msgtype, connection.msgcount, qos)
         known = topics.get(topic.name)
         if known is not None:
@@ -216,6 +215,13 @@ def topics_of(path: Path, connections: Iterable[Connection]) -> dict[str, BagTop
             )
         topics[topic.name] = topic
     return topics
+
+
+def offered_profiles(connection: Connection) -> tuple[Qos, ...]:
+    """Return what the publishers of a topic offered."""
+    if isinstance(connection.ext, ConnectionExtRosbag2):
+        return tuple(connection.ext.offered_qos_profiles)
+    return ()
 
 
 def typestore_for(connections: Iterable[Connection]) -> Typestore:

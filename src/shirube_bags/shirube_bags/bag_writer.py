@@ -70,7 +70,8 @@ class BagWriter:
         traceback: TracebackType | None,
     ) -> None:
         """Complete the bag and put it in its place, or leave nothing if the block raised."""
-        assert self._folder is not None and self._writer is not None
+        if self._folder is None or self._writer is None:
+            return
         try:
             if kind is None:
                 self._writer.close()
