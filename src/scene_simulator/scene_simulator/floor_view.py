@@ -15,6 +15,9 @@ from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 GREY_FROM_BGR = np.array([[0.114], [0.587], [0.299]])
 """Weights of blue, green and red in a mono camera's grey (ITU-R BT.601)."""
 
+DAZZLING = 0.5
+"""Glare above which a light floor and a dark chip can no longer be told apart."""
+
 
 class FloorView:
     """What a camera sees of a floor during one exposure.
@@ -103,6 +106,11 @@ class FloorView:
         self.layers += alpha[None, :, :, None] * (colours - self.layers)
         if dirt:
             self.covered += alpha * (1.0 - self.covered)
+
+    def dazzle(self, light: NDArray[np.floating]) -> None:
+        """Add light that does not come from the floor, shape (height, width); what it saturates counts as hidden."""
+        self.glare += light.astype(np.float32)
+        self.covered += (light > DAZZLING) * (1.0 - self.covered)
 
     def _project(self, pose: PlanarPose, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the pixels of map points, shape (n, 2), seen by the robot at ``pose`` (``T_map_base``)."""
