@@ -52,7 +52,7 @@ class ImageInput:
         self._topic, self._info_topic = topics
         self._on_image = on_image
         self._camera: PinholeCamera | None = None
-        # The CameraInfo comes first: of two that are ready together the executor takes the older subscription.
+        # The CameraInfo comes first: of two that are ready together the executor takes the older input.
         self._subscribe(node, guard, CameraInfo, self._info_topic, self._take_camera_info)
         if transport == 'compressed':
             # A remapping of <topic> must hold for <topic>/compressed too.
