@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+
 from scene_simulator.demo_scene import DemoScene
 from scene_simulator.floor_bag import DIRTY_SHARE, START_NS
 from shirube_bags.bag_reader import BagReader

@@ -82,7 +82,7 @@ def flag(value: bool) -> object:
     return _message('std_msgs/msg/Bool', data=value)
 
 
-def _message(msgtype: str, **fields: Any) -> object:  # noqa: ANN401 (the types' fields are of every type)
+def _message(msgtype: str, **fields: Any) -> object:
     return jazzy_types().types[msgtype](**fields)
 
 

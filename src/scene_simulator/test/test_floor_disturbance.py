@@ -72,3 +72,10 @@ def test_a_wet_spot_darkens_the_floor_within_its_radius() -> None:
 
 def test_a_far_wet_spot_changes_nothing() -> None:
     assert (brightness(photo_with(WetSpot((0.35, 0.35), radius=0.02))) == 1.0).all()
+
+
+def test_a_tape_under_a_moving_robot_is_where_the_middle_of_the_exposure_sees_it() -> None:
+    tape = Tape((0.2, 0.0), (0.2, 0.4), 0.02)
+    moving = [POSE @ PlanarPose(0.001 * step, 0.0, 0.0) for step in (-2, -1, 0, 1, 2)]
+    photo = CAMERA.photograph(BARE, moving, disturbances=[tape])
+    np.testing.assert_allclose(photo.dirt, photo_with(tape).dirt, atol=1e-6)
