@@ -13,6 +13,7 @@ from scene_simulator.floor_camera import Disturbance, FloorCamera, FloorPhoto
 from scene_simulator.floor_disturbance import ShadowEdge, SpecularReflection, Tape, WetSpot
 from scene_simulator.floor_litter import FloorArea, crumbs, dust, hairs, scratches
 from scene_simulator.robot_drive import RobotDrive, Waypoint
+from scene_simulator.scene_error import check_seed
 from scene_simulator.suspension import Suspension
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
@@ -60,6 +61,10 @@ class DemoScene:
 
     seed: int = 7
 
+    def __post_init__(self) -> None:
+        """Refuse a negative seed with a SceneError."""
+        check_seed(self.seed)
+
     @cached_property
     def floor(self) -> DotFloor:
         """The floor as it was laid and surveyed."""
@@ -92,7 +97,7 @@ class DemoScene:
 
     @cached_property
     def disturbances(self) -> Sequence[Disturbance]:
-        """An ordinary day's dirt, a dirtier stretch on the way out, on the way back a filthy one with a mat."""
+        """An ordinary day's dirt, dirtier for a stretch out, filthy and with a mat for one back."""
         everywhere = FloorArea((0.0, 0.0), self.floor.design.size)
         return (
             Tape((0.0, 2.10), (1.8, 2.35), 0.02),

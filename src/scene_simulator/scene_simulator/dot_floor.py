@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from scene_simulator.floor_marks import FloorMarks
 from scene_simulator.outlines import random_chips
-from scene_simulator.scene_error import SceneError
+from scene_simulator.scene_error import SceneError, check_seed
 
 Colour = tuple[float, float, float]
 
@@ -97,8 +97,9 @@ def lay_floor(design: FloorDesign, seed: int) -> DotFloor:
         the floor.
 
     Raises:
-        SceneError: when the chips do not fit with their least distance.
+        SceneError: for a floor without extent, a negative number, or more chips than fit.
     """
+    check_seed(seed)
     rng = np.random.default_rng(seed)
     points = _spaced_points(design, rng)
     diameters = rng.uniform(*design.diameters, design.count)
@@ -115,7 +116,11 @@ def _spaced_points(design: FloorDesign, rng: np.random.Generator) -> NDArray[np.
     """Return random points, shape (n, 2) [m]; of a pair that is too near the later one is redrawn."""
     width, length = design.size
     filled = design.count * math.pi * (0.5 * design.least_distance) ** 2
-    if not (width > 0.0 and length > 0.0 and filled <= _FILLABLE_SHARE * width * length):
+    if not (0.0 < width < math.inf and 0.0 < length < math.inf and design.count >= 0):
+        raise SceneError(
+            f'{design.count} chips on {width} x {length} m is no floor: give a size and number above zero'
+        )
+    if filled > _FILLABLE_SHARE * width * length:
         raise SceneError(
             f'{design.count} chips at least {design.least_distance} m apart do not fit on '
             f'{width} x {length} m: lay fewer chips or a larger floor'

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from scene_simulator import floor_messages
 from scene_simulator.demo_scene import DemoScene
+from scene_simulator.scene_error import SceneError
 from scene_simulator.wheel_odometry import WheelErrors, measure_odometry
 from shirube_bags.bag_writer import BagWriter
 
@@ -36,11 +38,13 @@ def record_drive(scene: DemoScene, path: Path, seconds: float) -> Iterator[int]:
 
     Raises:
         BagError: the bag cannot be written.
+        SceneError: the length is not positive.
     """
+    times = _image_times(seconds)
     with BagWriter(path) as bag:
         odometry = _odometry_messages(scene, seconds)
         waiting = next(odometry, None)
-        for index, time_ns in enumerate(_image_times(seconds)):
+        for index, time_ns in enumerate(times):
             while waiting is not None and waiting[0] <= time_ns:
                 bag.write('/odom', 'nav_msgs/msg/Odometry', waiting[1], START_NS + waiting[0])
                 waiting = next(odometry, None)
@@ -52,12 +56,18 @@ def record_drive(scene: DemoScene, path: Path, seconds: float) -> Iterator[int]:
 
 
 def image_count(seconds: float) -> int:
-    """Return the number of images in a recording of this length [s]."""
+    """Return the number of images in a recording of this length [s].
+
+    Raises:
+        SceneError: the length is not positive.
+    """
     return len(_image_times(seconds))
 
 
 def _image_times(seconds: float) -> range:
-    """Return the times of the images since the start [ns]."""
+    """Return the times of the images since the start [ns], or raise SceneError where there is none."""
+    if not 0.0 < seconds < math.inf:
+        raise SceneError(f'the recording is {seconds} s long: give a positive number of seconds')
     return range(0, round(seconds * 1e9), _IMAGE_PERIOD_NS)
 
 

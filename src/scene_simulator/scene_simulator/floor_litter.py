@@ -94,7 +94,7 @@ def hairs(area: FloorArea, density: float, seed: int) -> Litter:
 
 
 def scratches(area: FloorArea, density: float, seed: int) -> Litter:
-    """Return nearly straight scratches, 10 to 60 mm long and 0.1 to 0.3 mm wide; arguments as for ``crumbs``."""
+    """Return nearly straight scratches, 10 to 60 mm long, 0.1 to 0.3 mm wide; arguments as for ``crumbs``."""
     rng = np.random.default_rng(seed)
     centres = area.scatter(density, rng)
     lengths = rng.uniform(0.01, 0.06, len(centres))

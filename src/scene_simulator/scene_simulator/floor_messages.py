@@ -82,17 +82,17 @@ def flag(value: bool) -> object:
     return _message('std_msgs/msg/Bool', data=value)
 
 
-def _message(msgtype: str, **fields: Any) -> Any:
+def _message(msgtype: str, **fields: Any) -> object:
     return jazzy_types().types[msgtype](**fields)
 
 
-def _header(frame: str, stamp_ns: int) -> Any:
+def _header(frame: str, stamp_ns: int) -> object:
     seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
     stamp = _message('builtin_interfaces/msg/Time', sec=seconds, nanosec=nanoseconds)
     return _message('std_msgs/msg/Header', stamp=stamp, frame_id=frame)
 
 
-def _pose(pose: PlanarPose) -> Any:
+def _pose(pose: PlanarPose) -> object:
     x, y, z, w = quaternion_from_yaw(pose.yaw)
     return _message(
         'geometry_msgs/msg/Pose',
@@ -101,5 +101,5 @@ def _pose(pose: PlanarPose) -> Any:
     )
 
 
-def _vector(x: float, y: float, z: float) -> Any:
+def _vector(x: float, y: float, z: float) -> object:
     return _message('geometry_msgs/msg/Vector3', x=x, y=y, z=z)

@@ -108,7 +108,7 @@ class FloorView:
             self.covered += alpha * (1.0 - self.covered)
 
     def dazzle(self, light: NDArray[np.floating]) -> None:
-        """Add light that does not come from the floor, shape (height, width); what it saturates counts as hidden."""
+        """Add light that is not the floor's, shape (height, width); where it dazzles, the floor is hidden."""
         self.glare += light.astype(np.float32)
         self.covered += (light > DAZZLING) * (1.0 - self.covered)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline, PchipInterpolator
+from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from scene_simulator.scene_error import SceneError
 from shirube_geometry import PlanarPose
@@ -62,9 +62,11 @@ class RobotDrive:
             limits: what the robot allows, by default a small robot's.
 
         Raises:
-            SceneError: a route that is too short, stands still or allows no speed.
+            SceneError: a route that is too short, not finite, stands still or allows no speed.
         """
         points = np.array([(waypoint.x, waypoint.y) for waypoint in route])
+        if not np.isfinite(points).all():
+            raise SceneError('a route needs finite places, and one of its points has none')
         if len(route) < 2 or (np.hypot(*np.diff(points, axis=0).T) == 0.0).any():
             raise SceneError('a route needs two points at least, and no point twice in a row')
         if min(waypoint.speed for waypoint in route[:-1]) <= 0.0:
@@ -73,12 +75,13 @@ class RobotDrive:
         self._spline = CubicSpline(knots, points)
         places = np.unique(np.concatenate([knots, np.arange(0.0, knots[-1], _STEP)]))
         stops = np.searchsorted(places, knots)
-        times = self._times(places, stops, route, limits or DriveLimits())
-        self._place_at = PchipInterpolator(*_with_pauses(times, places, stops, route))
+        times, rates = self._timing(places, stops, route, limits or DriveLimits())
+        # The curve of given places and rates is exact where the acceleration is constant.
+        self._place_at = CubicHermiteSpline(*_with_pauses(times, places, rates, stops, route))
         self.duration = float(self._place_at.x[-1])
 
     def pose_at(self, time: float) -> PlanarPose:
-        """Return ``T_map_base`` at a time since the start [s]; the robot stands before and after the drive."""
+        """Return ``T_map_base`` at a time since the start [s]; outside the drive the robot stands."""
         place = float(self._place_at(min(max(time, 0.0), self.duration)))
         x, y = self._spline(place)
         ahead_x, ahead_y = self._spline(place, 1)
@@ -95,14 +98,14 @@ class RobotDrive:
         instants = (np.arange(count) + 0.5) / count - 0.5
         return [self.pose_at(middle + exposure * float(instant)) for instant in instants]
 
-    def _times(
+    def _timing(
         self,
         places: NDArray[np.float64],
         stops: NDArray[np.int64],
         route: Sequence[Waypoint],
         limits: DriveLimits,
-    ) -> NDArray[np.float64]:
-        """Return when the robot is at each place of the route, without pauses, shape (n,) [s]."""
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return when the robot is at each place, pauses left out [s], and the places' rate [1/s]."""
         velocity, bend = self._spline(places, 1), self._spline(places, 2)
         stretch = np.hypot(*velocity.T)
         curvature = np.abs(velocity[:, 0] * bend[:, 1] - velocity[:, 1] * bend[:, 0]) / stretch**3
@@ -113,7 +116,8 @@ class RobotDrive:
         speeds[stops[standing]] = 0.0
         lengths = np.diff(places) * 0.5 * (stretch[1:] + stretch[:-1])
         speeds = _within_acceleration(speeds, lengths, limits.acceleration)
-        return np.concatenate([[0.0], np.cumsum(2.0 * lengths / (speeds[1:] + speeds[:-1]))])
+        times = np.concatenate([[0.0], np.cumsum(2.0 * lengths / (speeds[1:] + speeds[:-1]))])
+        return times, speeds / stretch
 
 
 def _within_acceleration(
@@ -131,13 +135,14 @@ def _within_acceleration(
 def _with_pauses(
     times: NDArray[np.float64],
     places: NDArray[np.float64],
+    rates: NDArray[np.float64],
     stops: NDArray[np.int64],
     route: Sequence[Waypoint],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return times and places with each pause put in as a second time at the same place."""
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return times, places and rates with each pause put in as a second time at the same place."""
     for stop, waypoint in reversed(list(zip(stops, route, strict=True))):
         if waypoint.pause > 0.0:
             later = times[stop:] + waypoint.pause
             times = np.concatenate([times[: stop + 1], later])
-            places = np.concatenate([places[: stop + 1], places[stop:]])
-    return times, places
+            places, rates = (np.concatenate([x[: stop + 1], x[stop:]]) for x in (places, rates))
+    return times, places, rates

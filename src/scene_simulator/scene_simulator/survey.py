@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from pathlib import Path
 
@@ -55,4 +56,5 @@ def write_dot_map(dots: NDArray[np.float64], path: Path) -> None:
     except OSError as fault:
         raise SceneError(f'{path}: cannot be written ({fault.strerror}); choose a writable place') from fault
     finally:
-        beside.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            beside.unlink()

@@ -38,8 +38,8 @@ class Suspension:
     def mount_at(self, time: float, at_rest: CameraMount) -> CameraMount:
         """Return where the camera is at a time.
 
-        The body turns about ``base_link``, whose place and heading on the floor are the robot's pose; so a camera
-        that looks straight down at ``base_link`` keeps looking there.
+        The body turns about ``base_link``, whose place and heading on the floor are the robot's pose; so a
+        camera that looks straight down at ``base_link`` keeps looking there.
 
         Args:
             time: time [s].

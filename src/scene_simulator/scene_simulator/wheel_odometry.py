@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ class WheelErrors:
         tick: way of a wheel between two encoder ticks [m].
         left_scale: measured way of the left wheel relative to the true way.
         right_scale: the same of the right wheel.
-        slip: standard deviation of a wheel's measured way after one metre [m]; it grows with the root of the way.
+        slip: standard deviation of a wheel's way after one metre [m]; it grows with the root of the way.
     """
 
     separation: float = 0.3
@@ -47,7 +48,7 @@ def measure_odometry(
     scales = np.array([errors.left_scale, errors.right_scale])
     ways = ticks = np.zeros(2)
     odometry = [PlanarPose(0.0, 0.0, 0.0)]
-    for before, after in zip(poses, poses[1:], strict=False):
+    for before, after in pairwise(poses):
         true_ways = _wheel_ways(before.inverse() @ after, errors.separation)
         ways = ways + scales * true_ways + rng.normal(size=2) * errors.slip * np.sqrt(np.abs(true_ways))
         read = np.floor(ways / errors.tick)

@@ -10,18 +10,19 @@ from tqdm import tqdm
 
 from scene_simulator.demo_scene import DemoScene
 from scene_simulator.floor_bag import image_count, record_drive
+from scene_simulator.scene_error import SceneError
 from shirube_bags.errors import BagError
 
 
 def main() -> int:
     """Run the command and return its exit code."""
     arguments = _parser().parse_args()
-    scene = DemoScene(arguments.seed)
     try:
-        images = record_drive(scene, arguments.bag, arguments.seconds)
-        for _ in tqdm(images, 'rendering', image_count(arguments.seconds), unit='image', mininterval=1.0):
+        images = record_drive(DemoScene(arguments.seed), arguments.bag, arguments.seconds)
+        count = image_count(arguments.seconds)
+        for _ in tqdm(images, 'rendering', count, unit='image', mininterval=1.0, delay=1.0):
             pass
-    except BagError as error:
+    except (BagError, SceneError) as error:
         print(f'record_floor_bag: {error}', file=sys.stderr)
         return 1
     print(f'{arguments.bag}: {arguments.seconds} s of the demo drive')

@@ -11,14 +11,15 @@ import numpy as np
 
 from scene_simulator.demo_scene import DemoScene
 
+_ZOOM = 2
+
 
 def main() -> int:
     """Run the command and return its exit code."""
     arguments = _parser().parse_args()
     scene = DemoScene()
     photo = scene.photograph(arguments.time, np.random.default_rng(scene.seed))
-    zoom = arguments.zoom
-    image = cv2.resize(photo.image, None, fx=zoom, fy=zoom, interpolation=cv2.INTER_NEAREST)
+    image = cv2.resize(photo.image, None, fx=_ZOOM, fy=_ZOOM, interpolation=cv2.INTER_NEAREST)
     try:
         written = cv2.imwrite(str(arguments.picture), image)
     except cv2.error:
@@ -38,9 +39,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='render_floor_view', description=__doc__)
     parser.add_argument('picture', type=Path, help='picture to write (.png)')
     parser.add_argument(
-        '--time', type=float, default=15.0, help='time of the demo drive [s] (default: %(default)s)'
+        '--time', type=float, default=3.6, help='time of the demo drive [s] (default: %(default)s)'
     )
-    parser.add_argument('--zoom', type=int, default=2, help='pixels a pixel (default: %(default)s)')
     return parser
 
 
