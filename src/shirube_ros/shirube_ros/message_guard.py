@@ -52,7 +52,7 @@ class MessageGuard:
             package_errors: errors of the node's own package that malformed input raises.
         """
         self._node = node
-        self._input_errors = (MessageError, *package_errors)
+        self._input_errors: tuple[type[Exception], ...] = (MessageError, *package_errors)
         self.counts: dict[str, TopicCount] = {}
 
     def guard(self, topic: str, callback: Callable[[Any], None]) -> Callable[[Any], None]:

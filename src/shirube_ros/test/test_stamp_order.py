@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 from builtin_interfaces.msg import Time
-from shirube_ros.stamp_order import StampError, StampOrder
 from std_msgs.msg import Header
+
+from shirube_ros.stamp_order import StampError, StampOrder
 
 
 def header(stamp: float) -> Header:
