@@ -30,6 +30,7 @@ from floor_localizer.core.constellation.pair_search import search_pairs
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_extraction import DotDetector
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
+from floor_localizer.core.floor_points import FloorPoints, join_points
 from floor_localizer.core.pose_fit import MountedRays
 from floor_localizer.core.refinement import refine
 from floor_localizer.core.settings import LocalizerSettings
@@ -80,44 +81,65 @@ class FloorLocalizer:
         Raises:
             DotImageError: the image is of another type or shape.
         """
-        return self.locate_dots(self._detector.detect(image), camera, prior)
+        return self.locate_dots(self.detect(image), camera, prior)
 
-    def locate_dots(self, dots: DetectedDots, camera: PinholeCamera, prior: PosePrior | None = None) -> Fix | NoFix:
+    def detect(self, image: NDArray[np.uint8]) -> DetectedDots:
+        """Find the dots of an image, as `locate`."""
+        return self._detector.detect(image)
+
+    def floor_points(self, dots: DetectedDots, camera: PinholeCamera) -> FloorPoints:
+        """Return where dots lie on the floor for the camera as mounted; one beyond the horizon is left out."""
+        points = self._mount.floor_points_from_rays(camera.rays_from_pixels(dots.pixels))
+        metres_per_pixel = self._mount.xyz[2] / math.sqrt(camera.fx * camera.fy)
+        below = np.isfinite(points).all(axis=1)
+        return FloorPoints(points[below], np.hypot(dots.sigmas * metres_per_pixel, self._settings.map_sigma)[below])
+
+    def locate_dots(
+        self,
+        dots: DetectedDots,
+        camera: PinholeCamera,
+        prior: PosePrior | None = None,
+        *,
+        earlier: FloorPoints | None = None,
+        thorough: bool = True,
+    ) -> Fix | NoFix:
         """Find the pose from the dots of an image.
 
         Args:
             dots: the dots, in the raw image's coordinates.
             camera: the camera's intrinsics.
             prior: where the robot is expected, if that is known.
+            earlier: dots of earlier views in the base frame of now, that help when these are too few.
+            thorough: whether to lay pairs on the whole map when no constellation matches.
         """
         if len(dots) == 0:
             return NoFix(NoFixReason.NO_DOTS, 'the image shows none', dots)
-        rays = camera.rays_from_pixels(dots.pixels)
-        points = self._mount.floor_points_from_rays(rays)
-        if len(dots) < _LEAST_DOTS or not np.isfinite(points).all():
+        points = self.floor_points(dots, camera)
+        if earlier is not None:
+            points = join_points(earlier, points)
+        if len(points.points) < _LEAST_DOTS:
             return NoFix(NoFixReason.TOO_FEW_DOTS, f'{len(dots)} dots, at least {_LEAST_DOTS} are needed', dots)
-        metres_per_pixel = self._mount.xyz[2] / math.sqrt(camera.fx * camera.fy)
-        sigmas = np.hypot(dots.sigmas * metres_per_pixel, self._settings.map_sigma)
-        view = self._view(points, float(math.sqrt(np.mean(sigmas**2))))
-        search, used_prior = self._search(view, prior)
+        view = self._view(points)
+        search, used_prior = self._search(view, prior, thorough)
         if not is_accepted(search, search.best):
             return self._no_fix(view, search, dots, used_prior)
         if not used_prior and is_accepted(search, search.rival) and search.rival[5] >= _LOOKS_SAME * search.best[5]:
             return NoFix(NoFixReason.AMBIGUOUS, _alike(search), dots)
-        return self._fix(MountedRays(rays, self._mount.rotation, np.array(self._mount.xyz)), sigmas, search, dots, used_prior)
+        return self._fix(points, search, dots, used_prior)
 
-    def _view(self, points: NDArray[np.float64], sigma: float) -> ViewDots:
+    def _view(self, points: FloorPoints) -> ViewDots:
+        xy = points.points
         return ViewDots(
-            points,
-            points[:, 0] + 1j * points[:, 1],
-            order_neighbours(points, _NEIGHBOURS),
-            sigma,
+            xy,
+            xy[:, 0] + 1j * xy[:, 1],
+            order_neighbours(xy, _NEIGHBOURS),
+            float(np.sqrt(np.mean(points.sigmas**2))),
             self._settings.tilt_tolerance / self._mount.xyz[2],
             self._settings.scale_tolerance,
             self._floor.density,
         )
 
-    def _search(self, view: ViewDots, prior: PosePrior | None) -> tuple[Search, bool]:
+    def _search(self, view: ViewDots, prior: PosePrior | None, thorough: bool) -> tuple[Search, bool]:
         """Search near the prior, then everywhere unless the prior must hold."""
         settings, floor = self._settings, self._floor
         if prior is not None and prior.radius <= _WIDEST_NEAR:
@@ -128,7 +150,8 @@ class FloorLocalizer:
             if prior.must_hold:
                 return search, True
         search = self._new_search(view, float(len(floor.grid.points)))
-        if not search_constellations(floor.grid, floor.index, view, search, settings.lookups_max):
+        found = search_constellations(floor.grid, floor.index, view, search, settings.lookups_max)
+        if thorough and not found:
             search_pairs(floor.grid, floor.addresses, view, search, settings.pairs_max)
         return search, False
 
@@ -136,15 +159,15 @@ class FloorLocalizer:
         settings = self._settings
         return new_search(len(view.z), dots_in_scope, settings.chance_alignments_max, settings.match_rate_min)
 
-    def _fix(
-        self, mounted: MountedRays, sigmas: NDArray[np.float64], search: Search, dots: DetectedDots, used_prior: bool
-    ) -> Fix | NoFix:
+    def _fix(self, points: FloorPoints, search: Search, dots: DetectedDots, used_prior: bool) -> Fix | NoFix:
         """Fit the whole model from where the search ended."""
         settings, best = self._settings, search.best
         start = np.array([best[3], best[4], math.atan2(best[2], best[1]), math.hypot(best[1], best[2]) - 1.0, 0.0, 0.0])
         # Uniform within the tolerance has the tolerance over sqrt(3) for its standard deviation.
         priors = np.array([settings.scale_tolerance, settings.tilt_tolerance, settings.tilt_tolerance]) / math.sqrt(3.0)
-        state, covariance, matches = refine(self._floor.grid, mounted, sigmas, start, priors)
+        rays = self._mount.camera_points_from_floor(points.points)
+        mounted = MountedRays(rays, self._mount.rotation, np.array(self._mount.xyz))
+        state, covariance, matches = refine(self._floor.grid, mounted, points.sigmas, start, priors)
         matched = matches >= 0
         match_rate = float(np.mean(matched))
         if match_rate < settings.match_rate_min or matched.sum() < 3:
@@ -154,8 +177,8 @@ class FloorLocalizer:
             PlanarPose(float(state[0]), float(state[1]), wrap_angle(float(state[2]))),
             covariance[:3, :3],
             dots,
-            matched,
-            map_points,
+            matched[: len(dots)],
+            map_points[: len(dots)],
             match_rate,
             float(state[3]),
             (float(state[4]), float(state[5])),

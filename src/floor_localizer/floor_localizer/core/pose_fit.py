@@ -27,7 +27,7 @@ class MountedRays(NamedTuple):
     """What the camera sees and where it sits.
 
     Attributes:
-        rays: shape (n, 3), undistorted rays of the dots in the optical frame, z = 1.
+        rays: shape (n, 3), undistorted rays of the dots in the optical frame, of any length.
         rotation: shape (3, 3), ``R_base_camera`` as mounted.
         position: shape (3,), optical centre in the base frame as mounted [m].
     """

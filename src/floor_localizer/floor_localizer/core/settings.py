@@ -18,7 +18,7 @@ class LocalizerSettings:
         maximum=1.0,
     )
     chance_alignments_max: float = setting(
-        1e-4,
+        1e-3,
         'a pose is taken when fewer poses as good are expected by chance on the whole map',
         minimum=1e-12,
         maximum=0.1,
@@ -65,6 +65,15 @@ class TrackerSettings:
     )
     prior_radius_max: float = setting(
         0.3, 'an expectation that is less certain than this is dropped', unit='m', minimum=0.01, maximum=10.0
+    )
+    chance_alignments_alone_max: float = setting(
+        1e-6,
+        'a first pose with more expected chance alignments waits until the next view confirms it',
+        minimum=1e-12,
+        maximum=0.1,
+    )
+    thorough_interval: float = setting(
+        1.0, 'time between searches of the whole map by pairs while the robot is lost', unit='s', minimum=0.0, maximum=60.0
     )
     joined_views: int = setting(
         4, 'so many views are joined by odometry when one alone has too few dots', minimum=1, maximum=20
