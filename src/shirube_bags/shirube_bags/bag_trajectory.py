@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from shirube_bags.bag_reader import BagReader, BagTopic
 from shirube_bags.errors import BagError, TrajectoryError
 from shirube_bags.message_types import jazzy_types
-from shirube_bags.trajectory import NANOSECONDS, Trajectory, make_trajectory
+from shirube_bags.stamps import NANOSECONDS
+from shirube_bags.trajectory import Trajectory, make_trajectory
 
 POSE_TYPES = (
     'geometry_msgs/msg/PoseStamped',
