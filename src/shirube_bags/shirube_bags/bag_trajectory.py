@@ -94,7 +94,7 @@ def names_of(topics: Iterable[BagTopic]) -> str:
     return ', '.join(sorted(topic.name for topic in topics)) or 'no topics'
 
 
-def pose_of(message: Any, msgtype: str) -> tuple[Any, Any]:  # noqa: ANN401 (any of POSE_TYPES)
+def pose_of(message: Any, msgtype: str) -> tuple[Any, Any]:
     """Return the position and the quaternion in a message of one of `POSE_TYPES`."""
     if msgtype == 'geometry_msgs/msg/TransformStamped':
         return message.transform.translation, message.transform.rotation

@@ -8,7 +8,7 @@ from typing import Any
 from shirube_bags.errors import ReplayError
 
 
-def load_message_class(msgtype: str) -> Any:  # noqa: ANN401 (rclpy has no types)
+def load_message_class(msgtype: str) -> Any:
     """Return the class of a message type as ``sensor_msgs/msg/Image``.
 
     Raises:

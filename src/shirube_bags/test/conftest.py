@@ -11,6 +11,8 @@ import rclpy
 from domain_coordinator import domain_id
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+
+import shirube_bags
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.message_types import jazzy_types
 
@@ -71,8 +73,6 @@ def domain(monkeypatch, tmp_path):
 
 
 def import_paths():
-    import shirube_bags
-
     own = str(Path(shirube_bags.__file__).parents[1])
     return [own, *filter(None, os.environ.get('PYTHONPATH', '').split(os.pathsep))]
 

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+
 from shirube_bags.accuracy_report import broken_limits, make_report, report_as_json, report_as_text
 from shirube_bags.coverage import measure_coverage
 from shirube_bags.trajectory import planar_trajectory

@@ -1,6 +1,7 @@
 """Files are whole or not there."""
 
 import pytest
+
 from shirube_bags.atomic_file import write_text
 
 

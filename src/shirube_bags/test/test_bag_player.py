@@ -3,13 +3,14 @@
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
+
 from shirube_bags.bag_player import BagPlayer
 from shirube_bags.bag_qos import reliable_qos
 from shirube_bags.bag_reader import BagMessage, BagReader, BagTopic
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import ReplayError
 from shirube_bags.message_types import jazzy_types
-from std_msgs.msg import String
 
 
 def text_message(stamp_ns, text):

@@ -5,6 +5,7 @@ import shutil
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import BagError
@@ -159,6 +160,10 @@ def test_bytes_that_are_no_message_are_refused(tmp_path):
 
 
 def test_errors_of_the_reader_s_user_pass_through(bag_path):
-    with pytest.raises(KeyError), BagReader(bag_path) as bag:
-        for _ in bag.messages():
-            raise KeyError
+    def use():
+        with BagReader(bag_path) as bag:
+            for message in bag.messages():
+                raise KeyError(message.topic)
+
+    with pytest.raises(KeyError):
+        use()

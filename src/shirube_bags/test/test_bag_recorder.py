@@ -2,11 +2,12 @@
 
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from std_msgs.msg import Int32, String
+
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_recorder import BagRecorder, recordable_class
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import ReplayError
-from std_msgs.msg import Int32, String
 
 
 def record(ros, path, topics, publish, counts):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_trajectory import load_bag_trajectory, load_header_stamps
 from shirube_bags.bag_writer import BagWriter

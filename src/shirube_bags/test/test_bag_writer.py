@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import yaml
+
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import BagError
@@ -48,9 +49,13 @@ def test_the_bag_appears_only_when_it_is_complete(tmp_path, messages):
 
 
 def test_nothing_is_left_after_an_error(tmp_path, messages):
-    with pytest.raises(RuntimeError, match='power cut'), BagWriter(tmp_path / 'bag') as bag:
-        bag.write('/text', 'std_msgs/msg/String', messages.text('x'), 1)
-        raise RuntimeError('power cut')
+    def write():
+        with BagWriter(tmp_path / 'bag') as bag:
+            bag.write('/text', 'std_msgs/msg/String', messages.text('x'), 1)
+            raise RuntimeError('power cut')
+
+    with pytest.raises(RuntimeError, match='power cut'):
+        write()
     assert list(tmp_path.iterdir()) == []
 
 

@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.commands.check import main
 from shirube_bags.trajectory import planar_trajectory

@@ -1,6 +1,7 @@
 """Coverage counts the stamps that should have a pose and have one."""
 
 import numpy as np
+
 from shirube_bags.coverage import measure_coverage
 
 NONE = np.empty((0, 2), dtype=np.int64)

@@ -4,6 +4,7 @@ import csv
 import math
 
 import pytest
+
 from shirube_bags.error_table import save_error_table
 from shirube_bags.trajectory import planar_trajectory
 from shirube_bags.trajectory_errors import compare_trajectories

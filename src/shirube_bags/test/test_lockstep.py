@@ -6,12 +6,13 @@ import pytest
 import rclpy
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import Image
+from std_msgs.msg import String
+
 from shirube_bags.bag_player import BagPlayer
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import BagError, ReplayError
 from shirube_bags.lockstep import Lockstep, replay_in_lockstep
-from std_msgs.msg import String
 
 SHORT_RELIABLE_QUEUE = QoSProfile(depth=1)
 
@@ -105,7 +106,10 @@ def test_a_node_that_hangs_is_named(ros, bag_path):
     node.create_subscription(Image, 'image_raw', lambda _: None, 10)
     ros.executor.remove_node(node)
     player = ros.node('player')
-    with BagReader(bag_path) as bag, pytest.raises(ReplayError, match='/hanging has not answered for 0.2 s'):
+    with (
+        BagReader(bag_path) as bag,
+        pytest.raises(ReplayError, match='hanging has not answered for'),
+    ):
         replay_in_lockstep(bag, player, ros.executor, timeout=0.2)
 
 

@@ -10,6 +10,7 @@ import rclpy
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
+
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.commands.play import main, wanted_subscribers

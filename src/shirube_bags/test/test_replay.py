@@ -4,6 +4,7 @@ from threading import Event
 
 import pytest
 from rosgraph_msgs.msg import Clock
+
 from shirube_bags.bag_player import BagPlayer
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.replay import replay

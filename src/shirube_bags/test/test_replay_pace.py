@@ -1,6 +1,7 @@
 """Messages are due at their times, and a late replay does not hurry."""
 
 import pytest
+
 from shirube_bags.replay_pace import ReplayPace
 
 SECOND = 10**9

@@ -10,6 +10,7 @@ from rclpy.qos import (
     qos_profile_sensor_data,
 )
 from rosbags.interfaces import QosDurability, QosReliability
+
 from shirube_bags.bag_qos import reliable_qos
 from shirube_bags.bag_reader import BagTopic
 from shirube_bags.ros_qos import offered_qos, recording_qos, replay_qos

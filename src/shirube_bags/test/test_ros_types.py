@@ -2,6 +2,7 @@
 
 import pytest
 from sensor_msgs.msg import Image
+
 from shirube_bags.errors import ReplayError
 from shirube_bags.ros_types import load_message_class
 

@@ -1,6 +1,7 @@
 """Stamps survive their text."""
 
 import pytest
+
 from shirube_bags.stamps import stamp_from_text, text_from_stamp
 
 

@@ -4,6 +4,7 @@ import os
 import signal
 
 import pytest
+
 from shirube_bags.stop_signals import stop_on_signals
 
 

@@ -1,6 +1,7 @@
 """Subscribers are waited for by their number, never by time alone."""
 
 import pytest
+
 from shirube_bags.errors import ReplayError
 from shirube_bags.subscriber_wait import wait_for_any, wait_for_wanted
 

@@ -1,6 +1,7 @@
 """Intervals come from a CSV file with two columns."""
 
 import pytest
+
 from shirube_bags.errors import TrajectoryError
 from shirube_bags.time_intervals import load_intervals
 

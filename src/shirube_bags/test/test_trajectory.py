@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+
 from shirube_bags.errors import TrajectoryError
 from shirube_bags.trajectory import can_interpolate, interpolate, make_trajectory, planar_trajectory
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+
 from shirube_bags.errors import TrajectoryError
 from shirube_bags.trajectory import Trajectory, planar_trajectory
 from shirube_bags.trajectory_errors import compare_trajectories, error_statistics
@@ -56,7 +57,7 @@ def test_a_known_offset_is_exactly_the_error():
     reference = true_drive()
     turn = Rotation.from_euler('z', -0.02)
     turned = Rotation.from_quat(reference.quaternions) * turn
-    estimate = Trajectory(STAMPS, reference.positions + (0.003, -0.004, 0.0), turned.as_quat())
+    estimate = Trajectory(STAMPS, reference.positions + np.array([0.003, -0.004, 0.0]), turned.as_quat())
     errors = compare_trajectories(estimate, reference, 0.5)
     np.testing.assert_allclose(errors.position, 0.005, rtol=1e-9)
     np.testing.assert_allclose(errors.heading, -0.02, rtol=1e-9)

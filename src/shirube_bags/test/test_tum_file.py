@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+
 from shirube_bags.errors import TumFileError
 from shirube_bags.trajectory import make_trajectory, planar_trajectory
 from shirube_bags.tum_file import load_tum, save_tum

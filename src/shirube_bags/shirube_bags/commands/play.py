@@ -21,9 +21,9 @@ from shirube_bags.lockstep import Lockstep
 from shirube_bags.replay import replay
 from shirube_bags.ros_session import ros_session
 from shirube_bags.ros_types import load_message_class
+from shirube_bags.stamps import NANOSECONDS
 from shirube_bags.stop_signals import stop_on_signals
 from shirube_bags.subscriber_wait import wait_for_any, wait_for_wanted
-from shirube_bags.stamps import NANOSECONDS
 
 # What is on its way is delivered before the program ends [s].
 DELIVERY_TIMEOUT = 5.0
@@ -131,8 +131,8 @@ def make_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog='play',
         description='Replay a bag into live nodes, with /clock. Topics are offered reliably, so no message '
-        'is lost on the way; whoever works slower than the replay needs --lockstep (or --rate 0) to lose none '
-        'in its own queue. Put remappings behind --ros-args.',
+        'is lost on the way; whoever works slower than the replay needs --lockstep (or --rate 0) to lose '
+        'none in its own queue. Put remappings behind --ros-args.',
     )
     add = parser.add_argument
     add('bag', type=Path, help='folder of a rosbag2, or its .mcap or .db3 file')
