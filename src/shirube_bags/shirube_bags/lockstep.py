@@ -88,7 +88,7 @@ def replay_in_lockstep(
     Args:
         bag: an open bag.
         node: the player's node.
-        executor: spins this node and the nodes under test, all of them made already.
+        executor: spins this node and the nodes under test, which are all there already, in one context.
         topics: topics to replay; all of the bag's if empty.
         timeout: how long a node may take for one message [s].
 

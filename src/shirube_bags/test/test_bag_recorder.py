@@ -1,7 +1,10 @@
 """What is published is recorded, as it was."""
 
 import pytest
+import rclpy
+from builtin_interfaces.msg import Time
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Int32, String
 
 from shirube_bags.bag_reader import BagReader
@@ -58,6 +61,34 @@ def test_all_topics_are_recorded_and_latched_ones_with_what_was_published_before
     assert '/map' in recorder.counts
     with BagReader(tmp_path / 'bag') as bag:
         assert bag.topics['/map'].qos[0].durability.name == 'TRANSIENT_LOCAL'
+
+
+def test_messages_from_before_the_first_clock_get_its_time(ros, tmp_path):
+    node = ros.node('talker')
+    words, clock = node.create_publisher(String, 'words', 10), node.create_publisher(Clock, '/clock', 10)
+    simulated = ros.node('recorder', parameter_overrides=[rclpy.Parameter('use_sim_time', value=True)])
+    with BagWriter(tmp_path / 'bag') as bag:
+        recorder = BagRecorder(simulated, bag, ['/words'], lambda _: None)
+        spin_until(ros, lambda: recorder.find_topics() or not recorder.missing_topics)
+        words.publish(String(data='early'))
+        for _ in range(20):
+            ros.executor.spin_once(timeout_sec=0.01)
+        assert recorder.counts == {'/words': 0}
+        clock.publish(Clock(clock=Time(sec=7)))
+        spin_until(ros, lambda: simulated.get_clock().now().nanoseconds > 0)
+        words.publish(String(data='late'))
+        spin_until(ros, lambda: recorder.counts == {'/words': 2})
+    with BagReader(tmp_path / 'bag') as bag:
+        found = [(bag.decode(each).data, each.stamp_ns) for each in bag.messages()]
+    assert found == [('early', 7 * 10**9), ('late', 7 * 10**9)]
+
+
+def spin_until(ros, condition):
+    for _ in range(500):
+        if condition():
+            return
+        ros.executor.spin_once(timeout_sec=0.02)
+    pytest.fail('nothing came')
 
 
 def test_topics_that_nobody_publishes_are_missing(ros, tmp_path):

@@ -3,6 +3,7 @@
 import pytest
 from rclpy.qos import (
     DurabilityPolicy,
+    HistoryPolicy,
     QoSCompatibility,
     QoSProfile,
     ReliabilityPolicy,
@@ -29,6 +30,12 @@ class Endpoint:
 def test_a_replayed_topic_serves_every_usual_subscriber(stored, subscriber):
     profile = replay_qos(BagTopic('/a', 'std_msgs/msg/String', 5, stored))
     assert qos_check_compatible(profile, subscriber)[0] != QoSCompatibility.ERROR
+
+
+def test_nothing_is_discarded_before_it_is_acknowledged():
+    assert replay_qos(BagTopic('/a', 'std_msgs/msg/String', 5, ())).history == HistoryPolicy.KEEP_ALL
+    latched = BagTopic('/map', 'nav_msgs/msg/OccupancyGrid', 50, (reliable_qos(1, latched=True),))
+    assert replay_qos(latched).depth >= 50
 
 
 def test_latched_topics_stay_latched():

@@ -49,6 +49,7 @@ def test_only_stamps_between_near_poses_are_known():
     trajectory = planar_trajectory([10, 20, 100], np.zeros((3, 3)))
     asked = np.array([9, 10, 15, 20, 21, 99, 100, 101])
     assert can_interpolate(trajectory, asked, 10).tolist() == [0, 1, 1, 1, 0, 0, 1, 0]
+    assert can_interpolate(trajectory, asked, 79).tolist() == [0, 1, 1, 1, 0, 0, 1, 0]
     assert can_interpolate(trajectory, asked, 80).tolist() == [0, 1, 1, 1, 1, 1, 1, 0]
 
 
