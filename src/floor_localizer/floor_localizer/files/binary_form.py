@@ -1,12 +1,12 @@
 """The dot map in the suite's own binary form: the dots with their index, opened without being read whole.
 
-The file begins with a magic number, then version, length and checksum of a header, then the header as JSON, then the
-arrays, little-endian, each at a multiple of 64 bytes:
+The file begins with a magic number, then version, length and checksum of a header, then the header as JSON,
+then the arrays, little-endian, each at a multiple of 64 bytes:
 
     magic 8 bytes | version uint32 | header length uint32 | CRC-32 of the header uint32 | header | arrays
 
-The header holds the file's size, the numbers of the grids, the rules that the index was made by, and for each array its
-type, shape and place. Points are float32: exact to half a micrometre ten metres from the map's origin.
+The header holds the file's size, the numbers of the grids, the rules that the index was made by, and for each
+array its type, shape and place. Points are float32: exact to half a micrometre ten metres from the map's origin.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _RULES = {
     'lanes': constellation_key.LANES,
     'most_indexed': constellation_index.MOST_INDEXED,
 }
-_PARTS = {'grid': DotGrid, 'index': ConstellationIndex, 'addresses': AddressGrid}
+_PARTS: dict[str, Any] = {'grid': DotGrid, 'index': ConstellationIndex, 'addresses': AddressGrid}
 _TYPES = {
     'diameters': '<f4',
     'grid.points': '<f4',

@@ -21,14 +21,15 @@ def load_csv(path: Path) -> DotMap:
     """Load a map.
 
     Raises:
-        DotMapError: a file that is missing, empty, malformed or no map of dots in metres; the line names what to do.
+        DotMapError: a file that is missing, empty, malformed or no map of dots in metres.
     """
     lines = _read_lines(path)
     if not any(lines):
         raise DotMapError(f'{path}: is empty; write the header "{HEADER}" and a dot a line, in metres')
     if [column.strip().lower() for column in lines[0].split(',')] != _COLUMNS:
         raise DotMapError(
-            f'{path}, line 1: the header is "{lines[0][:40]}"; it must be "{HEADER}" (metres; diameter may be empty)'
+            f'{path}, line 1: the header is "{lines[0][:40]}"; it must be "{HEADER}" '
+            '(metres; diameter may be empty)'
         )
     numbers = [number for number, line in enumerate(lines[1:], start=2) if line]
     dot_map = _parse(path, lines, numbers)
@@ -68,7 +69,7 @@ def _read_lines(path: Path) -> list[str]:
 
 
 def _parse(path: Path, lines: list[str], numbers: list[int]) -> DotMap:
-    """Parse the lines of the given numbers all at once, and one by one only to tell which of them is malformed."""
+    """Parse the lines of the given numbers all at once, and one by one only to tell which is malformed."""
     rows = [lines[number - 1] for number in numbers]
     if not rows:
         return DotMap(np.empty((0, 2)), np.empty(0))

@@ -30,8 +30,8 @@ def check_dot_map(dot_map: DotMap, source: str, place: Callable[[int], str]) -> 
         place: tells where in the file a dot stands, as ``line 7``.
 
     Raises:
-        DotMapError: numbers that are not finite, diameters that are not positive, too few dots, a dot twice, or a unit
-            other than metres.
+        DotMapError: numbers that are not finite, diameters that are not positive, too few dots, a dot twice,
+            or a unit other than metres.
     """
     points, diameters = dot_map.points, dot_map.diameters
     if len(points) < LEAST_DOTS:
@@ -77,12 +77,12 @@ def _check_units(dot_map: DotMap, source: str) -> None:
 def _check_twins(points: NDArray[np.float64], source: str, place: Callable[[int], str]) -> None:
     """Refuse a dot that stands in the map twice."""
     steps = np.round((points - points.min(axis=0)) / _SAME_PLACE).astype(np.int64)
-    numbers = steps[:, 1] * (steps[:, 0].max() + 1) + steps[:, 0]
-    order = np.argsort(numbers, kind='stable')
-    twins = np.diff(numbers[order]) == 0
+    order = np.lexsort(steps.T)
+    twins = (np.diff(steps[order], axis=0) == 0).all(axis=1)
     if twins.any():
         earlier = _first(twins)
         first, second = order[earlier], order[earlier + 1]
         raise DotMapError(
-            f'{source}, {place(int(second))}: is the same dot as {place(int(first))}; leave one of the two out'
+            f'{source}, {place(int(second))}: is the same dot as {place(int(first))}; '
+            'leave one of the two out'
         )

@@ -14,7 +14,7 @@ from floor_localizer.files.csv_form import load_csv
 
 
 def load_indexed_map(path: Path) -> IndexedMap:
-    """Load a map ready for the search: the binary form is opened at once, a CSV is indexed, which takes a second.
+    """Load a map ready for the search: the binary form is opened at once, a CSV is indexed in a second.
 
     Raises:
         DotMapError: a file that is missing, malformed or no map of dots in metres.
