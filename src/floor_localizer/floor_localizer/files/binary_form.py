@@ -6,7 +6,7 @@ then the arrays, little-endian, each at a multiple of 64 bytes:
     magic 8 bytes | version uint32 | header length uint32 | CRC-32 of the header uint32 | header | arrays
 
 The header holds the file's size, the numbers of the grids, the rules that the index was made by, and for each
-array its type, shape and place. Points are float32: exact to half a micrometre ten metres from the map's origin.
+array its type, shape and place. Points are float32: exact to half a micrometre ten metres from the origin.
 """
 
 from __future__ import annotations
