@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from shirube_bags.coverage import Coverage
-from shirube_bags.stamp_text import text_from_stamp
+from shirube_bags.stamps import text_from_stamp
 from shirube_bags.trajectory_errors import ErrorStatistics, TrajectoryErrors, error_statistics
 
 STATISTICS = tuple(field.name for field in dataclasses.fields(ErrorStatistics))

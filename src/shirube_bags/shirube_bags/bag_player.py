@@ -12,7 +12,7 @@ from rosgraph_msgs.msg import Clock
 from shirube_bags.bag_reader import BagMessage, BagTopic
 from shirube_bags.ros_qos import replay_qos
 from shirube_bags.ros_types import load_message_class
-from shirube_bags.trajectory import NANOSECONDS
+from shirube_bags.stamps import NANOSECONDS
 
 CLOCK = '/clock'
 

@@ -145,7 +145,7 @@ class BagReader:
                 raise BagError(f'{self.path}: has no topic {topic}; it has {", ".join(sorted(self.topics))}')
         return wanted
 
-    def decode(self, message: BagMessage) -> Any:  # noqa: ANN401 (as many classes as types)
+    def decode(self, message: BagMessage) -> Any:
         """Return the message as a dataclass with the fields of its ROS type; its arrays are numpy arrays.
 
         Raises:

@@ -34,6 +34,7 @@ class BagRecorder:
         self._say = say
         self._subscriptions: dict[str, Subscription] = {}
         self._refused: set[str] = set()
+        self._without_stamp: list[tuple[str, str, bytes]] = []
         self.counts: dict[str, int] = {}
 
     @property
@@ -78,8 +79,15 @@ class BagRecorder:
         self._say(f'recording {topic} [{msgtype}]')
 
     def _write(self, topic: str, msgtype: str, raw: bytes) -> None:
-        self._bag.write_raw(topic, msgtype, raw, self._node.get_clock().now().nanoseconds)
-        self.counts[topic] += 1
+        self._without_stamp.append((topic, msgtype, raw))
+        stamp_ns = self._node.get_clock().now().nanoseconds
+        # Simulated time is 0 until the first /clock: a stamp of 0 would make the bag decades long.
+        if stamp_ns == 0:
+            return
+        for message in self._without_stamp:
+            self._bag.write_raw(*message, stamp_ns)
+            self.counts[message[0]] += 1
+        self._without_stamp.clear()
 
 
 def recordable_class(topic: str, types: Sequence[str]) -> object:
@@ -92,7 +100,7 @@ def recordable_class(topic: str, types: Sequence[str]) -> object:
         raise ReplayError(f'{topic} is published with the types {", ".join(types)}; publish one type a topic')
     if types[0] not in jazzy_types().fielddefs:
         raise ReplayError(
-            f"{topic} has the type {types[0]}, which is none of ROS 2's common interfaces; use ros2 bag record"
+            f"{topic} has the type {types[0]}, none of ROS 2's common interfaces; use ros2 bag record"
         )
     message_class: object = load_message_class(types[0])
     return message_class

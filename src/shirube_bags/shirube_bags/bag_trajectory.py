@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from shirube_bags.bag_reader import BagReader, BagTopic
 from shirube_bags.errors import BagError, TrajectoryError
 from shirube_bags.message_types import jazzy_types
-from shirube_bags.trajectory import NANOSECONDS, Trajectory, make_trajectory
+from shirube_bags.stamps import NANOSECONDS
+from shirube_bags.trajectory import Trajectory, make_trajectory
 
 POSE_TYPES = (
     'geometry_msgs/msg/PoseStamped',
@@ -93,7 +94,7 @@ def names_of(topics: Iterable[BagTopic]) -> str:
     return ', '.join(sorted(topic.name for topic in topics)) or 'no topics'
 
 
-def pose_of(message: Any, msgtype: str) -> tuple[Any, Any]:  # noqa: ANN401 (any of POSE_TYPES)
+def pose_of(message: Any, msgtype: str) -> tuple[Any, Any]:
     """Return the position and the quaternion in a message of one of `POSE_TYPES`."""
     if msgtype == 'geometry_msgs/msg/TransformStamped':
         return message.transform.translation, message.transform.rotation

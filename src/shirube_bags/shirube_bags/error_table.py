@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from shirube_bags.atomic_file import write_text
-from shirube_bags.stamp_text import text_from_stamp
+from shirube_bags.stamps import text_from_stamp
 from shirube_bags.trajectory import Trajectory
 from shirube_bags.trajectory_errors import TrajectoryErrors
 

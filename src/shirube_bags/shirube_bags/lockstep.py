@@ -17,6 +17,8 @@ from shirube_bags.node_questions import NodeQuestions
 
 # A message in one datagram arrives before the question behind it; fragments may be overtaken [bytes].
 LARGEST_DATAGRAM = 65_000
+# The first message may set off a compilation in the node [s].
+ANSWER_TIMEOUT = 180.0
 # With other settings of the middleware than play's own, an acknowledgement can take seconds [s].
 ACKNOWLEDGE_TIMEOUT = 0.1
 
@@ -29,7 +31,7 @@ class Lockstep:
         player: BagPlayer,
         node: Node,
         executor: Executor,
-        timeout: float = 60.0,
+        timeout: float = ANSWER_TIMEOUT,
         should_stop: Callable[[], bool] = lambda: False,
     ) -> None:
         """Prepare.
@@ -81,14 +83,18 @@ class Lockstep:
 
 
 def replay_in_lockstep(
-    bag: BagReader, node: Node, executor: Executor, topics: Sequence[str] = (), timeout: float = 60.0
+    bag: BagReader,
+    node: Node,
+    executor: Executor,
+    topics: Sequence[str] = (),
+    timeout: float = ANSWER_TIMEOUT,
 ) -> int:
     """Replay a bag, each message when the last one is worked off: for tests with the nodes in one process.
 
     Args:
         bag: an open bag.
         node: the player's node.
-        executor: spins this node and the nodes under test, all of them made already.
+        executor: spins this node and the nodes under test, which are all there already, in one context.
         topics: topics to replay; all of the bag's if empty.
         timeout: how long a node may take for one message [s].
 

@@ -2,8 +2,8 @@
 
 Every node answers questions about its parameters, from the same queue of callbacks as its messages: an
 executor takes a message that lies there before a question that came later. So a node is asked for none of its
-parameters. That holds for nodes with the usual executors and callback groups; a node that hands its messages to
-threads of its own answers too early.
+parameters. That holds for nodes with the usual executors and callback groups; a node that hands its messages
+to threads of its own answers too early.
 """
 
 from __future__ import annotations

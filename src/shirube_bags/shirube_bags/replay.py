@@ -11,7 +11,7 @@ from shirube_bags.bag_player import BagPlayer
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.lockstep import Lockstep
 from shirube_bags.replay_pace import ReplayPace
-from shirube_bags.trajectory import NANOSECONDS
+from shirube_bags.stamps import NANOSECONDS
 
 # ``/clock`` goes on at 40 Hz between the messages, as that of "ros2 bag play" [s].
 CLOCK_INTERVAL = 0.025

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from shirube_bags.trajectory import NANOSECONDS
+from shirube_bags.stamps import NANOSECONDS
 
 
 class ReplayPace:

@@ -8,7 +8,7 @@ from typing import Any
 from shirube_bags.errors import ReplayError
 
 
-def load_message_class(msgtype: str) -> Any:  # noqa: ANN401 (rclpy has no types)
+def load_message_class(msgtype: str) -> Any:
     """Return the class of a message type as ``sensor_msgs/msg/Image``.
 
     Raises:
@@ -17,7 +17,7 @@ def load_message_class(msgtype: str) -> Any:  # noqa: ANN401 (rclpy has no types
     package, _, name = msgtype.partition('/msg/')
     try:
         return getattr(importlib.import_module(f'{package}.msg'), name)
-    except (ImportError, AttributeError, ValueError) as fault:
+    except (ImportError, AttributeError, TypeError, ValueError) as fault:
         raise ReplayError(
             f'the message type {msgtype} is not installed; install its package {package}'
         ) from fault

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_bags.errors import TrajectoryError
-from shirube_bags.stamp_text import stamp_from_text
+from shirube_bags.stamps import stamp_from_text
 
 
 def load_intervals(path: Path | str) -> NDArray[np.int64]:

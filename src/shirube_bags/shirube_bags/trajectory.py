@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from shirube_bags.errors import TrajectoryError
-
-NANOSECONDS = 1_000_000_000
+from shirube_bags.stamps import NANOSECONDS
 
 
 @dataclass(frozen=True)
@@ -49,10 +48,10 @@ def make_trajectory(stamps_ns: ArrayLike, positions: ArrayLike, quaternions: Arr
             no rotation, two poses of one stamp; the line gives the first such pose.
     """
     stamps = np.asarray(stamps_ns, dtype=np.int64)
-    places = np.asarray(positions, dtype=np.float64).reshape(len(stamps), -1)
-    turns = np.asarray(quaternions, dtype=np.float64).reshape(len(stamps), -1)
     if len(stamps) == 0:
         raise TrajectoryError('the trajectory holds no poses; give at least one')
+    places = np.asarray(positions, dtype=np.float64).reshape(len(stamps), -1)
+    turns = np.asarray(quaternions, dtype=np.float64).reshape(len(stamps), -1)
     if places.shape[1] != 3 or turns.shape[1] != 4:
         raise TrajectoryError('positions need x, y, z and quaternions x, y, z, w for each stamp')
     malformed = first_malformed_pose(places, turns)

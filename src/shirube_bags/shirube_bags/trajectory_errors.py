@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from shirube_bags.errors import TrajectoryError
-from shirube_bags.trajectory import NANOSECONDS, Trajectory, can_interpolate, interpolate
+from shirube_bags.stamps import NANOSECONDS
+from shirube_bags.trajectory import Trajectory, can_interpolate, interpolate
 
 
 @dataclass(frozen=True)

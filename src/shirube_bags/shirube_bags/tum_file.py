@@ -8,7 +8,7 @@ import numpy as np
 
 from shirube_bags.atomic_file import write_text
 from shirube_bags.errors import TumFileError
-from shirube_bags.stamp_text import stamp_from_text, text_from_stamp
+from shirube_bags.stamps import stamp_from_text, text_from_stamp
 from shirube_bags.trajectory import Trajectory, first_malformed_pose, make_trajectory
 
 COLUMNS = 'stamp x y z qx qy qz qw'

@@ -123,8 +123,8 @@ def make_parser() -> argparse.ArgumentParser:
     add('--topic', help='topic of the poses, if the bag has several with poses')
     add('--reference', type=Path, help='bag or TUM file with the true poses (default: ESTIMATE)')
     add('--reference-topic', help='topic of the true poses, if the bag has several with poses')
-    add('--images', metavar='TOPIC', help='topic in the reference bag each message of which should have a pose '
-        '(default: each true pose should have one)')  # fmt: skip
+    add('--images', metavar='TOPIC', help='topic in the reference bag each message of which should have a '
+        'pose (default: each true pose should have one)')  # fmt: skip
     add('--exclude', type=Path, metavar='CSV', help='intervals "start,end" [s] without expected poses')
     add('--longest-gap', type=positive_number, default=0.5, metavar='SECONDS',
         help='the reference is not interpolated over longer gaps (default: %(default)s)')  # fmt: skip

@@ -21,9 +21,9 @@ from shirube_bags.lockstep import Lockstep
 from shirube_bags.replay import replay
 from shirube_bags.ros_session import ros_session
 from shirube_bags.ros_types import load_message_class
+from shirube_bags.stamps import NANOSECONDS
 from shirube_bags.stop_signals import stop_on_signals
 from shirube_bags.subscriber_wait import wait_for_any, wait_for_wanted
-from shirube_bags.trajectory import NANOSECONDS
 
 # What is on its way is delivered before the program ends [s].
 DELIVERY_TIMEOUT = 5.0
@@ -130,14 +130,15 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     parser = argparse.ArgumentParser(
         prog='play',
-        description='Replay a bag into live nodes, with /clock. Topics are offered reliably, so no message is '
-        'lost on the way; whoever works slower than the replay needs --lockstep (or --rate 0) to lose none in '
-        'its own queue. Put remappings behind --ros-args.',
+        description='Replay a bag into live nodes, with /clock. Topics are offered reliably, so no message '
+        'is lost on the way; whoever works slower than the replay needs --lockstep (or --rate 0) to lose '
+        'none in its own queue. Put remappings behind --ros-args.',
     )
     add = parser.add_argument
     add('bag', type=Path, help='folder of a rosbag2, or its .mcap or .db3 file')
-    add('--rate', type=rate, default=1.0, metavar='R',
-        help='seconds of the bag a second (default: 1); 0: as fast as the nodes keep up, in lock step')  # fmt: skip
+    add('--rate', type=number_from_zero, default=1.0, metavar='R',
+        help='seconds of the bag a second (default: 1); 0: as fast as the nodes keep up, in lock '
+        'step')  # fmt: skip
     add('--lockstep', action='store_true',
         help='publish a message only when the nodes have worked off the last one')  # fmt: skip
     add('--loop', type=loop_count, default=1, metavar='N', help='play so often; /clock jumps back each time')
@@ -145,13 +146,13 @@ def make_parser() -> argparse.ArgumentParser:
     add('--wait-for', nargs='+', default=(), type=wanted_subscribers, metavar='TOPIC[/COUNT]',
         help='begin when these topics have so many subscribers, 1 by default; without this option anybody is '
         'waited for')  # fmt: skip
-    add('--timeout', type=float, default=10.0, metavar='SECONDS',
+    add('--timeout', type=number_from_zero, default=10.0, metavar='SECONDS',
         help='how long to wait for subscribers (default: %(default)g)')  # fmt: skip
     return parser
 
 
-def rate(text: str) -> float:
-    """Return a finite rate >= 0.
+def number_from_zero(text: str) -> float:
+    """Return a finite number >= 0.
 
     Raises:
         ValueError: it is none.

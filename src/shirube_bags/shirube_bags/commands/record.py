@@ -31,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             BagWriter(options.output) as bag,
         ):
             recorder = BagRecorder(session.node, bag, options.topics, say)
-            record(session, recorder, options.use_sim_time, stop)
+            record(session, recorder, stop)
             check_recording(recorder, options.output)
     except ShirubeBagsError as fault:
         say(str(fault))
@@ -42,13 +42,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def record(session: RosSession, recorder: BagRecorder, use_sim_time: bool, stop: Event) -> None:
+def record(session: RosSession, recorder: BagRecorder, stop: Event) -> None:
     """Write what comes until ``stop`` is set."""
     next_search = time.monotonic()
     while not stop.is_set():
-        # Stamps from before the first /clock would make the bag decades long.
-        has_time = not use_sim_time or session.node.get_clock().now().nanoseconds > 0
-        if has_time and time.monotonic() >= next_search:
+        if time.monotonic() >= next_search:
             recorder.find_topics()
             next_search = time.monotonic() + SEARCH_INTERVAL
         session.executor.spin_once(timeout_sec=SEARCH_INTERVAL)

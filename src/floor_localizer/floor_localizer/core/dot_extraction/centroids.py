@@ -22,7 +22,7 @@ _SHAPE_SIGMA = 0.006
 # Nobody sees which of two touching dots a pixel between them belongs to [part of the diameter].
 _SPLIT_SIGMA = 0.04
 
-_U, _V, _AREA, _SIGMA, _UU, _UV, _VV, _CONTRAST, _CLIPPED = range(9)
+_U, _V, _AREA, _SIGMA, _UU, _UV, _VV, _CONTRAST, _STEP, _CLIPPED = range(10)
 
 
 class Blobs(NamedTuple):
@@ -34,6 +34,7 @@ class Blobs(NamedTuple):
         areas: shape (n,), areas, partly covered pixels counted in part [px^2].
         covariances: shape (n, 3), second moments uu, uv, vv of the outline [px^2].
         contrasts: shape (n,), contrast to the floor, relative to its luminance; 0 for an empty blob.
+        steps: shape (n,), how much the floor's luminance changes over the blob in the units of the contrast.
         clipped: shape (n,), share of a blob and its soft edge that a reflection saturates.
     """
 
@@ -42,6 +43,7 @@ class Blobs(NamedTuple):
     areas: NDArray[np.float64]
     covariances: NDArray[np.float64]
     contrasts: NDArray[np.float64]
+    steps: NDArray[np.float64]
     clipped: NDArray[np.float64]
 
 
@@ -76,6 +78,7 @@ def measure_blobs(
         table[:, _AREA],
         table[:, _UU : _VV + 1],
         table[:, _CONTRAST],
+        table[:, _STEP],
         table[:, _CLIPPED],
     )
 
@@ -83,7 +86,7 @@ def measure_blobs(
 @njit(cache=True)
 def _measure(image, background, mask, labels, boxes, noise, reach):  # type: ignore[no-untyped-def]
     height, width, channels = image.shape
-    table = np.zeros((len(boxes), 9))
+    table = np.zeros((len(boxes), 10))
     for i in range(len(boxes)):
         if boxes[i, 4] == 0:
             continue
@@ -92,12 +95,15 @@ def _measure(image, background, mask, labels, boxes, noise, reach):  # type: ign
         places, ring = _places(labels[top:bottom, left:right], i + 1, left, top)
         direction = _direction(image, background, mask, places)
         coverage = _coverage(image, background, mask, places, ring, direction, table[i])
+        if table[i, _CONTRAST] <= 0.0:
+            continue
         _centroid(coverage, places, table[i])
-        _shape(mask, places, table[i])
         if table[i, _AREA] > 0.0:
+            _shape(mask, places, table[i])
             v, u = int(table[i, _V]), int(table[i, _U])
             deviation = noise[i] * _noise_gain(direction, table[i, _CONTRAST], background[v, u])
             table[i, _SIGMA] = _centroid_sigma(coverage, places, table[i]) * deviation
+            table[i, _STEP] = _light_step(background, mask, places, direction)
             table[i, _CLIPPED] = _clipped(image, places)
     return table
 
@@ -215,3 +221,16 @@ def _clipped(image, places):  # type: ignore[no-untyped-def]
                 clipped += 1
                 break
     return clipped / len(places)
+
+
+@njit(cache=True)
+def _light_step(background, mask, places, direction):  # type: ignore[no-untyped-def]
+    # Floor in the light taken for floor in the shade would have this contrast, or the other way round.
+    darkest, brightest = np.inf, 0.0
+    for v, u in places:
+        if mask[v, u]:
+            brightness = np.sum(background[v, u])
+            darkest, brightest = min(darkest, brightness), max(brightest, brightness)
+    if np.sum(direction) > 0.0:
+        return brightest / darkest - 1.0
+    return 1.0 - darkest / brightest

@@ -70,6 +70,7 @@ def _flood(distances, largest_waist, smallest_radius):  # type: ignore[no-untype
                 high, low = (root, other) if peaks[root] >= peaks[other] else (other, root)
                 if flat[place] > largest_waist * peaks[low] or peaks[low] < smallest_radius:
                     parents[low] = high
+                    root, other = _root(parents, root), high
             # A pixel follows its highest neighbour, so that no basin creeps along the flank of another.
             if flat[place + step] > highest:
                 root, highest = other, flat[place + step]

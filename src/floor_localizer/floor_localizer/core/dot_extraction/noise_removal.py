@@ -13,6 +13,8 @@ from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 # Thinner than this part of a typical dot is a hair.
 _HAIR_WIDTH = 0.25
 _LARGEST_CLIPPED_SHARE = 0.05
+# The edge of a shadow makes contrasts up to 1 times the step of the light over it.
+_LEAST_CONTRAST_TO_STEP = 1.3
 # Fewer blobs do not tell how motion blur stretches them.
 _FEWEST_BLOBS = 8
 
@@ -73,6 +75,7 @@ def are_dots(
     sized = (diameters >= settings.minimum_diameter) & (diameters <= largest) & (blobs.contrasts > 0.0)
     typical = typical_diameter(blobs.areas, settings.minimum_diameter, largest)
     sized &= diameters >= settings.minimum_relative_diameter * typical
+    sized &= blobs.contrasts > _LEAST_CONTRAST_TO_STEP * blobs.steps
     whole = (boxes[:, :2] > 0).all(axis=1) & (boxes[:, 2] < width) & (boxes[:, 3] < height)
     compact = _elongations(blobs.covariances, sized & whole) <= settings.maximum_elongation
     return sized & whole & compact & ~_reflections(blobs.clipped, sized & whole)

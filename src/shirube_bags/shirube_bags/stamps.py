@@ -1,11 +1,10 @@
-"""Stamps as decimal seconds in text files, without a nanosecond lost."""
+"""Stamps in nanoseconds, and as decimal seconds in text files without a nanosecond lost."""
 
 from __future__ import annotations
 
 from decimal import Decimal, InvalidOperation
 
-from shirube_bags.trajectory import NANOSECONDS
-
+NANOSECONDS = 1_000_000_000
 # What 64 bits hold of nanoseconds [s].
 LATEST = 9_223_372_036
 
@@ -20,7 +19,7 @@ def stamp_from_text(text: str) -> int:
         seconds = Decimal(text)
     except InvalidOperation as fault:
         raise ValueError(f'{text!r} is no time in seconds') from fault
-    if not abs(seconds) < LATEST:
+    if not (seconds.is_finite() and abs(seconds) < LATEST):
         raise ValueError(f'{text!r} is no time in seconds')
     return round(seconds * NANOSECONDS)
 
