@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from floor_localizer.core.localizer import FloorLocalizer, LocalizerSettings
-from floor_localizer.files.dot_map_file import load_dot_map
+from floor_localizer.core.localizer import FloorLocalizer
+from floor_localizer.core.settings import LocalizerSettings
+from floor_localizer.files.dot_map_file import load_indexed_map
 from floor_localizer.node_settings import NodeSettings
 
 
@@ -13,4 +14,4 @@ def localizer_from_map_file(node_settings: NodeSettings, settings: LocalizerSett
     Raises:
         FloorLocalizerError: a map that is missing, malformed or not in metres.
     """
-    return FloorLocalizer(load_dot_map(node_settings.map_path), node_settings.mount, settings)
+    return FloorLocalizer(load_indexed_map(node_settings.map_path), node_settings.mount, settings)
