@@ -47,7 +47,9 @@ class FloorReplay:
     reasons: dict[str, int]
 
 
-def replay_floor_drive(root: Path, bag: Path, folder: Path, node_command: list[str] | None = None) -> FloorReplay:
+def replay_floor_drive(
+    root: Path, bag: Path, folder: Path, node_command: list[str] | None = None
+) -> FloorReplay:
     """Replay the bag as fast as the node keeps up and return what the node made of it.
 
     Args:
@@ -65,7 +67,11 @@ def replay_floor_drive(root: Path, bag: Path, folder: Path, node_command: list[s
     player += ['--wait-for', f'{IMAGES}/2', '--timeout', str(START_TIMEOUT)]
     log = folder / 'node.log'
     with _listening() as (listener, executor, domain):
-        environment = {**overlay_environment(root), 'ROS_DOMAIN_ID': str(domain), 'ROS_LOG_DIR': str(folder / 'log')}
+        environment = {
+            **overlay_environment(root),
+            'ROS_DOMAIN_ID': str(domain),
+            'ROS_LOG_DIR': str(folder / 'log'),
+        }
         with (
             child_process(node_command, environment, log) as node,
             child_process(player, environment, None) as playing,

@@ -3,9 +3,9 @@
 import html
 import platform
 import sys
-from pathlib import Path
 from collections.abc import Sequence
 from importlib.metadata import version
+from pathlib import Path
 
 import numpy as np
 
@@ -39,9 +39,9 @@ img {{ width: 100%; }}
 """
 EXPLANATION = (
     'A recorded drive was replayed over Fast DDS through the live node, which saw only the images, the '
-    'calibration and the wheel odometry. Its poses are compared with the true drive as they are, without any '
-    'alignment. Shaded: dirt hides the floor there, so no pose is expected; the node may stay silent but must '
-    'not be wrong.'
+    'calibration and the wheel odometry. Its poses are compared with the true drive as they are, without '
+    'any alignment. Shaded: dirt hides the floor there, so no pose is expected; the node may stay silent '
+    'but must not be wrong.'
 )
 
 
@@ -74,7 +74,9 @@ def page(bag: str, picture: str, figures: str, broken: Sequence[str]) -> str:
         figures: the figures as text.
         broken: the limits that were not kept, a line each.
     """
-    packages = ', '.join(f'{name} {version(name)}' for name in ('numpy', 'scipy', 'opencv-python-headless', 'numba'))
+    packages = ', '.join(
+        f'{name} {version(name)}' for name in ('numpy', 'scipy', 'opencv-python-headless', 'numba')
+    )
     machine = f'{platform.platform()}, {processor_name()}, Python {sys.version.split()[0]}, {packages}'
     return PAGE.format(
         bag=html.escape(bag),

@@ -12,6 +12,7 @@ from std_msgs.msg import Header
 
 from shirube_bags.trajectory import NANOSECONDS
 
+
 class MessageInfo(TypedDict):
     """What the middleware says of a message; only what is used here.
 
