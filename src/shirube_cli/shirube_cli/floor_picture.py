@@ -14,7 +14,8 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from shirube_bags.trajectory import NANOSECONDS, interpolate
+from shirube_bags.stamps import NANOSECONDS
+from shirube_bags.trajectory import interpolate
 from shirube_cli.floor_accuracy import FloorAccuracy
 
 ESTIMATE, TRUTH, DIRT, DOTS = '#c2410c', '#1d4ed8', '#b45309', '#9aa0a6'

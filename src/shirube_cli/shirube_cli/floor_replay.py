@@ -15,7 +15,8 @@ from domain_coordinator import domain_id
 from numpy.typing import NDArray
 from rclpy.executors import SingleThreadedExecutor
 
-from shirube_bags.trajectory import NANOSECONDS, Trajectory, make_trajectory
+from shirube_bags.stamps import NANOSECONDS
+from shirube_bags.trajectory import Trajectory, make_trajectory
 from shirube_cli.child_process import child_process, interrupt
 from shirube_cli.error import CommandError
 from shirube_cli.pose_listener import PoseListener
@@ -23,7 +24,6 @@ from shirube_cli.workspace import find_executable, overlay_environment
 
 LOCALIZER = 'floor_localizer'
 IMAGES = '/image_raw/compressed'
-NODE_ARGUMENTS = ['--ros-args', '-p', 'image_transport:=compressed', '-p', 'use_sim_time:=true']
 # The node reads its map and compiles its loops before it listens.
 START_TIMEOUT = 120
 
@@ -56,13 +56,13 @@ def replay_floor_drive(
         root: the repository, its workspace built.
         bag: the recorded drive.
         folder: takes the logs.
-        node_command: program and arguments of the localizer; by default the installed node.
+        node_command: program and arguments of the localizer; by default the installed node, without any.
 
     Raises:
         CommandError: a process failed, or no pose came; the message names the log.
     """
     if node_command is None:
-        node_command = [sys.executable, str(find_executable(root, LOCALIZER, 'node')), *NODE_ARGUMENTS]
+        node_command = [sys.executable, str(find_executable(root, LOCALIZER, 'node'))]
     player = [sys.executable, str(find_executable(root, 'shirube_bags', 'play')), str(bag), '--rate', '0']
     player += ['--wait-for', f'{IMAGES}/2', '--timeout', str(START_TIMEOUT)]
     log = folder / 'node.log'

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from shirube_bags.accuracy_report import report_as_text
-from shirube_bags.trajectory import NANOSECONDS
+from shirube_bags.stamps import NANOSECONDS
 from shirube_cli.floor_accuracy import FloorAccuracy
 from shirube_cli.floor_replay import FloorReplay
 

@@ -10,7 +10,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CompressedImage
 from std_msgs.msg import Header
 
-from shirube_bags.trajectory import NANOSECONDS
+from shirube_bags.stamps import NANOSECONDS
 
 
 class MessageInfo(TypedDict):
