@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import rclpy
 from rclpy._rclpy_pybind11 import InvalidHandle, RCLError
 from rclpy.exceptions import NameValidationException, ParameterException
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos_overriding_options import InvalidQosOverridesError
 
@@ -26,6 +26,7 @@ _START_ERRORS = (
     InvalidQosOverridesError,
 )
 _END_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_LONGEST_WAIT = 0.5  # a signal whose waking call was lost is seen after this time [s]
 
 
 def run_node(
@@ -48,8 +49,7 @@ def run_node(
             return _refuse(name, error)
         try:
             node = create_node()
-            if not signals:
-                _spin(node)
+            _spin(node, signals)
         except (*_START_ERRORS, *start_errors) as error:
             if not signals:
                 return _refuse(name, error)
@@ -75,9 +75,12 @@ def _signals_noted() -> Iterator[list[int]]:
             signal.signal(number, signal.SIG_IGN)
 
 
-def _spin(node: Node) -> None:
+def _spin(node: Node, signals: list[int]) -> None:
     try:
-        rclpy.spin(node)
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        while not signals and rclpy.ok():
+            executor.spin_once(timeout_sec=_LONGEST_WAIT)
     except ExternalShutdownException:
         pass
     except (RCLError, InvalidHandle):
