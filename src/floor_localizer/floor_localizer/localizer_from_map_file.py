@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from floor_localizer.core.localizer import FloorLocalizer, LocalizerSettings
-from floor_localizer.files.dot_map_file import load_dot_map
+from floor_localizer.core.dot_extraction import DotDetector
+from floor_localizer.core.localizer import FloorLocalizer
+from floor_localizer.core.settings import LocalizerSettings
+from floor_localizer.files.dot_map_file import load_indexed_map
 from floor_localizer.node_settings import NodeSettings
 
 
@@ -13,4 +15,5 @@ def localizer_from_map_file(node_settings: NodeSettings, settings: LocalizerSett
     Raises:
         FloorLocalizerError: a map that is missing, malformed or not in metres.
     """
-    return FloorLocalizer(load_dot_map(node_settings.map_path), node_settings.mount, settings)
+    floor = load_indexed_map(node_settings.map_path)
+    return FloorLocalizer(floor, node_settings.mount, settings, DotDetector(node_settings.dots))
