@@ -30,4 +30,6 @@ class IndexedMap:
 def index_map(dot_map: DotMap) -> IndexedMap:
     """Make a map ready for the search; for the paper's 91 582 dots it takes about a second."""
     grid, _ = build_dot_grid(dot_map.points)
-    return IndexedMap(grid, build_constellation_index(grid), build_address_grid(grid), pair_density(grid))
+    addresses = build_address_grid(grid)
+    addresses.bits.flags.writeable = False  # as in a file: one compilation of the search serves both
+    return IndexedMap(grid, build_constellation_index(grid), addresses, pair_density(grid))
