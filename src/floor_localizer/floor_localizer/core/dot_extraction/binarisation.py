@@ -10,7 +10,7 @@ from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 
 # The sign of the difference that a dot makes, 0 for any difference.
 _SIGNS = {'dark': -1.0, 'light': 1.0, 'any': 0.0}
-_SAMPLES = 12_000
+_SAMPLES = 8_000
 # A difference of 2 % from the floor is texture or dust, however little noise the camera has.
 _SMALLEST_CONTRAST = 0.02
 

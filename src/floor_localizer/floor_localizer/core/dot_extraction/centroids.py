@@ -128,7 +128,8 @@ def _places(patch, label, left, top):  # type: ignore[no-untyped-def]
 def _direction(image, background, mask, places):  # type: ignore[no-untyped-def]
     # Unit vector of the blob's mean difference from the floor, over the channels.
     direction = np.zeros(image.shape[2])
-    for v, u in places:
+    for k in range(len(places)):
+        v, u = places[k, 0], places[k, 1]
         if mask[v, u]:
             for c in range(image.shape[2]):
                 direction[c] += image[v, u, c] / background[v, u, c] - 1.0
@@ -139,7 +140,7 @@ def _direction(image, background, mask, places):  # type: ignore[no-untyped-def]
 def _differences(image, background, places, direction):  # type: ignore[no-untyped-def]
     result = np.zeros(len(places))
     for k in range(len(places)):
-        v, u = places[k]
+        v, u = places[k, 0], places[k, 1]
         for c in range(image.shape[2]):
             result[k] += direction[c] * (image[v, u, c] / background[v, u, c] - 1.0)
     return result
@@ -179,7 +180,8 @@ def _centroid(coverage, places, row):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def _shape(mask, places, row):  # type: ignore[no-untyped-def]
     n = mu = mv = muu = muv = mvv = 0.0
-    for v, u in places:
+    for k in range(len(places)):
+        v, u = places[k, 0], places[k, 1]
         if mask[v, u]:
             x, y = u - row[_U], v - row[_V]
             n += 1.0
@@ -215,7 +217,8 @@ def _centroid_sigma(coverage, places, row):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def _clipped(image, places):  # type: ignore[no-untyped-def]
     clipped = 0
-    for v, u in places:
+    for k in range(len(places)):
+        v, u = places[k, 0], places[k, 1]
         for c in range(image.shape[2]):
             if image[v, u, c] >= _SATURATED:
                 clipped += 1
@@ -227,7 +230,8 @@ def _clipped(image, places):  # type: ignore[no-untyped-def]
 def _light_step(background, mask, places, direction):  # type: ignore[no-untyped-def]
     # Floor in the light taken for floor in the shade would have this contrast, or the other way round.
     darkest, brightest = np.inf, 0.0
-    for v, u in places:
+    for k in range(len(places)):
+        v, u = places[k, 0], places[k, 1]
         if mask[v, u]:
             brightness = np.sum(background[v, u])
             darkest, brightest = min(darkest, brightness), max(brightest, brightness)
