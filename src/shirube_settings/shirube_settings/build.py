@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from difflib import get_close_matches
 from numbers import Real
-from typing import Any, TypeVar, get_type_hints
+from typing import Any, TypeVar, cast, get_type_hints
 
 from shirube_settings.check import check_value
 from shirube_settings.definition import SettingDescription, describe_settings
@@ -15,7 +15,7 @@ from shirube_settings.settings_error import SettingsError
 Settings = TypeVar('Settings')
 
 
-def settings_from_values(cls: type[Settings], values: Mapping[str, Any]) -> Settings:
+def settings_from_values(cls: type[Settings], values: Mapping[str, object]) -> Settings:
     """Return the settings with the given values and defaults for the rest, checked.
 
     Args:
@@ -33,30 +33,30 @@ def settings_from_values(cls: type[Settings], values: Mapping[str, Any]) -> Sett
             raise SettingsError(_unknown_name_message(name, list(descriptions)))
         converted[name] = _converted(descriptions[name], value)
         check_value(descriptions[name], converted[name])
-    settings: Settings = _filled(cls(), converted, '')
-    return settings
+    return _filled(cls(), converted, '')
 
 
-def _converted(description: SettingDescription, value: Any) -> Any:
+def _converted(description: SettingDescription, value: object) -> object:
     if description.is_tuple and isinstance(value, (list, tuple)):
         return tuple(_as_float(element) for element in value)
     return _as_float(value) if description.type is float else value
 
 
-def _as_float(value: Any) -> Any:
+def _as_float(value: object) -> object:
     return float(value) if isinstance(value, Real) and not isinstance(value, bool) else value
 
 
-def _filled(defaults: Any, values: Mapping[str, Any], prefix: str) -> Any:
+def _filled(defaults: Settings, values: Mapping[str, object], prefix: str) -> Settings:
     hints = get_type_hints(type(defaults))
-    changes: dict[str, Any] = {}
-    for field in dataclasses.fields(defaults):
+    group = cast('Any', defaults)  # a dataclass instance; typing has no public name for that
+    changes: dict[str, object] = {}
+    for field in dataclasses.fields(group):
         name = prefix + field.name
         if dataclasses.is_dataclass(hints[field.name]):
-            changes[field.name] = _filled(getattr(defaults, field.name), values, f'{name}.')
+            changes[field.name] = _filled(getattr(group, field.name), values, f'{name}.')
         elif name in values:
             changes[field.name] = values[name]
-    return dataclasses.replace(defaults, **changes)
+    return cast('Settings', dataclasses.replace(group, **changes))
 
 
 def _unknown_name_message(name: str, names: list[str]) -> str:

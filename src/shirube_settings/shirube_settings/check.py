@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from functools import reduce
 from numbers import Integral, Real
-from typing import Any
 
 from shirube_settings.definition import SettingDescription, describe_settings
 from shirube_settings.settings_error import SettingsError
@@ -24,7 +23,7 @@ def check_settings(settings: object) -> None:
         check_value(description, reduce(getattr, description.name.split('.'), settings))
 
 
-def check_value(description: SettingDescription, value: Any) -> None:
+def check_value(description: SettingDescription, value: object) -> None:
     """Check one value against its description.
 
     Raises:
@@ -34,7 +33,7 @@ def check_value(description: SettingDescription, value: Any) -> None:
         raise SettingsError(
             f'setting {description.name} is {value!r}, it must be {_type_in_words(description)}'
         )
-    numbers = value if description.is_tuple else (value,)
+    numbers = value if isinstance(value, tuple) else (value,)
     if not all(_is_allowed(description, number) for number in numbers):
         unit = f' {description.unit}' if description.unit else ''
         raise SettingsError(
@@ -43,7 +42,7 @@ def check_value(description: SettingDescription, value: Any) -> None:
         )
 
 
-def _has_type(description: SettingDescription, value: Any) -> bool:
+def _has_type(description: SettingDescription, value: object) -> bool:
     if description.is_tuple:
         right_length = description.length is None or (
             isinstance(value, tuple) and len(value) == description.length
@@ -53,21 +52,21 @@ def _has_type(description: SettingDescription, value: Any) -> bool:
         return _is_number(value)
     if description.type is int:
         return isinstance(value, Integral) and not isinstance(value, bool)
-    return isinstance(value, description.type)
+    return bool(isinstance(value, description.type))
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def _is_allowed(description: SettingDescription, value: Any) -> bool:
-    if isinstance(value, Real) and not math.isfinite(value):
-        return False
+def _is_allowed(description: SettingDescription, value: object) -> bool:
     if description.choices and value not in description.choices:
         return False
-    above = description.minimum is None or value >= description.minimum
-    below = description.maximum is None or value <= description.maximum
-    return above and below
+    if not isinstance(value, Real):
+        return True
+    above = description.minimum is None or float(value) >= description.minimum
+    below = description.maximum is None or float(value) <= description.maximum
+    return math.isfinite(value) and above and below
 
 
 def _type_in_words(description: SettingDescription) -> str:

@@ -6,9 +6,10 @@ A settings class is a frozen dataclass in which every field has a default::
     class DotSettings:
         minimum_diameter: float = setting(0.001, 'smallest dot kept', unit='m', minimum=0.0, maximum=0.1)
 
+
     @dataclass(frozen=True)
     class FloorSettings:
-        dots: DotSettings = field(default_factory=DotSettings)     # holds 'dots.minimum_diameter'
+        dots: DotSettings = field(default_factory=DotSettings)  # holds 'dots.minimum_diameter'
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 _METADATA_KEY = 'shirube_settings'
 _SCALARS = (float, int, bool, str)
@@ -124,9 +125,9 @@ def describe_settings(cls: type) -> list[SettingDescription]:
     return list(_describe(cls(), ''))
 
 
-def _describe(defaults: Any, prefix: str) -> Iterator[SettingDescription]:
+def _describe(defaults: object, prefix: str) -> Iterator[SettingDescription]:
     hints = get_type_hints(type(defaults))
-    for field in dataclasses.fields(defaults):
+    for field in dataclasses.fields(cast('Any', defaults)):
         name, kind, default = prefix + field.name, hints[field.name], getattr(defaults, field.name)
         if dataclasses.is_dataclass(kind):
             yield from _describe(default, f'{name}.')
@@ -138,7 +139,7 @@ def _describe(defaults: Any, prefix: str) -> Iterator[SettingDescription]:
             yield SettingDescription(name, kind, default, **field.metadata[_METADATA_KEY])
 
 
-def _is_supported(kind: Any) -> bool:
+def _is_supported(kind: object) -> bool:
     if get_origin(kind) is tuple:
         return set(get_args(kind)) - {Ellipsis} == {float}
     return kind in _SCALARS

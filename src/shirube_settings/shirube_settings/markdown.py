@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from shirube_settings.definition import describe_settings
+from shirube_settings.definition import SettingDescription, describe_settings
 
 
 def settings_table(cls: type) -> str:
@@ -13,22 +11,23 @@ def settings_table(cls: type) -> str:
     Args:
         cls: a settings dataclass; the settings of a nested one are named ``group.name``.
     """
-    rows = [('setting', 'type', 'default', 'unit', 'allowed', 'meaning'), ('---',) * 6]
-    for description in describe_settings(cls):
-        rows.append(
-            (
-                f'`{description.name}`',
-                description.type_name,
-                f'`{_default_in_words(description.default)}`',
-                description.unit,
-                description.limits,
-                description.description,
-            )
-        )
+    rows: list[tuple[str, ...]] = [('setting', 'type', 'default', 'unit', 'allowed', 'meaning'), ('---',) * 6]
+    rows += [_row(description) for description in describe_settings(cls)]
     return ''.join('| ' + ' | '.join(_escaped(cell) for cell in row) + ' |\n' for row in rows)
 
 
-def _default_in_words(default: Any) -> str:
+def _row(description: SettingDescription) -> tuple[str, ...]:
+    return (
+        f'`{description.name}`',
+        description.type_name,
+        f'`{_default_in_words(description.default)}`',
+        description.unit,
+        description.limits,
+        description.description,
+    )
+
+
+def _default_in_words(default: object) -> str:
     """Write floats short: ``3.14159`` for pi, so that the table stays readable."""
     if isinstance(default, tuple):
         return '(' + ', '.join(_default_in_words(element) for element in default) + ')'

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
+
 from shirube_settings import SettingsError, describe_settings, setting, settings_from_values
 
 

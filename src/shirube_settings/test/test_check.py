@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
+
 from shirube_settings import SettingsError, check_settings, setting
 
 
