@@ -32,7 +32,9 @@ class CameraSettings:
     map_frame: str = setting('map', 'frame in which poses are published')
     base_frame: str = setting('base_link', 'frame of the robot whose pose is published')
     image_transport: str = setting(
-        'raw', 'raw images, or CompressedImage on <topic>/compressed', choices=('raw', 'compressed')
+        'auto',
+        'raw images, CompressedImage on <topic>/compressed, or auto: the kind that comes first',
+        choices=('auto', 'raw', 'compressed'),
     )
 
     @property

@@ -26,10 +26,13 @@ class ImageInput:
     =====================  ==============================  ==========================================
     topic                  type                            when
     =====================  ==============================  ==========================================
-    ``<topic>``            sensor_msgs/Image               transport ``raw``
-    ``<topic>/compressed`` sensor_msgs/CompressedImage     transport ``compressed``
+    ``<topic>``            sensor_msgs/Image               transport ``raw`` or ``auto``
+    ``<topic>/compressed`` sensor_msgs/CompressedImage     transport ``compressed`` or ``auto``
     ``<info_topic>``       sensor_msgs/CameraInfo          always
     =====================  ==============================  ==========================================
+
+    With ``auto`` the kind that comes first is taken and the other left alone from then on, so that a camera which
+    publishes both gives each image once.
     """
 
     def __init__(
@@ -46,19 +49,20 @@ class ImageInput:
             node: the node that subscribes.
             guard: counts the messages and catches their errors.
             topics: names of the image and of its CameraInfo.
-            transport: ``raw`` or ``compressed``.
+            transport: ``raw``, ``compressed`` or ``auto``.
             on_image: called with header, pixels ((h, w) gray or (h, w, 3) bgr) and camera of each good image.
         """
         self._topic, self._info_topic = topics
         self._on_image = on_image
         self._camera: PinholeCamera | None = None
-        # The CameraInfo comes first: of two that are ready together the executor takes the older subscription.
+        # The CameraInfo comes first: of two that are ready together the executor takes the older input.
         self._subscribe(node, guard, CameraInfo, self._info_topic, self._take_camera_info)
-        if transport == 'compressed':
+        self._transport = transport
+        if transport != 'raw':
             # A remapping of <topic> must hold for <topic>/compressed too.
             compressed_topic = f'{node.resolve_topic_name(self._topic)}/compressed'
             self._subscribe(node, guard, CompressedImage, compressed_topic, self._take_compressed)
-        else:
+        if transport != 'compressed':
             self._subscribe(node, guard, Image, self._topic, self._take_raw)
 
     def _subscribe(
@@ -77,10 +81,17 @@ class ImageInput:
         self._camera = camera_from_camera_info(message, self._info_topic)
 
     def _take_raw(self, message: Image) -> None:
-        self._hand_on(message.header, array_from_image(message, self._topic))
+        if self._is_chosen('raw'):
+            self._hand_on(message.header, array_from_image(message, self._topic))
 
     def _take_compressed(self, message: CompressedImage) -> None:
-        self._hand_on(message.header, array_from_compressed_image(message, f'{self._topic}/compressed'))
+        if self._is_chosen('compressed'):
+            self._hand_on(message.header, array_from_compressed_image(message, f'{self._topic}/compressed'))
+
+    def _is_chosen(self, kind: str) -> bool:
+        if self._transport == 'auto':
+            self._transport = kind
+        return self._transport == kind
 
     def _hand_on(self, header: Header, pixels: NDArray[np.uint8]) -> None:
         if self._camera is None:

@@ -44,8 +44,15 @@ class TopicCount:
 class MessageGuard:
     """Wraps a node's callbacks so that none of them can end the node."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, package_errors: tuple[type[Exception], ...] = ()) -> None:
+        """Start without counts.
+
+        Args:
+            node: the node that is guarded.
+            package_errors: errors of the node's own package that malformed input raises.
+        """
         self._node = node
+        self._input_errors: tuple[type[Exception], ...] = (MessageError, *package_errors)
         self.counts: dict[str, TopicCount] = {}
 
     def guard(self, topic: str, callback: Callable[[Any], None]) -> Callable[[Any], None]:
@@ -53,8 +60,8 @@ class MessageGuard:
 
         Args:
             topic: name under which messages are counted.
-            callback: a subscription's callback; a MessageError of it is the message's fault, any other error
-                is a fault of the program and is logged with its traceback.
+            callback: a subscription's callback. A MessageError or an error of the package is the message's
+                fault; any other error is a fault of the program and is logged with its traceback.
         """
         count = self.counts.setdefault(topic, TopicCount())
 
@@ -62,7 +69,7 @@ class MessageGuard:
             count.received += 1
             try:
                 callback(message)
-            except MessageError as error:
+            except self._input_errors as error:
                 if count.refuse(str(error)):
                     self._node.get_logger().warning(f'message refused: {error}')
             except Exception as error:  # noqa: BLE001 a fault of ours must not end the robot's node

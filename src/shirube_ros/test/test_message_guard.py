@@ -47,6 +47,13 @@ def test_a_fault_of_the_program_does_not_end_the_node(graph: IsolatedGraph) -> N
     assert guard.counts['odom'].refused == {'ZeroDivisionError in odom': 1}
 
 
+def test_the_package_may_name_errors_of_its_own(graph: IsolatedGraph) -> None:
+    node = graph.add(lambda **options: Node('guarded', **options))
+    guard = MessageGuard(node, (ZeroDivisionError,))
+    guard.guard('odom', lambda _: 1 // 0)(None)
+    assert guard.counts['odom'].refused == {'integer division or modulo by zero': 1}
+
+
 def test_the_number_of_reasons_is_bounded() -> None:
     count = TopicCount()
     for number in range(100):

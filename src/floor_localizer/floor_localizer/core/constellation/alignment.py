@@ -18,7 +18,7 @@ from floor_localizer.core.constellation.dot_grid import DotGrid, nearest_dot
 # A dot is looked for within this many standard deviations of where it should be.
 GATE = 3.2
 # Share of a view's dots that a right guess finds at least: the middle between the worst right view and chance.
-_SHARE_IF_RIGHT = 0.4
+_SHARE_IF_RIGHT = 0.5
 # A guess is dropped when the dots tried so far are this many times likelier by chance (Wald's sequential test).
 _LOG_HOPELESS = -math.log(10.0)
 # It is worth a look at the whole view when they are this many times likelier by truth, and tried no further beyond.

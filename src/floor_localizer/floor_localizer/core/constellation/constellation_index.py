@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -23,10 +24,12 @@ from floor_localizer.core.constellation.constellation_key import (
     turn_around,
 )
 from floor_localizer.core.constellation.dot_grid import DotGrid, dots_within
-from floor_localizer.core.constellation.lens import MOST_GROUPS, distance, groups_on_base
+from floor_localizer.core.constellation.lens import MOST_GROUPS, MOST_IN_LENS, distance, dots_in_lens, groups_of_four
 
-CONSTELLATIONS_PER_DOT = 16.0
-_SAMPLE = 4000
+# A base is indexed when at most this many dots are in its lens.
+MOST_INDEXED = 6
+# Longest base in units of the mean spacing of dots.
+_WIDEST = 3.0
 _NEIGHBOURS = 64
 
 
@@ -49,19 +52,20 @@ class ConstellationIndex(NamedTuple):
 
 
 def build_constellation_index(grid: DotGrid) -> ConstellationIndex:
-    """Index all constellations up to the size at which there are about ten for every dot.
+    """Index the smallest constellations around every dot, about sixteen each.
 
-    Few large constellations tell places apart as well as many small ones, and ten a dot leave some whole when half of
-    the dots are missing. The size follows from the map alone, so it suits any density.
+    Few large constellations tell places apart as well as many small ones, and sixteen a dot leave some whole when half
+    of the dots are missing. The size follows the density around each dot, so sparse places are indexed like dense ones.
     """
-    reach = _choose_reach(grid)
+    widest = _WIDEST * grid.cell
     counts = np.zeros(len(grid.points), dtype=np.int64)
-    _count_constellations(grid, reach, 1, counts, np.empty(0))
-    total = int(counts.sum())
-    codes = np.empty(total, dtype=np.uint64)
-    bases = np.empty((total, 2), dtype=np.uint32)
-    _list_constellations(grid, reach, codes, bases)
-    bits = max(int(np.ceil(np.log2(max(total, 2)))), 1)
+    none = np.empty(0, dtype=np.uint64), np.empty((0, 2), dtype=np.uint32)
+    _list_constellations(grid, widest, counts, *none)
+    places = np.concatenate([[0], np.cumsum(counts)])
+    codes = np.empty(places[-1], dtype=np.uint64)
+    bases = np.empty((places[-1], 2), dtype=np.uint32)
+    reach = _list_constellations(grid, widest, places[:-1].copy(), codes, bases)
+    bits = max(math.ceil(math.log2(max(len(codes), 2))), 1)
     starts = np.zeros((1 << bits) + 1, dtype=np.uint32)
     order = _sort_into_buckets(codes, bits, starts)
     codes, bases = codes[order], bases[order]
@@ -70,55 +74,41 @@ def build_constellation_index(grid: DotGrid) -> ConstellationIndex:
     return ConstellationIndex(codes, bases, starts, bits, reach)
 
 
-def _choose_reach(grid: DotGrid) -> float:
-    """Return the base length [m] up to which a sample of the map has the wanted number of constellations."""
-    step = max(len(grid.points) // _SAMPLE, 1)
-    sample = len(range(0, len(grid.points), step))
-    widest = 2.6 * grid.cell
-    counts = np.zeros(len(grid.points), dtype=np.int64)
-    histogram = np.zeros(256)
-    _count_constellations(grid, widest, step, counts, histogram)
-    enough = np.searchsorted(np.cumsum(histogram), CONSTELLATIONS_PER_DOT * sample)
-    return float(widest * min(enough + 1, 256) / 256.0)
-
-
-@njit(cache=True)
-def _count_constellations(
-    grid: DotGrid, reach: float, step: int, counts: NDArray[np.int64], histogram: NDArray[np.float64]
-) -> None:
-    """Count the constellations whose base begins at each ``step``-th dot, and by base length when asked."""
-    near = np.empty(_NEIGHBOURS, dtype=np.int64)
-    groups = np.empty((MOST_GROUPS, OTHERS), dtype=np.int64)
-    for first in range(0, len(grid.points), step):
-        count = dots_within(grid, grid.points[first, 0], grid.points[first, 1], reach, near)
-        for second in near[:count]:
-            if second <= first:
-                continue
-            length = distance(grid.points, first, second)
-            found = groups_on_base(grid.points, first, second, near[:count], length, groups)
-            counts[first] += found
-            if len(histogram) > 0:
-                histogram[min(int(length / reach * len(histogram)), len(histogram) - 1)] += found
-
-
 @njit(cache=True)
 def _list_constellations(
-    grid: DotGrid, reach: float, codes: NDArray[np.uint64], bases: NDArray[np.uint32]
-) -> None:
-    """Write the key and the base of every constellation of the map."""
+    grid: DotGrid, widest: float, places: NDArray[np.int64], codes: NDArray[np.uint64], bases: NDArray[np.uint32]
+) -> float:
+    """Count the constellations whose base begins at each dot, and write them where there is room for them.
+
+    Args:
+        places: shape (N,), where each dot's constellations go in ``codes``; advanced by their number.
+        codes: shape (M,), the keys, or empty to count only.
+        bases: shape (M, 2), their bases.
+
+    Returns:
+        the longest base [m].
+    """
     near = np.empty(_NEIGHBOURS, dtype=np.int64)
+    lens = np.empty(MOST_IN_LENS, dtype=np.int64)
     groups = np.empty((MOST_GROUPS, OTHERS), dtype=np.int64)
-    listed = 0
+    reach = 0.0
     for first in range(len(grid.points)):
-        count = dots_within(grid, grid.points[first, 0], grid.points[first, 1], reach, near)
+        count = dots_within(grid, grid.points[first, 0], grid.points[first, 1], widest, near)
         for second in near[:count]:
             if second <= first:
                 continue
             length = distance(grid.points, first, second)
-            found = groups_on_base(grid.points, first, second, near[:count], length, groups)
-            for g in range(found):
-                _write_constellation(grid.points, first, second, groups[g], codes, bases, listed)
-                listed += 1
+            inside = dots_in_lens(grid.points, first, second, near[:count], length, lens)
+            if inside < OTHERS or inside > MOST_INDEXED:
+                continue
+            found = groups_of_four(grid.points, lens[:inside], length, groups)
+            if found > 0:
+                reach = max(reach, length)
+            if len(codes) > 0:
+                for g in range(found):
+                    _write_constellation(grid.points, first, second, groups[g], codes, bases, places[first] + g)
+            places[first] += found
+    return reach
 
 
 @njit(cache=True)

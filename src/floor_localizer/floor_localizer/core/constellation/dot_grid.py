@@ -78,6 +78,20 @@ def typical_spacing(points: NDArray[np.float64]) -> float:
     return spacing
 
 
+def pair_density(grid: DotGrid) -> float:
+    """Return how many other dots are found on a square metre next to a dot [1/m^2].
+
+    On an evenly random floor this is the density; where dots crowd together it is higher, and so is chance.
+    """
+    side = 4
+    rows, columns = grid.rows // side + 1, grid.columns // side + 1
+    counts = np.zeros((rows * side, columns * side))
+    counts[: grid.rows, : grid.columns] = np.diff(grid.starts).reshape(grid.rows, grid.columns)
+    blocks = counts.reshape(rows, side, columns, side).sum(axis=(1, 3))
+    pairs = float(np.sum(blocks * (blocks - 1.0)) / np.sum(blocks))
+    return max(pairs / (side * grid.cell) ** 2, 1.0 / grid.cell**2)
+
+
 @njit(cache=True)
 def nearest_dot(grid: DotGrid, x: float, y: float, reach: float) -> tuple[int, float]:
     """Return the index of the dot nearest to (x, y) within ``reach`` [m] and its squared distance, or -1."""

@@ -26,43 +26,51 @@ def distance(points: NDArray[np.float64], i: int, j: int) -> float:
 
 
 @njit(cache=True)
-def groups_on_base(
+def dots_in_lens(
     points: NDArray[np.float64], first: int, second: int, near: NDArray[np.int64], longest: float,
-    groups: NDArray[np.int64],
+    lens: NDArray[np.int64],
 ) -> int:
-    """Write all groups of four dots that make a constellation with a base, and return their number.
+    """Write the dots that are no farther than ``longest`` from both ends of a base, and return their number.
 
     Args:
         points: shape (n, 2), dots [m].
         first: one end of the base.
         second: the other end.
         near: dots around the first end, where the others are looked for.
-        longest: no two dots may be farther apart [m].
-        groups: shape (MOST_GROUPS, 4), written; what does not fit is left out.
+        longest: no two dots of a constellation are farther apart [m].
+        lens: shape (MOST_IN_LENS,), written; what does not fit is left out.
     """
-    lens = np.empty(MOST_IN_LENS, dtype=np.int64)
-    together = np.empty(MOST_IN_LENS, dtype=np.int64)
     found = 0
     for dot in near:
-        if found == MOST_IN_LENS or dot in (first, second):
+        if found == MOST_IN_LENS:
+            break
+        if dot in (first, second):
             continue
         if distance(points, first, dot) <= longest and distance(points, second, dot) <= longest:
             lens[found] = dot
-            together[found] = 0
-            for j in range(found):
-                if distance(points, dot, lens[j]) <= longest:
-                    together[found] |= 1 << j
             found += 1
-    return _cliques_of_four(lens, together, found, groups)
+    return found
 
 
 @njit(cache=True)
-def _cliques_of_four(
-    lens: NDArray[np.int64], together: NDArray[np.int64], found: int, groups: NDArray[np.int64]
+def groups_of_four(
+    points: NDArray[np.float64], lens: NDArray[np.int64], longest: float, groups: NDArray[np.int64]
 ) -> int:
-    """Write the dots of all cliques of four; bit j < i of ``together[i]`` tells whether i and j are compatible."""
+    """Write all groups of four dots of a lens of which no two are farther apart than ``longest``, return their number.
+
+    Args:
+        points: shape (n, 2), dots [m].
+        lens: shape (m,), the dots to choose from.
+        longest: [m].
+        groups: shape (MOST_GROUPS, 4), written; what does not fit is left out.
+    """
+    together = np.zeros(len(lens), dtype=np.int64)
+    for i in range(len(lens)):
+        for j in range(i):
+            if distance(points, lens[i], lens[j]) <= longest:
+                together[i] |= 1 << j
     count = 0
-    for i in range(OTHERS - 1, found):
+    for i in range(OTHERS - 1, len(lens)):
         for j in range(OTHERS - 2, i):
             if not together[i] >> j & 1:
                 continue
