@@ -32,7 +32,12 @@ def test_the_rate_is_a_share_of_all_dots() -> None:
     assert match_rate(ADDRESSES, points) == pytest.approx(0.6)
 
 
-def test_dots_off_the_floor_and_no_dots_do_not_match() -> None:
-    around = [[-1e-6, 0.5], [0.5, -1e-6], [1.1, 0.5], [0.5, 1.1]]
-    assert match_rate(ADDRESSES, np.array(around)) == 0.0
+def test_dots_off_a_floor_without_gaps_do_not_match() -> None:
+    full = build_address_matrix(np.argwhere(np.ones((5, 4))).astype(np.float64) * BLOCK, BLOCK)
+    assert full.occupied.all()
+    outside = np.array([[-0.5, 2.0], [2.0, -0.5], [5.5, 2.0], [2.0, 4.5]]) * BLOCK
+    assert match_rate(full, outside) == 0.0
+
+
+def test_no_dots_do_not_match() -> None:
     assert match_rate(ADDRESSES, np.empty((0, 2))) == 0.0

@@ -73,14 +73,22 @@ class PoleStarMatcher:
         Args:
             image_points: shape (n, 2), all dots of the image, on the floor plane in the view's frame [m].
         """
-        settings = self._settings
-        if len(image_points) < settings.congruent_min:
-            return NoPose(f'{len(image_points)} dots, a pose needs {settings.congruent_min}')
-        poses = self.congruent_poses(image_points)
+        least = self._settings.congruent_min
+        if len(image_points) < least:
+            return NoPose(f'{len(image_points)} dots, a pose needs {least}')
+        return self.decide(self.congruent_poses(image_points))
+
+    def decide(self, poses: list[PoleStarPose]) -> PoleStarPose | NoPose:
+        """Return the first pose if its match rate is high enough (the reference match rate of 3.3.5).
+
+        Args:
+            poses: as ``congruent_poses`` returns them.
+        """
+        least = self._settings.match_rate_min
         if not poses:
-            return NoPose(f'no region has {settings.congruent_min} congruent dots')
-        if poses[0].match_rate < settings.match_rate_min:
-            return NoPose(f'best match rate {poses[0].match_rate:.3f} is below {settings.match_rate_min:.3f}')
+            return NoPose(f'no region has {self._settings.congruent_min} congruent dots')
+        if poses[0].match_rate < least:
+            return NoPose(f'best match rate {poses[0].match_rate:.3f} is below {least:.3f}')
         return poses[0]
 
     def congruent_poses(self, image_points: NDArray[np.float64]) -> list[PoleStarPose]:
