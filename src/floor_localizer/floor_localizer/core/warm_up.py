@@ -46,3 +46,7 @@ def warm_up() -> None:
 
 def _as_dots(pixels: np.ndarray) -> DetectedDots:
     return DetectedDots(pixels, np.full(len(pixels), 6.0), np.full(len(pixels), 0.1))
+
+
+if __name__ == '__main__':
+    warm_up()
