@@ -38,7 +38,7 @@ from floor_localizer.core.settings import LocalizerSettings
 _LEAST_DOTS = 5
 _NEIGHBOURS = 32
 _NEAR_PAIRS = 12
-_MIRROR_LOOKUPS = 300
+_MIRROR_CELLS = 40000
 # A place that matches this share of what the best place matches looks the same.
 _LOOKS_SAME = 0.8
 # An area wider than this [m] is searched by way of the whole map.
@@ -150,7 +150,7 @@ class FloorLocalizer:
             if prior.must_hold:
                 return search, True
         search = self._new_search(view, float(len(floor.grid.points)))
-        found = search_constellations(floor.grid, floor.index, view, search, settings.lookups_max)
+        found = search_constellations(floor.grid, floor.index, view, search, settings.cells_max)
         if thorough and not found:
             search_pairs(floor.grid, floor.addresses, view, search, settings.pairs_max)
         return search, False
@@ -204,7 +204,7 @@ class FloorLocalizer:
         points = view.points * (1.0, -1.0)
         mirrored = view._replace(points=points, z=view.z.conj())
         search = self._new_search(view, float(len(self._floor.grid.points)))
-        return search_constellations(self._floor.grid, self._floor.index, mirrored, search, _MIRROR_LOOKUPS)
+        return search_constellations(self._floor.grid, self._floor.index, mirrored, search, _MIRROR_CELLS)
 
 
 def _alike(search: Search) -> str:

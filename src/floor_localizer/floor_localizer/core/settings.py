@@ -36,8 +36,8 @@ class LocalizerSettings:
         minimum=0.0,
         maximum=0.01,
     )
-    lookups_max: int = setting(
-        3000, 'constellations of one view that are looked up before pairs are tried', minimum=0, maximum=1000000
+    cells_max: int = setting(
+        400000, 'cells of the index that are opened for one view before pairs are tried', minimum=0, maximum=100000000
     )
     pairs_max: int = setting(
         24, 'pairs of one view that are laid on the whole map when no constellation matched', minimum=0, maximum=10000

@@ -36,7 +36,7 @@ from floor_localizer.core.constellation.lens import MOST_GROUPS, MOST_IN_LENS, d
 # Tolerance of a coordinate in standard deviations: wide enough to keep nine of ten true constellations.
 _KEY_GATE = 2.3
 # A base is too short to look up when its tolerance would be wider than this: nearly every key would be within.
-_WIDEST_TOLERANCE = 0.1
+_WIDEST_TOLERANCE = 0.08
 # The fitted scale may be off by this much more than the camera's height, for its own error.
 _SCALE_MARGIN = 1.3
 _ORDERS = np.array(list(itertools.permutations(range(OTHERS))))
@@ -48,7 +48,7 @@ class Search(NamedTuple):
     Attributes:
         best: shape (6,): logarithm of the expected chance alignments, a.real, a.imag, b.real, b.imag, matched dots.
         rival: shape (6,), the same of the best pose elsewhere.
-        counts: shape (3,): constellations looked up, guesses tried, guesses matched over the whole view.
+        counts: shape (3,): cells of the index opened, guesses tried, guesses matched over the whole view.
         matches: shape (n,), room for the matches of a guess.
         residuals: shape (n,), room for their residuals.
         dots_in_scope: number of map dots where the pose may be.
@@ -137,7 +137,7 @@ def _widest(view: ViewDots, matches: NDArray[np.int64]) -> float:
 
 @njit(cache=True)
 def search_constellations(
-    grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search, most_lookups: int
+    grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search, most_cells: int
 ) -> bool:
     """Look up the view's constellations until a pose is accepted or the budget is spent."""
     lens = np.empty(MOST_IN_LENS, dtype=np.int64)
@@ -151,11 +151,10 @@ def search_constellations(
         found = groups_of_four(view.points, lens[:inside], longest, groups)
         for g in range(found):
             seeds[0], seeds[1], seeds[2:] = first, second, groups[g]
-            search.counts[0] += 1
             if _look_up(grid, index, view, search, lengths[b], seeds):
                 return True
-        if search.counts[0] >= most_lookups:
-            return False
+            if search.counts[0] >= most_cells:
+                return False
     return False
 
 
@@ -251,6 +250,7 @@ def _probe(
     cells = first_cell.copy()
     while True:
         bucket = bucket_of_cells(cells, index.bits)
+        search.counts[0] += 1
         for entry in range(index.starts[bucket], index.starts[bucket + 1]):
             if is_within(index.codes[entry], lower, upper):
                 search.counts[1] += 1
