@@ -13,16 +13,19 @@ PAGE = Path(__file__).parent / 'parameters.md'
 
 def parameters_page() -> str:
     """Return the page as it should stand."""
-    return '\n\n'.join(
-        [
-            '# Parameters',
-            'Made by `python docs/write_parameters.py` from the definitions in the code; do not edit.',
-            '## floor_localizer: the node',
-            settings_table(NodeSettings).strip(),
-            '## floor_localizer: the method',
-            settings_table(LocalizerSettings).strip(),
-        ]
-    ) + '\n'
+    return (
+        '\n\n'.join(
+            [
+                '# Parameters',
+                'Made by `python docs/write_parameters.py` from the definitions in the code; do not edit.',
+                '## floor_localizer: the node',
+                settings_table(NodeSettings).strip(),
+                '## floor_localizer: the method',
+                settings_table(LocalizerSettings).strip(),
+            ]
+        )
+        + '\n'
+    )
 
 
 if __name__ == '__main__':

@@ -92,7 +92,9 @@ class FloorLocalizer:
         points = self._mount.floor_points_from_rays(camera.rays_from_pixels(dots.pixels))
         metres_per_pixel = self._mount.xyz[2] / math.sqrt(camera.fx * camera.fy)
         below = np.isfinite(points).all(axis=1)
-        return FloorPoints(points[below], np.hypot(dots.sigmas * metres_per_pixel, self._settings.map_sigma)[below])
+        return FloorPoints(
+            points[below], np.hypot(dots.sigmas * metres_per_pixel, self._settings.map_sigma)[below]
+        )
 
     def locate_dots(
         self,
@@ -118,12 +120,18 @@ class FloorLocalizer:
         if earlier is not None:
             points = join_points(earlier, points)
         if len(points.points) < _LEAST_DOTS:
-            return NoFix(NoFixReason.TOO_FEW_DOTS, f'{len(dots)} dots, at least {_LEAST_DOTS} are needed', dots)
+            return NoFix(
+                NoFixReason.TOO_FEW_DOTS, f'{len(dots)} dots, at least {_LEAST_DOTS} are needed', dots
+            )
         view = self._view(points)
         search, used_prior = self._search(view, prior, thorough)
         if not is_accepted(search, search.best):
             return self._no_fix(view, search, dots, used_prior)
-        if not used_prior and is_accepted(search, search.rival) and search.rival[5] >= _LOOKS_SAME * search.best[5]:
+        if (
+            not used_prior
+            and is_accepted(search, search.rival)
+            and search.rival[5] >= _LOOKS_SAME * search.best[5]
+        ):
             return NoFix(NoFixReason.AMBIGUOUS, _alike(search), dots)
         return self._fix(points, search, dots, used_prior)
 
@@ -162,9 +170,13 @@ class FloorLocalizer:
     def _fix(self, points: FloorPoints, search: Search, dots: DetectedDots, used_prior: bool) -> Fix | NoFix:
         """Fit the whole model from where the search ended."""
         settings, best = self._settings, search.best
-        start = np.array([best[3], best[4], math.atan2(best[2], best[1]), math.hypot(best[1], best[2]) - 1.0, 0.0, 0.0])
+        start = np.array(
+            [best[3], best[4], math.atan2(best[2], best[1]), math.hypot(best[1], best[2]) - 1.0, 0.0, 0.0]
+        )
         # Uniform within the tolerance has the tolerance over sqrt(3) for its standard deviation.
-        priors = np.array([settings.scale_tolerance, settings.tilt_tolerance, settings.tilt_tolerance]) / math.sqrt(3.0)
+        priors = np.array(
+            [settings.scale_tolerance, settings.tilt_tolerance, settings.tilt_tolerance]
+        ) / math.sqrt(3.0)
         rays = self._mount.camera_points_from_floor(points.points)
         mounted = MountedRays(rays, self._mount.rotation, np.array(self._mount.xyz))
         state, covariance, matches = refine(self._floor.grid, mounted, points.sigmas, start, priors)

@@ -106,8 +106,13 @@ def fit_pose(
 
 @njit(cache=True)
 def _add_dot(
-    mounted: MountedRays, k: int, target: NDArray[np.float64], sigma: float, state: NDArray[np.float64],
-    normal: NDArray[np.float64], gradient: NDArray[np.float64],
+    mounted: MountedRays,
+    k: int,
+    target: NDArray[np.float64],
+    sigma: float,
+    state: NDArray[np.float64],
+    normal: NDArray[np.float64],
+    gradient: NDArray[np.float64],
 ) -> None:
     """Add one dot's residual to the normal equations."""
     jacobian = np.empty((2, UNKNOWNS))

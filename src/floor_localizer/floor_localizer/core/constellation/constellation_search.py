@@ -31,7 +31,13 @@ from floor_localizer.core.constellation.constellation_key import (
     turn_around,
 )
 from floor_localizer.core.constellation.dot_grid import DotGrid
-from floor_localizer.core.constellation.lens import MOST_GROUPS, MOST_IN_LENS, distance, dots_in_lens, groups_of_four
+from floor_localizer.core.constellation.lens import (
+    MOST_GROUPS,
+    MOST_IN_LENS,
+    distance,
+    dots_in_lens,
+    groups_of_four,
+)
 
 # Tolerance of a coordinate in standard deviations: wide enough to keep nine of ten true constellations.
 _KEY_GATE = 2.3
@@ -102,8 +108,12 @@ def judge(grid: DotGrid, view: ViewDots, search: Search, a: complex, b: complex)
     if matched < 3 or abs(abs(a) - 1.0) > _SCALE_MARGIN * view.scale_tolerance:
         return False
     chance = log_chance_alignments(
-        search.residuals, 0.5 * view.sigma, _widest(view, search.matches), search.dots_in_scope,
-        view.density, view.scale_tolerance,
+        search.residuals,
+        0.5 * view.sigma,
+        _widest(view, search.matches),
+        search.dots_in_scope,
+        view.density,
+        view.scale_tolerance,
     )
     pose = np.array([chance, a.real, a.imag, b.real, b.imag, float(matched)])
     if chance < search.best[0]:
@@ -182,7 +192,9 @@ def _list_bases(
                 break
             if first > second or length < shortest:
                 continue
-            inside = dots_in_lens(view.points, first, second, view.nearest[first], length + 2.0 * view.sigma, lens)
+            inside = dots_in_lens(
+                view.points, first, second, view.nearest[first], length + 2.0 * view.sigma, lens
+            )
             if inside < OTHERS:
                 continue
             bases[count, 0], bases[count, 1] = first, second
@@ -204,7 +216,12 @@ def key_tolerance(sigma: float, length: float) -> float:
 
 @njit(cache=True)
 def _look_up(
-    grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search, length: float, seeds: NDArray[np.int64]
+    grid: DotGrid,
+    index: ConstellationIndex,
+    view: ViewDots,
+    search: Search,
+    length: float,
+    seeds: NDArray[np.int64],
 ) -> bool:
     """Look up one constellation, with either end first and in every order that noise allows.
 
@@ -241,8 +258,14 @@ def _is_order(xy: NDArray[np.float64], order: NDArray[np.int64], tie: float) -> 
 
 @njit(cache=True)
 def _probe(
-    grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search,
-    seeds: NDArray[np.int64], xy: NDArray[np.float64], order: NDArray[np.int64], tolerance: float,
+    grid: DotGrid,
+    index: ConstellationIndex,
+    view: ViewDots,
+    search: Search,
+    seeds: NDArray[np.int64],
+    xy: NDArray[np.float64],
+    order: NDArray[np.int64],
+    tolerance: float,
 ) -> None:
     """Try the indexed constellations whose eight coordinates are within the tolerance."""
     lower, first_cell = _limits(xy, order, -tolerance)

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 _COARSE_DIAMETERS = {'dark': 24.0, 'light': 24.0, 'any': 12.0}
 
 
-def smooth_background(image: NDArray[np.uint8], polarity: str, largest_diameter: float) -> NDArray[np.float32]:
+def smooth_background(
+    image: NDArray[np.uint8], polarity: str, largest_diameter: float
+) -> NDArray[np.float32]:
     """Return the floor's luminance under and around the dots.
 
     Dots are replaced by what surrounds them: morphological closing takes out dark dots, opening light

@@ -95,7 +95,9 @@ def check_image(image: NDArray[np.uint8]) -> None:
         kind = f'{image.dtype} values' if isinstance(image, np.ndarray) else type(image).__name__
         raise DotImageError(f'the image holds {kind}, it must be an array of uint8 (mono8 or bgr8)')
     if image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
-        raise DotImageError(f'the image has the shape {image.shape}, it must be (h, w) or (h, w, 3) (mono8 or bgr8)')
+        raise DotImageError(
+            f'the image has the shape {image.shape}, it must be (h, w) or (h, w, 3) (mono8 or bgr8)'
+        )
     if min(image.shape[:2]) < SMALLEST_SIDE:
         raise DotImageError(
             f'the image is {image.shape[1]} x {image.shape[0]} px, each side must be at least {SMALLEST_SIDE} px'

@@ -60,7 +60,10 @@ def _outline(labels, boxes):  # type: ignore[no-untyped-def]
                     continue
                 inside = 0 < u < width - 1 and 0 < v < height - 1
                 if not inside or (
-                    labels[v, u - 1] == 0 or labels[v, u + 1] == 0 or labels[v - 1, u] == 0 or labels[v + 1, u] == 0
+                    labels[v, u - 1] == 0
+                    or labels[v, u + 1] == 0
+                    or labels[v - 1, u] == 0
+                    or labels[v + 1, u] == 0
                 ):
                     outline[count, 0], outline[count, 1] = v, u
                     count += 1
