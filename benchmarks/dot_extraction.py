@@ -165,6 +165,7 @@ def match(dots: DetectedDots, truth: TrueImage) -> tuple[NDArray[np.int64], NDAr
         return np.empty(0, np.int64), np.empty(0, np.int64)
     distances, nearest = cKDTree(truth.pixels).query(dots.pixels)
     chips = np.asarray(nearest, dtype=np.int64)
+    distances = np.asarray(distances)
     order = np.argsort(distances)
     order = order[distances[order] < 0.5 * truth.diameters[chips[order]]]
     _, first = np.unique(chips[order], return_index=True)

@@ -24,8 +24,8 @@ _DOT_COVERAGE = 0.85
 _SATURATED = 250
 # Saturated pixels on a floor brighter than this are floor.
 _SATURATED_FLOOR = 225.0
-# Whatever the noise: ragged edges, unevenly coloured chips, texture of the floor [px].
-_SHAPE_SIGMA = 0.006
+# Whatever the noise: ragged edges, unevenly coloured chips, texture of the floor, compression [px].
+_SHAPE_SIGMA = 0.008
 # Nobody sees which of two touching dots a pixel between them belongs to [part of the diameter].
 _SPLIT_SIGMA = 0.02
 

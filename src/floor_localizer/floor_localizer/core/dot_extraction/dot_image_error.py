@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from floor_localizer.floor_localizer_error import FloorLocalizerError
 
-
-class DotImageError(FloorLocalizerError):
+class DotImageError(ValueError):
     """An image of a type or shape that dot extraction does not take; the message is one line."""
