@@ -35,6 +35,8 @@ from floor_localizer.core.constellation.lens import MOST_GROUPS, MOST_IN_LENS, d
 
 # Tolerance of a coordinate in standard deviations: wide enough to keep nine of ten true constellations.
 _KEY_GATE = 2.3
+# A base is too short to look up when its tolerance would be wider than this: nearly every key would be within.
+_WIDEST_TOLERANCE = 0.1
 # The fitted scale may be off by this much more than the camera's height, for its own error.
 _SCALE_MARGIN = 1.3
 _ORDERS = np.array(list(itertools.permutations(range(OTHERS))))
@@ -168,6 +170,7 @@ def _list_bases(
         less a fraction that puts the longer before the shorter.
     """
     n, m = view.nearest.shape
+    shortest = key_tolerance(view.sigma, _WIDEST_TOLERANCE)
     bases = np.empty((n * m, 2), dtype=np.int64)
     lengths = np.empty(n * m)
     crowds = np.empty(n * m)
@@ -178,7 +181,7 @@ def _list_bases(
             length = distance(view.points, first, second)
             if length > longest:
                 break
-            if first > second:
+            if first > second or length < shortest:
                 continue
             inside = dots_in_lens(view.points, first, second, view.nearest[first], length + 2.0 * view.sigma, lens)
             if inside < OTHERS:
@@ -191,6 +194,16 @@ def _list_bases(
 
 
 @njit(cache=True)
+def key_tolerance(sigma: float, length: float) -> float:
+    """Return how far a coordinate of a key may be off for dots of standard deviation ``sigma`` [m] on a base [m].
+
+    The dot's own noise and that of the base's ends add up to 1.25 sigma on average. Tolerance and length may change
+    places: the result for a given tolerance is the length that has it.
+    """
+    return _KEY_GATE * 1.25 * sigma / length
+
+
+@njit(cache=True)
 def _look_up(
     grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search, length: float, seeds: NDArray[np.int64]
 ) -> bool:
@@ -200,7 +213,7 @@ def _look_up(
     """
     xy = np.empty((OTHERS, 2))
     base_coordinates(view.points, seeds[0], seeds[1], seeds[2:], xy)
-    tolerance = _KEY_GATE * view.sigma / length * 1.25
+    tolerance = key_tolerance(view.sigma, length)
     tie = 1.4 * tolerance
     beyond = imbalance(xy)
     turned = seeds.copy()

@@ -33,7 +33,7 @@ def smooth_background(image: NDArray[np.uint8], polarity: str, largest_diameter:
     window = round((1.2 * largest_diameter + 2.0) / factor) | 1
     floor = np.maximum(_without_dots(coarse, polarity, window), 1).astype(np.float32)
     # Closing follows the noise up and opening down: the typical ratio takes that bias out again.
-    step = 1 + len(coarse) // 200
+    step = 1 + len(coarse) // 80
     floor *= np.median(coarse[::step, ::step] / floor[::step, ::step], axis=(0, 1)).astype(np.float32)
     fine = cv2.resize(floor, (width, height), interpolation=cv2.INTER_LINEAR)
     return np.asarray(fine, dtype=np.float32).reshape(height, width, channels)

@@ -17,6 +17,8 @@ from floor_localizer.core.dot_extraction.surroundings import REACH
 _FLOOR_COVERAGE = 0.15
 _DOT_COVERAGE = 0.85
 _SATURATED = 250
+# Saturated pixels on a floor brighter than this are floor.
+_SATURATED_FLOOR = 225.0
 # Whatever the noise: ragged edges, unevenly coloured chips, texture of the floor [px].
 _SHAPE_SIGMA = 0.006
 # Nobody sees which of two touching dots a pixel between them belongs to [part of the diameter].
@@ -104,7 +106,7 @@ def _measure(image, background, mask, labels, boxes, noise, reach):  # type: ign
             deviation = noise[i] * _noise_gain(direction, table[i, _CONTRAST], background[v, u])
             table[i, _SIGMA] = _centroid_sigma(coverage, places, table[i]) * deviation
             table[i, _STEP] = _light_step(background, mask, places, direction)
-            table[i, _CLIPPED] = _clipped(image, places)
+            table[i, _CLIPPED] = _clipped(image, background, places)
     return table
 
 
@@ -128,7 +130,8 @@ def _places(patch, label, left, top):  # type: ignore[no-untyped-def]
 def _direction(image, background, mask, places):  # type: ignore[no-untyped-def]
     # Unit vector of the blob's mean difference from the floor, over the channels.
     direction = np.zeros(image.shape[2])
-    for v, u in places:
+    for k in range(len(places)):
+        v, u = places[k, 0], places[k, 1]
         if mask[v, u]:
             for c in range(image.shape[2]):
                 direction[c] += image[v, u, c] / background[v, u, c] - 1.0
@@ -139,7 +142,7 @@ def _direction(image, background, mask, places):  # type: ignore[no-untyped-def]
 def _differences(image, background, places, direction):  # type: ignore[no-untyped-def]
     result = np.zeros(len(places))
     for k in range(len(places)):
-        v, u = places[k]
+        v, u = places[k, 0], places[k, 1]
         for c in range(image.shape[2]):
             result[k] += direction[c] * (image[v, u, c] / background[v, u, c] - 1.0)
     return result
@@ -179,7 +182,8 @@ def _centroid(coverage, places, row):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def _shape(mask, places, row):  # type: ignore[no-untyped-def]
     n = mu = mv = muu = muv = mvv = 0.0
-    for v, u in places:
+    for k in range(len(places)):
+        v, u = places[k, 0], places[k, 1]
         if mask[v, u]:
             x, y = u - row[_U], v - row[_V]
             n += 1.0
@@ -213,11 +217,12 @@ def _centroid_sigma(coverage, places, row):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _clipped(image, places):  # type: ignore[no-untyped-def]
+def _clipped(image, background, places):  # type: ignore[no-untyped-def]
     clipped = 0
-    for v, u in places:
+    for k in range(len(places)):
+        v, u = places[k, 0], places[k, 1]
         for c in range(image.shape[2]):
-            if image[v, u, c] >= _SATURATED:
+            if image[v, u, c] >= _SATURATED and background[v, u, c] < _SATURATED_FLOOR:
                 clipped += 1
                 break
     return clipped / len(places)
@@ -227,7 +232,8 @@ def _clipped(image, places):  # type: ignore[no-untyped-def]
 def _light_step(background, mask, places, direction):  # type: ignore[no-untyped-def]
     # Floor in the light taken for floor in the shade would have this contrast, or the other way round.
     darkest, brightest = np.inf, 0.0
-    for v, u in places:
+    for k in range(len(places)):
+        v, u = places[k, 0], places[k, 1]
         if mask[v, u]:
             brightness = np.sum(background[v, u])
             darkest, brightest = min(darkest, brightness), max(brightest, brightness)

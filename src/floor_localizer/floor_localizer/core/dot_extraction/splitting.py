@@ -17,9 +17,13 @@ _LARGEST_WAIST = 0.88
 _ELLIPTIC = 0.98
 _CLUSTERED = 0.88
 _SHORT = 1.4
+# Blobs of more area than this multiple of the median are looked at whatever their shape.
+_LARGE = 1.6
+# Contrast of the outline in which a waist is sought: the higher, the deeper blur may fill the gap between dots.
+_OUTLINE = 0.67
 # Blobs are looked at on a raster on which they are about this many pixels wide.
 _RASTER = 22.0
-# Half contrast cuts into small dots: a part may look thinner than the smallest dot by this ratio.
+# That outline cuts into small dots: a part may look thinner than the smallest dot by this ratio.
 _THINNED = 0.7
 
 
@@ -33,10 +37,10 @@ def split_touching(
 ) -> tuple[Boxes, NDArray[np.bool_]]:
     """Give the parts of blobs that consist of several dots labels of their own, in place.
 
-    The outline is that at half contrast in the unsmoothed image: smoothing fills the gaps between dots.
+    The outline is sought in the unsmoothed image: smoothing fills the gaps between dots.
 
     Args:
-        labels: the blobs; pixels outside the half-contrast outline of a split blob go back to the floor.
+        labels: the blobs; pixels outside that outline of a split blob go back to the floor.
         boxes: their bounding boxes.
         image: shape (h, w, channels), grey levels, not smoothed.
         background: shape (h, w, channels), grey levels of the floor.
@@ -55,7 +59,7 @@ def split_touching(
         patch = labels[top:bottom, left:right]
         window = (slice(top, bottom), slice(left, right))
         contrast = contrast_image(image[window], background[window], polarity)
-        raster = _half_contrast_raster(patch, i + 1, contrast, scale)
+        raster = _outline_raster(patch, i + 1, contrast, scale)
         basins, parts = distance_basins(raster, _LARGEST_WAIST, 0.5 * _THINNED * scale * smallest_diameter)
         if parts > 1:
             _relabel(patch, i + 1, basins, scale, count)
@@ -70,8 +74,11 @@ def split_touching(
 def _candidates(labels, boxes, smallest_area):  # type: ignore[no-untyped-def]
     found = np.empty(len(boxes), np.int64)
     count = 0
+    areas = boxes[boxes[:, 4] >= 0.5 * smallest_area, 4]
+    large = _LARGE * np.median(areas) if len(areas) > 0 else 0.0
     for i in range(len(boxes)):
-        if boxes[i, 4] >= smallest_area and not _is_single(labels, boxes[i], i + 1):
+        suspect = boxes[i, 4] > large or not _is_single(labels, boxes[i], i + 1)
+        if boxes[i, 4] >= smallest_area and suspect:
             found[count] = i
             count += 1
     return found[:count]
@@ -100,7 +107,7 @@ def _is_single(labels, box, label):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _half_contrast_raster(labels, label, contrast, scale):  # type: ignore[no-untyped-def]
+def _outline_raster(labels, label, contrast, scale):  # type: ignore[no-untyped-def]
     rows, columns = labels.shape
     inside = np.empty(labels.size, np.float32)
     count = 0
@@ -111,7 +118,7 @@ def _half_contrast_raster(labels, label, contrast, scale):  # type: ignore[no-un
                 count += 1
             else:
                 contrast[v, u] = 0.0
-    level = 0.5 * np.median(inside[:count])
+    level = _OUTLINE * np.median(inside[:count])
     # A frame of zeros keeps the flood from leaving the raster.
     raster = np.zeros((rows * scale + 2, columns * scale + 2), np.uint8)
     for row in range(rows * scale):

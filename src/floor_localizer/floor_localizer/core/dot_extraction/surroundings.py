@@ -37,7 +37,7 @@ def _grow(labels, boxes):  # type: ignore[no-untyped-def]
         following = np.empty((neighbours * len(front), 2), np.int32)
         count = 0
         for i in range(len(front)):
-            v, u = front[i]
+            v, u = front[i, 0], front[i, 1]
             value = sign * abs(labels[v, u])
             for k in range(neighbours):
                 y, x = v + _NEIGHBOURS[k, 0], u + _NEIGHBOURS[k, 1]
