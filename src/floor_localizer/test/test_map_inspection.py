@@ -19,7 +19,7 @@ def test_figures_are_those_the_floor_was_laid_with() -> None:
 
 def test_a_gap_between_two_rooms_is_no_area() -> None:
     room = random_map(2)
-    both = DotMap(np.vstack([room.points, room.points + [5.0, 3.0]]), np.tile(room.diameters, 2))
+    both = DotMap(np.vstack([room.points, room.points + np.array([5.0, 3.0])]), np.tile(room.diameters, 2))
     assert abs(describe_map(both, index_map(both)).area / 0.24 - 1.0) < 0.2
 
 

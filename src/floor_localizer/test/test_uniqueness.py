@@ -40,7 +40,7 @@ def test_every_place_of_a_random_floor_is_unique() -> None:
 
 def test_every_place_of_a_periodic_floor_is_ambiguous() -> None:
     tile = random_map(2, (0.15, 0.15)).points
-    tiles = [tile + [0.15 * i, 0.15 * j] for i in range(3) for j in range(3)]
+    tiles = [tile + 0.15 * np.array([i, j]) for i in range(3) for j in range(3)]
     assert set(kinds(map_of(*tiles))) == {PlaceKind.TWIN}
 
 
@@ -87,7 +87,7 @@ def test_a_corner_that_was_swept_bare_is_thin() -> None:
 
 def test_places_cover_the_floor_and_nothing_else() -> None:
     left = random_map(7).points
-    floor = index_map(map_of(left, left + [2.0, 1.0]))
+    floor = index_map(map_of(left, left + np.array([2.0, 1.0])))
     places = list_places(floor.grid, VIEW)
     assert 20 <= len(places) <= 40
     assert all(np.hypot(*(floor.grid.points - place).T).min() < 0.064 for place in places)
