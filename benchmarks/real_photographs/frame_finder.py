@@ -23,15 +23,19 @@ MINIMUM_PIECE = 5.0  # length of an edge piece [px]
 INSIDE = 2.5  # from an edge to where the sheet's brightness is taken [px]
 ON_LINE = 1.2  # distance from an edge piece's line of what continues it [px]
 GROWTH_GAP = 30.0  # between two pieces that are one edge [px]
-CORNER_GAP = 6.0  # from an edge piece's end to the corner [px] ...
+CORNER_GAP = 8.0  # from an edge piece's end to the corner [px] ...
 CORNER_SHARE = 0.15  # ... or as a share of the piece's length
 SAME_CORNER = 1.5  # [px]
 SAME_DIRECTION = 0.15  # [rad]
-STRAIGHTNESS = 2.0  # distance of an edge piece from its side's chord [px]
+STRAIGHTNESS = 3.0  # distance of an edge piece from its side's chord [px]
 MINIMUM_SIDE = 40.0  # [px]
 BRIGHTNESS = 0.65  # of a sheet, relative to the brightest hundredth of the image
 ASPECTS = (0.9, 1.0, 1.11)  # of the rectangles that a frame may be
-MISFIT = 0.02  # root mean square distance from such a rectangle's image, relative to the side
+MISFIT = 0.013  # root mean square distance from such a rectangle's image, relative to the side
+REFINEMENT = 4.0  # greatest, of a corner [px]
+WHITE_SHARE = 0.6  # least, of a frame's inside
+MUCH_LARGER = 1.12  # ratio of areas
+BLACK = 2.0  # grey level where undistortion has no picture
 MINIMUM_DOTS = 12  # seen inside a frame
 
 
@@ -68,7 +72,9 @@ def find_frames(image: NDArray[np.uint8], camera_matrix: Array) -> list[FoundFra
         if inside < MINIMUM_DOTS:
             continue
         refined = refine_quad(image, quad)
-        if refined is not None and _is_squarish(refined.corners, camera_matrix):
+        if refined is None or np.abs(refined.corners - quad).max() > REFINEMENT:
+            continue
+        if _is_squarish(refined.corners, camera_matrix) and _white_share(image, refined.corners) > WHITE_SHARE:
             found.append(FoundFrame(refined.corners, refined.is_printed, inside))
     return _without_nested(found)
 
@@ -86,7 +92,9 @@ def _edge_pieces(image: NDArray[np.uint8]) -> Array:
     pieces[turn] = pieces[turn][:, ::-1]
     normal[turn] *= -1.0
     white = BRIGHTNESS * np.percentile(image, 99.0)
-    pieces = pieces[_mean_along(image, pieces, INSIDE * normal) > white]
+    is_sheet = _mean_along(image, pieces, INSIDE * normal) > white
+    is_border = _mean_along(image, pieces, -INSIDE * normal) < BLACK
+    pieces = pieces[is_sheet & ~is_border]
     return np.concatenate([pieces, *[_grown(piece, pieces)[None] for piece in pieces]])
 
 
@@ -197,6 +205,12 @@ def _is_squarish(corners: Array, camera_matrix: Array) -> bool:
     return False
 
 
+def _white_share(image: NDArray[np.uint8], corners: Array) -> float:
+    inside = np.zeros_like(image)
+    cv2.fillConvexPoly(inside, np.round(corners).astype(np.int32), 1)
+    return float((image[inside > 0] > BRIGHTNESS * np.percentile(image, 99.0)).mean())
+
+
 def _paths(follows: list[list[int]], a: int) -> itertools.chain[tuple[int, int, int]]:
     return itertools.chain.from_iterable(
         ((b, c, d) for d in follows[c]) for b in follows[a] for c in follows[b]
@@ -213,10 +227,32 @@ def _count_inside(quad: Array, dots: Array) -> int:
 
 
 def _without_nested(frames: list[FoundFrame]) -> list[FoundFrame]:
-    """Keep the innermost of frames that lie in each other, for the paper's edge lies round the printed line."""
+    """Keep the best one of frames that lie in each other."""
     kept: list[FoundFrame] = []
-    for frame in sorted(frames, key=lambda f: cv2.contourArea(f.corners.astype(np.float32))):
-        centre = frame.corners.mean(axis=0)
-        if all(_count_inside(other.corners, centre[None]) == 0 for other in kept):
-            kept.append(frame)
+    for frame in sorted(frames, key=lambda f: _area(f.corners)):
+        rivals = [other for other in kept if _overlap(frame, other)]
+        if all(_is_better(frame, other) for other in rivals):
+            kept = [other for other in kept if not _overlap(frame, other)] + [frame]
     return kept
+
+
+def _overlap(first: FoundFrame, second: FoundFrame) -> bool:
+    centres = first.corners.mean(axis=0)[None], second.corners.mean(axis=0)[None]
+    return _count_inside(first.corners, centres[1]) + _count_inside(second.corners, centres[0]) > 0
+
+
+def _is_better(larger: FoundFrame, smaller: FoundFrame) -> bool:
+    """Return whether the larger of two frames is the one to keep.
+
+    A printed line goes before the edge of its paper, more dots before fewer. With equal dots the larger one is
+    kept if it is much larger, for a stick cuts pieces off; else it is the side of a card round its upper face.
+    """
+    if larger.is_printed != smaller.is_printed:
+        return larger.is_printed
+    if larger.dots != smaller.dots:
+        return larger.dots > smaller.dots
+    return _area(larger.corners) > MUCH_LARGER * _area(smaller.corners)
+
+
+def _area(corners: Array) -> float:
+    return float(cv2.contourArea(corners.astype(np.float32)))
