@@ -81,9 +81,7 @@ class PinholeCamera:
                 points, self.matrix, distortion, np.eye(3), np.eye(3), _UNDISTORT_UNTIL
             )
         else:
-            undistorted = cv2.undistortPoints(
-                points, self.matrix, distortion, criteria=_UNDISTORT_UNTIL
-            )
+            undistorted = cv2.undistortPoints(points, self.matrix, distortion, criteria=_UNDISTORT_UNTIL)
         rays[:, :2] = undistorted[:, 0]
         return rays
 

@@ -44,9 +44,7 @@ class PlanarPose:
     def inverse(self) -> PlanarPose:
         """Return ``T_b_a`` of ``T_a_b``."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
-        return PlanarPose(
-            -cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap_angle(-self.yaw)
-        )
+        return PlanarPose(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap_angle(-self.yaw))
 
     def transform(self, points: ArrayLike) -> NDArray[np.float64]:
         """Take points from the child frame to the parent frame.

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+
 from shirube_geometry import CameraMount, PinholeCamera
 
 STRONG_LENS = PinholeCamera(235, 235, 340.0, 338.0, 116.2, 118.1, (-0.3, 0.1, 0.001, -0.002, 0.01))

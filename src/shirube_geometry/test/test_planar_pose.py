@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+
 from shirube_geometry import PlanarPose, wrap_angle
 
 RNG = np.random.default_rng(3)

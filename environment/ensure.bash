@@ -1,0 +1,65 @@
+# Sourced by ./shirube and .ci/run: finds Python and keeps the virtual environments complete.
+
+# What a sourced ROS or another environment leaves behind would be found before our own packages.
+forget_other_environments() {
+    unset PYTHONPATH PYTHONHOME PYTHONSTARTUP VIRTUAL_ENV LD_LIBRARY_PATH LD_PRELOAD \
+        AMENT_PREFIX_PATH COLCON_PREFIX_PATH CMAKE_PREFIX_PATH ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION \
+        RMW_IMPLEMENTATION _ROS_WHEELS_BOOTSTRAP_COMPLETE PIP_TARGET PIP_PREFIX PIP_USER PIP_REQUIRE_VIRTUALENV
+}
+
+# find_python "3.12 3.11" prints the path of the first Python of such a version that can make environments.
+# The shims of version managers may exist without working, so each candidate is asked.
+find_python() {
+    local versions=$1 version name path answer no_venv='' other=''
+    local -a names=() candidates=()
+    for version in $versions; do names+=("python$version"); done
+    for name in "${names[@]}" python3; do
+        while read -r path; do [ -n "$path" ] && candidates+=("$path"); done < <(type -aP "$name")
+    done
+    for version in $versions; do candidates+=(~/.pyenv/versions/"$version"*/bin/python3); done
+    for path in "${candidates[@]}"; do
+        [ -x "$path" ] || continue
+        answer=$("$path" -ISc 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null) || continue
+        if [[ " $versions " != *" $answer "* ]]; then
+            other="$answer ($path)"
+        elif "$path" -Ic 'import venv, ensurepip' 2>/dev/null; then
+            printf '%s\n' "$path"
+            return 0
+        else
+            no_venv=${no_venv:-"$answer ($path)"}
+        fi
+    done
+    explain_missing_python "${versions// / or }" "$no_venv" "$other"
+    return 1
+}
+
+explain_missing_python() {
+    local wanted=$1 no_venv=$2 other=$3
+    if [ -n "$no_venv" ]; then
+        echo "shirube: Python $no_venv lacks the module venv; install it (Debian, Ubuntu:" \
+            "apt install python${no_venv%% *}-venv) and try again" >&2
+    elif [ -n "$other" ]; then
+        echo "shirube: needs Python $wanted, found only $other; install one of them with its venv and try again" >&2
+    else
+        echo "shirube: needs Python $wanted, found none; install one of them with its venv and try again" >&2
+    fi
+}
+
+# ensure_environment ROOT FOLDER "3.12 3.11" LOCK... makes or completes ROOT/FOLDER; quick when all is in place.
+ensure_environment() {
+    local root=$1 folder=$1/$2 versions=$3 python locks project version
+    shift 3
+    locks=$(cd "$root/environment" && cat -- "$@" | sha256sum)
+    project=$(cd "$root" && cat pyproject.toml <(printf "%s\n" src/*/*/__init__.py) | sha256sum)
+    if [ -x "$folder/bin/python" ] && [ -f "$folder/shirube.stamp" ]; then
+        version=$("$folder/bin/python" -ISc 'import sys; print(sys.version.split()[0])' 2>/dev/null) || version=broken
+        [ "$(<"$folder/shirube.stamp")" = "${locks%% *} $version $root"$'\n'"${project%% *}" ] && return 0
+    fi
+    if [ "$(uname -sm)" != 'Linux x86_64' ]; then
+        echo "shirube: ROS 2 wheels exist for Linux on x86-64 only, this is $(uname -sm);" \
+            "see \"On a robot\" in README.md" >&2
+        return 1
+    fi
+    python=$(find_python "$versions") || return 1
+    "$python" -I "$root/environment/install.py" "$folder" "${locks%% *}" "${project%% *}" "$@"
+}

@@ -1,0 +1,66 @@
+"""The paper's matching address matrix (2.3.3), one bit a block: is there a map dot at this place?
+
+A glance at one bit tells what a search for the nearest dot tells ten times slower, which is enough to drop a wrong guess.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from floor_localizer.core.constellation.dot_grid import DotGrid
+
+# In units of the mean spacing of dots: how far from a block's centre a dot makes it occupied, and a block's side.
+_REACH, _BLOCK = 0.15, 0.06
+
+
+class AddressGrid(NamedTuple):
+    """Blocks of the floor that are occupied by a dot.
+
+    Attributes:
+        bits: shape (rows, columns / 8) uint8, one bit a block.
+        x0: lower edge of the first column [m].
+        y0: lower edge of the first row [m].
+        block: side of a block [m].
+    """
+
+    bits: NDArray[np.uint8]
+    x0: float
+    y0: float
+    block: float
+
+
+@njit(cache=True)
+def build_address_grid(grid: DotGrid) -> AddressGrid:
+    """Mark the blocks whose centres are near a dot."""
+    block, reach = _BLOCK * grid.cell, _REACH * grid.cell
+    columns = int(math.ceil(grid.columns / _BLOCK)) + 8
+    rows = int(math.ceil(grid.rows / _BLOCK)) + 8
+    bits = np.zeros((rows, columns // 8 + 1), dtype=np.uint8)
+    margin = 4 * block
+    x0, y0 = grid.x0 - margin, grid.y0 - margin
+    steps = int(reach / block) + 1
+    for i in range(len(grid.points)):
+        column = int((grid.points[i, 0] - x0) / block)
+        row = int((grid.points[i, 1] - y0) / block)
+        for r in range(max(row - steps, 0), min(row + steps + 1, rows)):
+            for c in range(max(column - steps, 0), min(column + steps + 1, columns)):
+                dx = x0 + (c + 0.5) * block - grid.points[i, 0]
+                dy = y0 + (r + 0.5) * block - grid.points[i, 1]
+                if dx * dx + dy * dy <= reach * reach:
+                    bits[r, c >> 3] |= np.uint8(1 << (c & 7))
+    return AddressGrid(bits, x0, y0, block)
+
+
+@njit(cache=True)
+def is_occupied(addresses: AddressGrid, x: float, y: float) -> bool:
+    """Tell whether there is a map dot at a place of the map [m]."""
+    column = int((x - addresses.x0) / addresses.block)
+    row = int((y - addresses.y0) / addresses.block)
+    if row < 0 or column < 0 or row >= addresses.bits.shape[0] or column >= addresses.bits.shape[1] * 8:
+        return False
+    return (addresses.bits[row, column >> 3] >> (column & 7)) & 1 == 1

@@ -1,0 +1,87 @@
+"""Which dots make a constellation on a base: those in its lens, no two of them farther apart than its ends.
+
+Map and view are searched by the same rule, so that what the index holds is what a view asks for.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from floor_localizer.core.constellation.constellation_key import OTHERS
+
+MOST_IN_LENS = 24
+MOST_GROUPS = 1024
+
+
+@njit(cache=True)
+def distance(points: NDArray[np.float64], i: int, j: int) -> float:
+    """Return the distance of two dots [m]."""
+    dx = np.float64(points[i, 0]) - np.float64(points[j, 0])
+    dy = np.float64(points[i, 1]) - np.float64(points[j, 1])
+    return math.sqrt(dx * dx + dy * dy)
+
+
+@njit(cache=True)
+def dots_in_lens(
+    points: NDArray[np.float64], first: int, second: int, near: NDArray[np.int64], longest: float,
+    lens: NDArray[np.int64],
+) -> int:
+    """Write the dots that are no farther than ``longest`` from both ends of a base, and return their number.
+
+    Args:
+        points: shape (n, 2), dots [m].
+        first: one end of the base.
+        second: the other end.
+        near: dots around the first end, where the others are looked for.
+        longest: no two dots of a constellation are farther apart [m].
+        lens: shape (MOST_IN_LENS,), written; what does not fit is left out.
+    """
+    found = 0
+    for dot in near:
+        if found == MOST_IN_LENS:
+            break
+        if dot in (first, second):
+            continue
+        if distance(points, first, dot) <= longest and distance(points, second, dot) <= longest:
+            lens[found] = dot
+            found += 1
+    return found
+
+
+@njit(cache=True)
+def groups_of_four(
+    points: NDArray[np.float64], lens: NDArray[np.int64], longest: float, groups: NDArray[np.int64]
+) -> int:
+    """Write all groups of four dots of a lens of which no two are farther apart than ``longest``, return their number.
+
+    Args:
+        points: shape (n, 2), dots [m].
+        lens: shape (m,), the dots to choose from.
+        longest: [m].
+        groups: shape (MOST_GROUPS, 4), written; what does not fit is left out.
+    """
+    together = np.zeros(len(lens), dtype=np.int64)
+    for i in range(len(lens)):
+        for j in range(i):
+            if distance(points, lens[i], lens[j]) <= longest:
+                together[i] |= 1 << j
+    count = 0
+    for i in range(OTHERS - 1, len(lens)):
+        for j in range(OTHERS - 2, i):
+            if not together[i] >> j & 1:
+                continue
+            both = together[i] & together[j]
+            for k in range(OTHERS - 3, j):
+                if not both >> k & 1:
+                    continue
+                all_three = both & together[k]
+                for m in range(k):
+                    if all_three >> m & 1 and count < len(groups):
+                        groups[count, 0], groups[count, 1] = lens[i], lens[j]
+                        groups[count, 2], groups[count, 3] = lens[k], lens[m]
+                        count += 1
+    return count

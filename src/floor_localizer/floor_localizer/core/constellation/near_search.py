@@ -1,0 +1,70 @@
+"""Find the pose near where it is expected: only the map dots around the expected places of a pair are tried."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from floor_localizer.core.constellation.alignment import GATE, ViewDots, grow
+from floor_localizer.core.constellation.constellation_search import Search, judge
+from floor_localizer.core.constellation.dot_grid import DotGrid, dots_within
+from floor_localizer.core.constellation.lens import distance
+from floor_localizer.core.constellation.pair_search import choose_pairs
+
+_SHORTEST, _LONGEST = 1.2, 5.0
+_MOST_AROUND = 20000
+
+
+@njit(cache=True)
+def search_near(
+    grid: DotGrid, view: ViewDots, search: Search, expected: NDArray[np.float64], radius: float, turn: float,
+    most_pairs: int,
+) -> bool:
+    """Lay pairs of the view on the map dots around where they are expected, until a pose is accepted.
+
+    Args:
+        expected: shape (3,), x, y [m] and yaw [rad] of the base frame in the map.
+        radius: how far the base may be from there [m].
+        turn: how far its heading may be off [rad].
+        most_pairs: after so many pairs without a pose there is none here.
+    """
+    a = complex(math.cos(expected[2]), math.sin(expected[2]))
+    b = complex(expected[0], expected[1])
+    around = np.empty(_MOST_AROUND, dtype=np.int64)
+    ends = np.empty(_MOST_AROUND, dtype=np.int64)
+    seeds = np.empty(2, dtype=np.int64)
+    slack = GATE * view.sigma
+    for first, second in choose_pairs(view, _SHORTEST * grid.cell, _LONGEST * grid.cell)[:most_pairs]:
+        seeds[0], seeds[1] = first, second
+        length = distance(view.points, first, second)
+        stretch = view.scale_tolerance * length + math.sqrt(2.0) * slack
+        place = a * view.z[first] + b
+        swing = abs(view.z[first]) * (min(turn, 2.0) + view.scale_tolerance)
+        count = dots_within(grid, place.real, place.imag, radius + swing + slack, around)
+        arm = a * (view.z[second] - view.z[first])
+        for start in around[:count]:
+            x, y = np.float64(grid.points[start, 0]), np.float64(grid.points[start, 1])
+            if turn < 0.5:
+                found = dots_within(grid, x + arm.real, y + arm.imag, length * turn + stretch, ends)
+            else:
+                found = dots_within(grid, x, y, length + stretch, ends)
+            for end in ends[:found]:
+                dx, dy = grid.points[end, 0] - x, grid.points[end, 1] - y
+                if abs(math.hypot(dx, dy) - length) > stretch:
+                    continue
+                good, turned, shift = grow(grid, view, seeds, start, end)
+                if good and _is_near(a, b, turned, shift, radius, turn) and judge(grid, view, search, turned, shift):
+                    return True
+    return False
+
+
+@njit(cache=True)
+def _is_near(
+    a: complex, b: complex, found_a: complex, found_b: complex, radius: float, turn: float
+) -> bool:
+    """Tell whether a found similarity is within reach of the expected one, with room for its own error."""
+    off = found_a * np.conj(a)
+    return abs(found_b - b) <= 1.5 * radius + 0.005 and abs(math.atan2(off.imag, off.real)) <= 1.5 * turn + 0.05

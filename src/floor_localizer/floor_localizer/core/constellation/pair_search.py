@@ -1,0 +1,115 @@
+"""Lay pairs of view dots on every pair of map dots that is as far apart: slower than the index, but two dots suffice.
+
+This finds what the constellation index cannot: views in which so many dots are missing that no constellation is whole.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from floor_localizer.core.constellation.address_grid import AddressGrid, is_occupied
+from floor_localizer.core.constellation.alignment import GATE, ViewDots, grow
+from floor_localizer.core.constellation.constellation_search import Search, is_accepted, judge
+from floor_localizer.core.constellation.dot_grid import DotGrid
+from floor_localizer.core.constellation.lens import distance
+
+# Bases in units of the mean spacing: shorter ones leave the turn too open, longer ones fit too many map pairs.
+_SHORTEST, _LONGEST = 1.0, 2.0
+# Of the dots next to a pair so many are looked up at the most, and a guess is dropped when so many are not there.
+_GLANCES, _MISSES = 6, 4
+
+
+@njit(cache=True)
+def search_pairs(
+    grid: DotGrid, addresses: AddressGrid, view: ViewDots, search: Search, most_pairs: int
+) -> bool:
+    """Lay up to ``most_pairs`` pairs of the view on the map until a pose is accepted."""
+    seeds = np.empty(2, dtype=np.int64)
+    pairs = choose_pairs(view, _SHORTEST * grid.cell, _LONGEST * grid.cell)
+    for first, second in pairs[:most_pairs]:
+        seeds[0], seeds[1] = first, second
+        _lay_on_map(grid, addresses, view, search, seeds)
+        if is_accepted(search, search.best):
+            return True
+    return False
+
+
+@njit(cache=True)
+def choose_pairs(view: ViewDots, shortest: float, longest: float) -> NDArray[np.int64]:
+    """List the pairs of dots with a length in the given range [m], shape (p, 2), each dot once before any comes again."""
+    n, m = view.nearest.shape
+    pairs = np.empty((n * m, 2), dtype=np.int64)
+    uses = np.empty(n * m)
+    used = np.zeros(n)
+    count = 0
+    for turn in range(m):
+        for first in range(n):
+            second = view.nearest[first, turn]
+            length = distance(view.points, first, second)
+            if first < second and shortest <= length <= longest:
+                pairs[count, 0], pairs[count, 1] = first, second
+                uses[count] = max(used[first], used[second])
+                used[first] += 1.0
+                used[second] += 1.0
+                count += 1
+    return pairs[np.argsort(uses[:count])]
+
+
+@njit(cache=True)
+def _lay_on_map(
+    grid: DotGrid, addresses: AddressGrid, view: ViewDots, search: Search, seeds: NDArray[np.int64]
+) -> None:
+    """Lay one pair of the view on every map pair of its length, to the end, so that places that look alike are found."""
+    length = distance(view.points, seeds[0], seeds[1])
+    slack = view.scale_tolerance * length + math.sqrt(2.0) * GATE * view.sigma
+    glances = _glances(view, seeds)
+    least, most = max(length - slack, 0.0) ** 2, (length + slack) ** 2
+    rings = int(math.sqrt(most) / grid.cell) + 1
+    for row in range(grid.rows):
+        first_row, last_row = max(row - rings, 0), min(row + rings, grid.rows - 1)
+        for column in range(grid.columns):
+            cell = row * grid.columns + column
+            first_column, last_column = max(column - rings, 0), min(column + rings, grid.columns - 1)
+            for a in range(grid.starts[cell], grid.starts[cell + 1]):
+                x, y = grid.points[a, 0], grid.points[a, 1]
+                for other_row in range(first_row, last_row + 1):
+                    start = grid.starts[other_row * grid.columns + first_column]
+                    end = grid.starts[other_row * grid.columns + last_column + 1]
+                    for b in range(start, end):
+                        dx, dy = grid.points[b, 0] - x, grid.points[b, 1] - y
+                        if not least <= dx * dx + dy * dy <= most:
+                            continue
+                        search.counts[1] += 1
+                        if not _looks_right(addresses, glances, x, y, dx, dy):
+                            continue
+                        good, turn, shift = grow(grid, view, seeds, a, b)
+                        if good:
+                            judge(grid, view, search, turn, shift)
+
+
+@njit(cache=True)
+def _glances(view: ViewDots, seeds: NDArray[np.int64]) -> NDArray[np.complex128]:
+    """Return the places of the dots next to a pair in the frame of the pair: first dot at 0, second at 1."""
+    zi, zj = view.z[seeds[0]], view.z[seeds[1]]
+    off = np.abs(view.z - 0.5 * (zi + zj))
+    off[seeds[0]] = off[seeds[1]] = math.inf
+    nearest = np.argsort(off)[: min(_GLANCES, len(off) - 2)]
+    return (view.z[nearest] - zi) / (zj - zi)
+
+
+@njit(cache=True)
+def _looks_right(
+    addresses: AddressGrid, glances: NDArray[np.complex128], x: float, y: float, dx: float, dy: float
+) -> bool:
+    """Tell whether enough of the dots next to a pair are on the map when the pair lies at (x, y) and (x+dx, y+dy)."""
+    misses = 0
+    for g in glances:
+        if not is_occupied(addresses, x + g.real * dx - g.imag * dy, y + g.imag * dx + g.real * dy):
+            misses += 1
+            if misses >= _MISSES:
+                return False
+    return True

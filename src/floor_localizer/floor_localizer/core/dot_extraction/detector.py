@@ -1,0 +1,102 @@
+"""Dots from an image, in the steps of the paper (3.1)."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.dot_extraction.background import smooth_background
+from floor_localizer.core.dot_extraction.binarisation import binarise, contrast_threshold
+from floor_localizer.core.dot_extraction.centroids import measure_blobs
+from floor_localizer.core.dot_extraction.dot_image_error import DotImageError
+from floor_localizer.core.dot_extraction.labelling import label_blobs
+from floor_localizer.core.dot_extraction.noise_removal import are_dots, hair_width, remove_thin
+from floor_localizer.core.dot_extraction.polarity import choose_polarity
+from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
+from floor_localizer.core.dot_extraction.splitting import split_touching
+from floor_localizer.core.dot_extraction.surroundings import grow_labels
+from shirube_settings import check_settings
+
+SMALLEST_SIDE = 32
+"""An image with a side shorter than this shows no pattern of dots [px]."""
+
+_THINNEST = 3
+
+
+class DotDetector:
+    """Finds the dots in images of a floor."""
+
+    def __init__(self, settings: DotDetectorSettings | None = None) -> None:
+        """Keep the settings.
+
+        Args:
+            settings: settings of dot extraction, None for the defaults.
+
+        Raises:
+            SettingsError: a setting is outside its range.
+        """
+        self.settings = settings or DotDetectorSettings()
+        check_settings(self.settings)
+
+    def detect(self, image: NDArray[np.uint8]) -> DetectedDots:
+        """Find the dots of one image.
+
+        Args:
+            image: shape (h, w) grey or (h, w, 3) blue, green, red; uint8; it is not changed.
+
+        Returns:
+            the dots in raw image coordinates, in no particular order; none on an empty floor.
+
+        Raises:
+            DotImageError: the image is of another type or shape, or too small.
+        """
+        check_image(image)
+        height, width = image.shape[:2]
+        smallest, largest = self.settings.minimum_diameter, self.settings.largest_diameter(width, height)
+        image, polarity = self._channels(image, largest)
+        smooth = cv2.GaussianBlur(image, (5, 5), 1.0).reshape(image.shape)
+
+        background = smooth_background(smooth, polarity, largest)
+        threshold = contrast_threshold(smooth, background, polarity, self.settings)
+        mask = remove_thin(binarise(smooth, background, polarity, threshold), _THINNEST)
+        labels, boxes = label_blobs(mask)
+        width_of_hairs = hair_width(boxes, smallest, largest)
+        if width_of_hairs > _THINNEST:
+            mask = remove_thin(mask, width_of_hairs)
+            labels, boxes = label_blobs(mask)
+        boxes, split = split_touching(labels, boxes, image, background, polarity, smallest)
+
+        grow_labels(labels, boxes)
+        blobs = measure_blobs(image, background, mask, labels, boxes, split)
+        kept = are_dots(blobs, boxes, width, height, self.settings)
+        diameters = 2.0 * np.sqrt(blobs.areas[kept] / np.pi)
+        return DetectedDots(blobs.pixels[kept], diameters, blobs.sigmas[kept])
+
+    def _channels(self, image: NDArray[np.uint8], largest: float) -> tuple[NDArray[np.uint8], str]:
+        # The image as (h, w, 1) where brightness tells the dots, else as (h, w, 3); and the polarity.
+        polarity = self.settings.polarity
+        planes = np.ascontiguousarray(image).reshape(*image.shape[:2], -1)
+        if polarity == 'auto':
+            polarity = choose_polarity(planes, largest)
+        if planes.shape[2] == 3 and polarity != 'any':
+            planes = cv2.cvtColor(planes, cv2.COLOR_BGR2GRAY)[..., None]
+        return planes, polarity
+
+
+def check_image(image: NDArray[np.uint8]) -> None:
+    """Refuse what is no image of a floor.
+
+    Raises:
+        DotImageError: one line that names the type or shape and what is expected.
+    """
+    if not isinstance(image, np.ndarray) or image.dtype != np.uint8:
+        kind = f'{image.dtype} values' if isinstance(image, np.ndarray) else type(image).__name__
+        raise DotImageError(f'the image holds {kind}, it must be an array of uint8 (mono8 or bgr8)')
+    if image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
+        raise DotImageError(f'the image has the shape {image.shape}, it must be (h, w) or (h, w, 3) (mono8 or bgr8)')
+    if min(image.shape[:2]) < SMALLEST_SIDE:
+        raise DotImageError(
+            f'the image is {image.shape[1]} x {image.shape[0]} px, each side must be at least {SMALLEST_SIDE} px'
+        )

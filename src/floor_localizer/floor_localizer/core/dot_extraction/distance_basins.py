@@ -1,0 +1,121 @@
+"""Distance transform of a small binary image and the basins of its maxima."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+def distance_basins(
+    raster: NDArray[np.uint8], largest_waist: float, smallest_radius: float
+) -> tuple[NDArray[np.int32], int]:
+    """Part a binary shape at its waists.
+
+    The distance transform of a convex shape has a single maximum. Pixels are flooded from the largest distance
+    down; where the floods of two maxima meet, the shape has a waist of that radius. It counts if it is
+    narrow against the smaller of the two maxima, else the floods become one.
+
+    Args:
+        raster: shape (h, w), not zero inside the shape; its outer rows and columns are zero.
+        largest_waist: largest ratio of a waist to the smaller maximum.
+        smallest_radius: radius below which a maximum is no part of its own [px].
+
+    Returns:
+        basins, shape (h, w), 0 outside and 1, 2, … inside; and the number of basins.
+    """
+    basins, count = _flood(_squared_distances(raster), largest_waist**2, smallest_radius**2)
+    return basins, int(count)
+
+
+@njit(cache=True)
+def _squared_distances(raster):  # type: ignore[no-untyped-def]
+    # Squared Euclidean distance of each pixel inside to the nearest one outside: a whole number.
+    height, width = raster.shape
+    rows = np.zeros((height, width), np.int32)
+    for v in range(1, height):
+        for u in range(width):
+            rows[v, u] = rows[v - 1, u] + 1 if raster[v, u] else 0
+    for v in range(height - 2, -1, -1):
+        for u in range(width):
+            rows[v, u] = min(rows[v, u], rows[v + 1, u] + 1)
+    result = np.zeros((height, width), np.int32)
+    for v in range(height):
+        for u in range(width):
+            best = rows[v, u] ** 2
+            step = 1
+            # Columns further away than the best distance so far cannot hold a nearer pixel; the frame ends the search.
+            while step * step < best:
+                best = min(best, step * step + rows[v, u - step] ** 2, step * step + rows[v, u + step] ** 2)
+                step += 1
+            result[v, u] = best
+    return result
+
+
+@njit(cache=True)
+def _flood(distances, largest_waist, smallest_radius):  # type: ignore[no-untyped-def]
+    # All lengths are squared.
+    height, width = distances.shape
+    flat = distances.ravel()
+    owner = np.full(flat.size, -1, np.int64)
+    peaks, parents = np.empty(flat.size), np.empty(flat.size, np.int64)
+    count = 0
+    for place in _descending(flat):
+        root, highest = -1, 0
+        for step in (-1, 1, -width, width, -width - 1, -width + 1, width - 1, width + 1):
+            if owner[place + step] < 0:
+                continue
+            other = _root(parents, owner[place + step])
+            if root >= 0 and root != other:
+                high, low = (root, other) if peaks[root] >= peaks[other] else (other, root)
+                if flat[place] > largest_waist * peaks[low] or peaks[low] < smallest_radius:
+                    parents[low] = high
+                    root, other = _root(parents, root), high
+            # A pixel follows its highest neighbour, so that no basin creeps along the flank of another.
+            if flat[place + step] > highest:
+                root, highest = other, flat[place + step]
+        if root < 0:
+            root = count
+            peaks[count], parents[count] = flat[place], count
+            count += 1
+        owner[place] = root
+    return _numbered(owner, parents, height, width)
+
+
+@njit(cache=True)
+def _descending(values):  # type: ignore[no-untyped-def]
+    # Places of the positive values, greatest first; whole numbers are sorted by counting.
+    starts = np.zeros(np.max(values) + 2, np.int64)
+    for value in values:
+        starts[value] += 1
+    starts[0] = 0
+    for k in range(len(starts) - 2, -1, -1):
+        starts[k] += starts[k + 1]
+    places = np.empty(starts[0], np.int64)
+    for place in range(len(values)):
+        if values[place] > 0:
+            places[starts[values[place] + 1]] = place
+            starts[values[place] + 1] += 1
+    return places
+
+
+@njit(cache=True)
+def _root(parents, node):  # type: ignore[no-untyped-def]
+    while parents[node] != node:
+        node = parents[node]
+    return node
+
+
+@njit(cache=True)
+def _numbered(owner, parents, height, width):  # type: ignore[no-untyped-def]
+    numbers = np.zeros(owner.size, np.int32)
+    basins = np.zeros(owner.size, np.int32)
+    count = 0
+    for place in range(owner.size):
+        if owner[place] >= 0:
+            root = _root(parents, owner[place])
+            if numbers[root] == 0:
+                count += 1
+                numbers[root] = count
+            basins[place] = numbers[root]
+    return basins.reshape(height, width), count

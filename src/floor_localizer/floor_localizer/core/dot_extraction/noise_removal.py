@@ -1,0 +1,101 @@
+"""Noise removal (paper 3.1): hairs, scratches, specks and reflections are no dots."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.dot_extraction.centroids import Blobs
+from floor_localizer.core.dot_extraction.labelling import Boxes
+from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
+
+# Thinner than this part of a typical dot is a hair.
+_HAIR_WIDTH = 0.25
+_LARGEST_CLIPPED_SHARE = 0.05
+# The edge of a shadow makes contrasts up to 1 times the step of the light over it.
+_LEAST_CONTRAST_TO_STEP = 1.3
+# Fewer blobs do not tell how motion blur stretches them.
+_FEWEST_BLOBS = 8
+
+
+def remove_thin(mask: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
+    """Return a binary image, shape (h, w), without what is thinner than ``width`` (odd) pixels."""
+    shape = cv2.MORPH_CROSS if width == 3 else cv2.MORPH_ELLIPSE
+    opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, cv2.getStructuringElement(shape, (width, width)))
+    return np.asarray(opened, dtype=np.uint8)
+
+
+def hair_width(boxes: Boxes, smallest: float, largest: float) -> int:
+    """Return the width up to which blobs are hairs, at least 3 and odd [px].
+
+    Args:
+        boxes: bounding boxes and areas of all blobs.
+        smallest: diameter of the smallest dot [px].
+        largest: diameter of the largest dot [px].
+    """
+    return 2 * round(0.5 * _HAIR_WIDTH * typical_diameter(boxes[:, 4], smallest, largest)) | 1
+
+
+def typical_diameter(areas: NDArray[np.generic], smallest: float, largest: float) -> float:
+    """Return the diameter of the blob in which the median pixel of all blobs of a dot's size lies [px].
+
+    Specks, which are many but small, do not sway it.
+
+    Args:
+        areas: shape (n,), areas [px^2].
+        smallest: diameter of the smallest dot [px].
+        largest: diameter of the largest dot [px].
+    """
+    diameters = np.sort(2.0 * np.sqrt(areas / np.pi))
+    diameters = diameters[(diameters >= smallest) & (diameters <= largest)]
+    if len(diameters) == 0:
+        return smallest
+    covered = np.cumsum(diameters**2)
+    return float(diameters[np.searchsorted(covered, 0.5 * covered[-1])])
+
+
+def are_dots(
+    blobs: Blobs, boxes: Boxes, width: int, height: int, settings: DotDetectorSettings
+) -> NDArray[np.bool_]:
+    """Tell dots from dirt, reflections and dots that the image border cuts (their centroids are biased).
+
+    Args:
+        blobs: the blobs, n of them.
+        boxes: their bounding boxes.
+        width: width of the image [px].
+        height: height of the image [px].
+        settings: settings of dot extraction.
+
+    Returns:
+        array, shape (n,).
+    """
+    largest = settings.largest_diameter(width, height)
+    diameters = 2.0 * np.sqrt(blobs.areas / np.pi)
+    sized = (diameters >= settings.minimum_diameter) & (diameters <= largest) & (blobs.contrasts > 0.0)
+    typical = typical_diameter(blobs.areas, settings.minimum_diameter, largest)
+    sized &= diameters >= settings.minimum_relative_diameter * typical
+    sized &= blobs.contrasts > _LEAST_CONTRAST_TO_STEP * blobs.steps
+    whole = (boxes[:, :2] > 0).all(axis=1) & (boxes[:, 2] < width) & (boxes[:, 3] < height)
+    compact = _elongations(blobs.covariances, sized & whole) <= settings.maximum_elongation
+    return sized & whole & compact & ~_reflections(blobs.clipped, sized & whole)
+
+
+def _elongations(covariances: NDArray[np.float64], candidates: NDArray[np.bool_]) -> NDArray[np.float64]:
+    # Motion blur stretches all dots alike: shapes are compared with the median shape, not with a disc.
+    uu, uv, vv = covariances.T
+    common = np.array([1.0, 0.0, 1.0])
+    if np.count_nonzero(candidates) >= _FEWEST_BLOBS:
+        common = np.median(covariances[candidates], axis=0)
+    a, b, c = common / np.sqrt(max(common[0] * common[2] - common[1] ** 2, 1e-12))
+    half_trace = 0.5 * (c * uu - 2.0 * b * uv + a * vv)
+    determinant = np.maximum(uu * vv - uv**2, 1e-12)
+    root = np.sqrt(np.maximum(half_trace**2 - determinant, 0.0))
+    return np.asarray((half_trace + root) / np.sqrt(determinant), dtype=np.float64)
+
+
+def _reflections(clipped: NDArray[np.float64], candidates: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    # Where most dots are clipped, it is the exposure and no reflection.
+    if not candidates.any() or np.median(clipped[candidates]) > _LARGEST_CLIPPED_SHARE:
+        return np.zeros(len(clipped), dtype=np.bool_)
+    return clipped > _LARGEST_CLIPPED_SHARE

@@ -1,0 +1,40 @@
+"""Which dots a floor has: darker than it, lighter, or of any colour."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.dot_extraction.background import smooth_background
+
+# Reflections and dust also differ from the floor; chips of a second kind make up more than this.
+_SECOND_KIND = 0.3
+_COLOUR_EXCESS = 1.3
+_SATURATED = 250
+_COARSE_SIZE = 100.0
+
+
+def choose_polarity(image: NDArray[np.uint8], largest_diameter: float) -> str:
+    """Return ``dark``, ``light`` or ``any``: whichever holds most of the difference from the floor.
+
+    Args:
+        image: shape (h, w, channels), grey levels.
+        largest_diameter: diameter of the largest dot [px].
+    """
+    height, width, channels = image.shape
+    factor = max(1.0, max(width, height) / _COARSE_SIZE)
+    size = (max(1, round(width / factor)), max(1, round(height / factor)))
+    coarse = cv2.resize(image, size, interpolation=cv2.INTER_AREA).reshape(size[1], size[0], channels)
+    difference = coarse / smooth_background(coarse, 'any', largest_diameter / factor) - 1.0
+    difference[coarse.max(axis=2) >= _SATURATED] = 0.0
+    brightness = difference.mean(axis=2)
+    threshold = max(0.05, 5.0 * 1.4826 * float(np.median(np.abs(brightness))))
+    dark = float(-brightness[brightness < -threshold].sum())
+    light = float(brightness[brightness > threshold].sum())
+    colour = np.sqrt((difference**2).mean(axis=2))
+    if min(dark, light) > _SECOND_KIND * max(dark, light):
+        return 'any'
+    if float(colour[colour > threshold].sum()) > _COLOUR_EXCESS * max(dark, light):
+        return 'any'
+    return 'dark' if dark >= light else 'light'

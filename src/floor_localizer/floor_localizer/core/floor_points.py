@@ -1,0 +1,50 @@
+"""Dots where they lie on the floor, in the base frame of a moment."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from shirube_geometry import PlanarPose
+
+# Dots of two views that are nearer than this many standard deviations are the same dot.
+_SAME = 4.0
+
+
+@dataclass(frozen=True)
+class FloorPoints:
+    """Dots on the floor.
+
+    Attributes:
+        points: shape (n, 2), in the base frame [m].
+        sigmas: shape (n,), standard deviation along each axis [m].
+    """
+
+    points: NDArray[np.float64]
+    sigmas: NDArray[np.float64]
+
+
+def move_points(points: FloorPoints, T_new_old: PlanarPose, error: float) -> FloorPoints:
+    """Take points to the base frame of a later moment.
+
+    Args:
+        points: in the old base frame.
+        T_new_old: the old base frame in the new one, by odometry.
+        error: of the odometry, as a share of the distance driven.
+    """
+    driven = math.hypot(T_new_old.x, T_new_old.y)
+    return FloorPoints(T_new_old.transform(points.points), np.hypot(points.sigmas, error * driven / 3.0))
+
+
+def join_points(first: FloorPoints, second: FloorPoints) -> FloorPoints:
+    """Return the points of both; those of the first that are the same as one of the second are left out."""
+    if len(first.points) == 0 or len(second.points) == 0:
+        return second if len(first.points) == 0 else first
+    distances, nearest = cKDTree(second.points).query(first.points)
+    others = distances > _SAME * np.hypot(first.sigmas, second.sigmas[nearest])
+    return FloorPoints(
+        np.vstack([second.points, first.points[others]]), np.concatenate([second.sigmas, first.sigmas[others]])
+    )

@@ -1,0 +1,221 @@
+"""Where a robot is, from one image of the floor under it.
+
+The steps of Fukase & Kanamori with what makes each of them fast and safe:
+
+1. the dots of the image and where they lie on the floor (3.1);
+2. a place of the map that has the same dots: near the expected pose if there is one, else by constellations looked up
+   in an index of the map (2.2, in place of the pole-star table), else by pairs laid on the whole map;
+3. the match over the whole view, and whether it can be chance (2.3.3, with a bound that is computed, not tuned);
+4. the pose by least squares over all matched dots, with the camera's height and the robot's tilt.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, wrap_angle
+
+from floor_localizer.core.constellation.alignment import ViewDots, order_neighbours
+from floor_localizer.core.constellation.constellation_search import (
+    Search,
+    is_accepted,
+    new_search,
+    search_constellations,
+)
+from floor_localizer.core.constellation.indexed_map import IndexedMap
+from floor_localizer.core.constellation.near_search import search_near
+from floor_localizer.core.constellation.pair_search import search_pairs
+from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.dot_extraction import DotDetector
+from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
+from floor_localizer.core.floor_points import FloorPoints, join_points
+from floor_localizer.core.pose_fit import MountedRays
+from floor_localizer.core.refinement import refine
+from floor_localizer.core.settings import LocalizerSettings
+
+_LEAST_DOTS = 5
+_NEIGHBOURS = 32
+_NEAR_PAIRS = 12
+_MIRROR_LOOKUPS = 300
+# A place that matches this share of what the best place matches looks the same.
+_LOOKS_SAME = 0.8
+# An area wider than this [m] is searched by way of the whole map.
+_WIDEST_NEAR = 0.5
+
+
+class FloorLocalizer:
+    """Finds the pose of a robot on one floor. Keeps nothing between images."""
+
+    def __init__(
+        self,
+        floor: IndexedMap,
+        mount: CameraMount,
+        settings: LocalizerSettings | None = None,
+        detector: DotDetector | None = None,
+    ) -> None:
+        """Make a localizer.
+
+        Args:
+            floor: the floor's dots, made ready for the search by `index_map`.
+            mount: where the camera sits on the robot.
+            settings: how dots are matched, None for the defaults.
+            detector: finds the dots of an image, None for the default one.
+        """
+        self._floor = floor
+        self._mount = mount
+        self._settings = settings or LocalizerSettings()
+        self._detector = detector or DotDetector()
+
+    def locate(
+        self, image: NDArray[np.uint8], camera: PinholeCamera, prior: PosePrior | None = None
+    ) -> Fix | NoFix:
+        """Find the pose from an image.
+
+        Args:
+            image: shape (h, w) grey or (h, w, 3) blue, green, red.
+            camera: the camera's intrinsics, for images of this size.
+            prior: where the robot is expected, if that is known.
+
+        Raises:
+            DotImageError: the image is of another type or shape.
+        """
+        return self.locate_dots(self.detect(image), camera, prior)
+
+    def detect(self, image: NDArray[np.uint8]) -> DetectedDots:
+        """Find the dots of an image, as `locate`."""
+        return self._detector.detect(image)
+
+    def floor_points(self, dots: DetectedDots, camera: PinholeCamera) -> FloorPoints:
+        """Return where dots lie on the floor for the camera as mounted; one beyond the horizon is left out."""
+        points = self._mount.floor_points_from_rays(camera.rays_from_pixels(dots.pixels))
+        metres_per_pixel = self._mount.xyz[2] / math.sqrt(camera.fx * camera.fy)
+        below = np.isfinite(points).all(axis=1)
+        return FloorPoints(points[below], np.hypot(dots.sigmas * metres_per_pixel, self._settings.map_sigma)[below])
+
+    def locate_dots(
+        self,
+        dots: DetectedDots,
+        camera: PinholeCamera,
+        prior: PosePrior | None = None,
+        *,
+        earlier: FloorPoints | None = None,
+        thorough: bool = True,
+    ) -> Fix | NoFix:
+        """Find the pose from the dots of an image.
+
+        Args:
+            dots: the dots, in the raw image's coordinates.
+            camera: the camera's intrinsics.
+            prior: where the robot is expected, if that is known.
+            earlier: dots of earlier views in the base frame of now, that help when these are too few.
+            thorough: whether to lay pairs on the whole map when no constellation matches.
+        """
+        if len(dots) == 0:
+            return NoFix(NoFixReason.NO_DOTS, 'the image shows none', dots)
+        points = self.floor_points(dots, camera)
+        if earlier is not None:
+            points = join_points(earlier, points)
+        if len(points.points) < _LEAST_DOTS:
+            return NoFix(NoFixReason.TOO_FEW_DOTS, f'{len(dots)} dots, at least {_LEAST_DOTS} are needed', dots)
+        view = self._view(points)
+        search, used_prior = self._search(view, prior, thorough)
+        if not is_accepted(search, search.best):
+            return self._no_fix(view, search, dots, used_prior)
+        if not used_prior and is_accepted(search, search.rival) and search.rival[5] >= _LOOKS_SAME * search.best[5]:
+            return NoFix(NoFixReason.AMBIGUOUS, _alike(search), dots)
+        return self._fix(points, search, dots, used_prior)
+
+    def _view(self, points: FloorPoints) -> ViewDots:
+        xy = points.points
+        return ViewDots(
+            xy,
+            xy[:, 0] + 1j * xy[:, 1],
+            order_neighbours(xy, _NEIGHBOURS),
+            float(np.sqrt(np.mean(points.sigmas**2))),
+            self._settings.tilt_tolerance / self._mount.xyz[2],
+            self._settings.scale_tolerance,
+            self._floor.density,
+        )
+
+    def _search(self, view: ViewDots, prior: PosePrior | None, thorough: bool) -> tuple[Search, bool]:
+        """Search near the prior, then everywhere unless the prior must hold."""
+        settings, floor = self._settings, self._floor
+        if prior is not None and prior.radius <= _WIDEST_NEAR:
+            search = self._new_search(view, _dots_near(floor, prior))
+            expected = np.array([prior.T_map_base.x, prior.T_map_base.y, prior.T_map_base.yaw])
+            if search_near(floor.grid, view, search, expected, prior.radius, prior.turn, _NEAR_PAIRS):
+                return search, True
+            if prior.must_hold:
+                return search, True
+        search = self._new_search(view, float(len(floor.grid.points)))
+        found = search_constellations(floor.grid, floor.index, view, search, settings.lookups_max)
+        if thorough and not found:
+            search_pairs(floor.grid, floor.addresses, view, search, settings.pairs_max)
+        return search, False
+
+    def _new_search(self, view: ViewDots, dots_in_scope: float) -> Search:
+        settings = self._settings
+        return new_search(len(view.z), dots_in_scope, settings.chance_alignments_max, settings.match_rate_min)
+
+    def _fix(self, points: FloorPoints, search: Search, dots: DetectedDots, used_prior: bool) -> Fix | NoFix:
+        """Fit the whole model from where the search ended."""
+        settings, best = self._settings, search.best
+        start = np.array([best[3], best[4], math.atan2(best[2], best[1]), math.hypot(best[1], best[2]) - 1.0, 0.0, 0.0])
+        # Uniform within the tolerance has the tolerance over sqrt(3) for its standard deviation.
+        priors = np.array([settings.scale_tolerance, settings.tilt_tolerance, settings.tilt_tolerance]) / math.sqrt(3.0)
+        rays = self._mount.camera_points_from_floor(points.points)
+        mounted = MountedRays(rays, self._mount.rotation, np.array(self._mount.xyz))
+        state, covariance, matches = refine(self._floor.grid, mounted, points.sigmas, start, priors)
+        matched = matches >= 0
+        match_rate = float(np.mean(matched))
+        if match_rate < settings.match_rate_min or matched.sum() < 3:
+            return NoFix(NoFixReason.UNCERTAIN, f'match rate {match_rate:.0%} after the fit', dots)
+        map_points = np.where(matched[:, None], self._floor.grid.points[matches], np.nan)
+        return Fix(
+            PlanarPose(float(state[0]), float(state[1]), wrap_angle(float(state[2]))),
+            covariance[:3, :3],
+            dots,
+            matched[: len(dots)],
+            map_points[: len(dots)],
+            match_rate,
+            float(state[3]),
+            (float(state[4]), float(state[5])),
+            math.exp(max(best[0], -700.0)),
+            used_prior,
+        )
+
+    def _no_fix(self, view: ViewDots, search: Search, dots: DetectedDots, used_prior: bool) -> NoFix:
+        """Tell why there is no pose."""
+        found = f'{search.best[5]:.0f} of {len(dots)} dots match at best'
+        if math.isfinite(search.best[0]):
+            found += f', {math.exp(min(search.best[0], 700.0)):.1g} such places are expected by chance'
+        if used_prior:
+            return NoFix(NoFixReason.OUTSIDE_AREA, found, dots)
+        if search.best[0] < 0.0:
+            return NoFix(NoFixReason.UNCERTAIN, found, dots)
+        if self._is_mirrored(view):
+            return NoFix(NoFixReason.MIRRORED, f'{len(dots)} dots', dots)
+        return NoFix(NoFixReason.NO_MATCH, found, dots)
+
+    def _is_mirrored(self, view: ViewDots) -> bool:
+        """Tell whether the mirrored view matches the map."""
+        points = view.points * (1.0, -1.0)
+        mirrored = view._replace(points=points, z=view.z.conj())
+        search = self._new_search(view, float(len(self._floor.grid.points)))
+        return search_constellations(self._floor.grid, self._floor.index, mirrored, search, _MIRROR_LOOKUPS)
+
+
+def _alike(search: Search) -> str:
+    best, rival = search.best, search.rival
+    return (
+        f'({best[3]:.2f}, {best[4]:.2f}) m matches {best[5]:.0f} dots '
+        f'and ({rival[3]:.2f}, {rival[4]:.2f}) m matches {rival[5]:.0f}'
+    )
+
+
+def _dots_near(floor: IndexedMap, prior: PosePrior) -> float:
+    """Return how many map dots a dot of the view may be, counted by the prior's area and range of headings."""
+    area = math.pi * (prior.radius + floor.grid.cell) ** 2
+    return max(floor.density * area * min(prior.turn / math.pi, 1.0), 1.0)

@@ -1,0 +1,100 @@
+"""How far the robot may have moved since it was last seen, from odometry or without."""
+
+from __future__ import annotations
+
+import bisect
+import math
+from collections import deque
+
+from shirube_geometry import PlanarPose
+
+from floor_localizer.core.fix import PosePrior
+from floor_localizer.core.settings import TrackerSettings
+
+_KEPT = 4000
+# Odometry that is older than this beside an image says nothing about it [s].
+_STALE = 0.25
+
+
+class Motion:
+    """Remembers odometry and the last poses, and expects the next one."""
+
+    def __init__(self, settings: TrackerSettings) -> None:
+        """Begin without knowledge.
+
+        Args:
+            settings: how far the robot may be from where it is expected.
+        """
+        self._settings = settings
+        self._odometry: deque[tuple[float, PlanarPose]] = deque(maxlen=_KEPT)
+        self._poses: deque[tuple[float, PlanarPose]] = deque(maxlen=2)
+
+    def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
+        """Take an odometry pose; one that is not newer than the last is left out."""
+        if not self._odometry or stamp > self._odometry[-1][0]:
+            self._odometry.append((stamp, T_odom_base))
+
+    def add_pose(self, stamp: float, T_map_base: PlanarPose) -> None:
+        """Take a pose that was found."""
+        self._poses.append((stamp, T_map_base))
+
+    def forget_poses(self) -> None:
+        """Forget where the robot was, not how it moved."""
+        self._poses.clear()
+
+    def odometry_at(self, stamp: float) -> PlanarPose | None:
+        """Return ``T_odom_base`` at a time, interpolated or from the nearest message, None when there is none near."""
+        if not self._odometry:
+            return None
+        k = bisect.bisect_left(self._odometry, stamp, key=lambda entry: entry[0])
+        before, after = self._odometry[max(k - 1, 0)], self._odometry[min(k, len(self._odometry) - 1)]
+        if min(abs(stamp - before[0]), abs(stamp - after[0])) > _STALE:
+            return None
+        if not before[0] < stamp < after[0]:
+            return min((before, after), key=lambda entry: abs(entry[0] - stamp))[1]
+        share = (stamp - before[0]) / (after[0] - before[0])
+        step = before[1].inverse() @ after[1]
+        return before[1] @ PlanarPose(share * step.x, share * step.y, share * step.yaw)
+
+    def between(self, earlier: float, later: float) -> PlanarPose | None:
+        """Return the pose at ``later`` in the base frame at ``earlier`` by odometry, None where it is not known."""
+        start, end = self.odometry_at(earlier), self.odometry_at(later)
+        return None if start is None or end is None else start.inverse() @ end
+
+    def expect(self, stamp: float) -> PosePrior | None:
+        """Return where the robot is expected, None when nothing is known or too little to be of use."""
+        if not self._poses or stamp < self._poses[-1][0]:
+            return None
+        last_stamp, last = self._poses[-1]
+        step = self.between(last_stamp, stamp)
+        prior = self._by_velocity(stamp) if step is None else self._by_odometry(last, step)
+        return prior if prior.radius <= self._settings.prior_radius_max else None
+
+    def _by_odometry(self, last: PlanarPose, step: PlanarPose) -> PosePrior:
+        settings = self._settings
+        driven = math.hypot(step.x, step.y)
+        error = settings.odometry_error
+        return PosePrior(
+            last @ step,
+            settings.still_radius + error * driven,
+            min(settings.still_turn + error * (driven + abs(step.yaw)), math.pi),
+        )
+
+    def _by_velocity(self, stamp: float) -> PosePrior:
+        """Expect the same velocity as between the last two poses, or any up to what the acceleration allows."""
+        settings = self._settings
+        last_stamp, last = self._poses[-1]
+        dt = stamp - last_stamp
+        first_stamp, first = self._poses[0]
+        known = last_stamp - first_stamp
+        step = PlanarPose(0.0, 0.0, 0.0)
+        if known > 0.0:
+            whole = first.inverse() @ last
+            share = dt / known
+            step = PlanarPose(share * whole.x, share * whole.y, share * whole.yaw)
+        slack = dt * (dt + known) if known > 0.0 else dt * max(dt, 0.3)
+        return PosePrior(
+            last @ step,
+            settings.still_radius + settings.acceleration_max * slack,
+            min(settings.still_turn + settings.turn_acceleration_max * slack, math.pi),
+        )

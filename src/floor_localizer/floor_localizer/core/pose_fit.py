@@ -1,0 +1,126 @@
+"""The pose from matched dots: least squares over the robot's pose, the camera's height and its tilt.
+
+The robot is a rigid body on soft wheels: it lifts by a share of the camera's height and tilts about ``base_link``, and
+the camera with its mount (c, R) goes along. With the ray v_i of a dot in the optical frame,
+
+    d_i = Tilt R v_i,   o = Tilt c + (0, 0, scale c_z),   p_i = o_xy - o_z / d_iz * d_ixy,   m_i = T_map_base p_i + noise
+
+The six unknowns (x, y, yaw, scale, roll, pitch) minimise the sum of squared residuals over the dots' variances plus the
+squared scale and tilts over theirs: what suspension and load leave open. The covariance is the inverse of the normal
+matrix, the Cramer-Rao bound of this model.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+UNKNOWNS = 6
+_STEP = 1e-6
+
+
+class MountedRays(NamedTuple):
+    """What the camera sees and where it sits.
+
+    Attributes:
+        rays: shape (n, 3), undistorted rays of the dots in the optical frame, of any length.
+        rotation: shape (3, 3), ``R_base_camera`` as mounted.
+        position: shape (3,), optical centre in the base frame as mounted [m].
+    """
+
+    rays: NDArray[np.float64]
+    rotation: NDArray[np.float64]
+    position: NDArray[np.float64]
+
+
+@njit(cache=True)
+def map_point(mounted: MountedRays, k: int, state: NDArray[np.float64]) -> tuple[float, float]:
+    """Return where the ray of dot ``k`` meets the floor in the map frame [m].
+
+    Args:
+        state: shape (6,), x, y [m], yaw [rad], scale (share of the height), roll and pitch [rad].
+    """
+    v, r = mounted.rays[k], mounted.rotation
+    dx, dy, dz = _tilt(
+        r[0, 0] * v[0] + r[0, 1] * v[1] + r[0, 2] * v[2],
+        r[1, 0] * v[0] + r[1, 1] * v[1] + r[1, 2] * v[2],
+        r[2, 0] * v[0] + r[2, 1] * v[1] + r[2, 2] * v[2],
+        state,
+    )
+    ox, oy, oz = _tilt(mounted.position[0], mounted.position[1], mounted.position[2], state)
+    reach = -(oz + mounted.position[2] * state[3]) / dz
+    px, py = ox + reach * dx, oy + reach * dy
+    cos, sin = math.cos(state[2]), math.sin(state[2])
+    return state[0] + cos * px - sin * py, state[1] + sin * px + cos * py
+
+
+@njit(cache=True)
+def _tilt(x: float, y: float, z: float, state: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Turn a vector of the level base frame by the state's roll, then its pitch."""
+    cos, sin = math.cos(state[4]), math.sin(state[4])
+    y, z = cos * y - sin * z, sin * y + cos * z
+    cos, sin = math.cos(state[5]), math.sin(state[5])
+    return cos * x + sin * z, y, cos * z - sin * x
+
+
+@njit(cache=True)
+def fit_pose(
+    mounted: MountedRays,
+    targets: NDArray[np.float64],
+    sigmas: NDArray[np.float64],
+    matched: NDArray[np.bool_],
+    prior_sigmas: NDArray[np.float64],
+    state: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Fit the state to matched dots by Gauss-Newton, in place, and return its covariance, shape (6, 6).
+
+    Args:
+        mounted: the rays of n dots.
+        targets: shape (n, 2), the map dots they are matched with [m].
+        sigmas: shape (n,), standard deviation of each residual along each axis [m].
+        matched: shape (n,), which dots take part.
+        prior_sigmas: shape (3,), standard deviations of scale and of the two tilts [-, rad, rad].
+        state: shape (6,), start and result, as in `map_point`.
+    """
+    normal = np.zeros((UNKNOWNS, UNKNOWNS))
+    for _ in range(8):
+        normal[:] = 0.0
+        gradient = np.zeros(UNKNOWNS)
+        for k in range(len(matched)):
+            if matched[k]:
+                _add_dot(mounted, k, targets[k], sigmas[k], state, normal, gradient)
+        for k in range(3):
+            weight = 1.0 / (prior_sigmas[k] * prior_sigmas[k])
+            normal[3 + k, 3 + k] += weight
+            gradient[3 + k] += weight * state[3 + k]
+        step = np.linalg.solve(normal, gradient)
+        state -= step
+        if math.hypot(step[0], step[1]) < 1e-8 and abs(step[2]) < 1e-8:
+            break
+    return np.linalg.inv(normal)
+
+
+@njit(cache=True)
+def _add_dot(
+    mounted: MountedRays, k: int, target: NDArray[np.float64], sigma: float, state: NDArray[np.float64],
+    normal: NDArray[np.float64], gradient: NDArray[np.float64],
+) -> None:
+    """Add one dot's residual to the normal equations."""
+    jacobian = np.empty((2, UNKNOWNS))
+    x, y = map_point(mounted, k, state)
+    for u in range(UNKNOWNS):
+        kept = state[u]
+        state[u] = kept + _STEP
+        ahead_x, ahead_y = map_point(mounted, k, state)
+        state[u] = kept
+        jacobian[0, u] = (ahead_x - x) / _STEP
+        jacobian[1, u] = (ahead_y - y) / _STEP
+    weight = 1.0 / (sigma * sigma)
+    for u in range(UNKNOWNS):
+        gradient[u] += weight * (jacobian[0, u] * (x - target[0]) + jacobian[1, u] * (y - target[1]))
+        for w in range(UNKNOWNS):
+            normal[u, w] += weight * (jacobian[0, u] * jacobian[0, w] + jacobian[1, u] * jacobian[1, w])

@@ -1,0 +1,121 @@
+"""The localizer over time: the last pose and the odometry tell where to look, and sparse views help each other."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+from shirube_geometry import PinholeCamera, PlanarPose
+
+from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
+from floor_localizer.core.floor_points import FloorPoints, join_points, move_points
+from floor_localizer.core.localizer import FloorLocalizer
+from floor_localizer.core.motion import Motion
+from floor_localizer.core.settings import TrackerSettings
+
+# An area is searched out to this many standard deviations of the pose that was given.
+_AREA_SIGMAS = 3.0
+
+
+class FloorTracker:
+    """Follows a robot from image to image."""
+
+    def __init__(self, localizer: FloorLocalizer, settings: TrackerSettings | None = None) -> None:
+        """Begin without knowing where the robot is.
+
+        Args:
+            localizer: finds the pose in one image.
+            settings: how far the robot may be from where it is expected, None for the defaults.
+        """
+        self._localizer = localizer
+        self._settings = settings or TrackerSettings()
+        self._motion = Motion(self._settings)
+        self._area: PosePrior | None = None
+        self._seen: deque[tuple[float, FloorPoints]] = deque(maxlen=self._settings.joined_views - 1)
+        self._last_thorough = -math.inf
+
+    def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
+        """Take an odometry pose at a time [s]."""
+        self._motion.add_odometry(stamp, T_odom_base)
+
+    def set_area(self, T_map_base: PlanarPose, covariance: NDArray[np.float64]) -> None:
+        """Take the area where the robot is, from outside: only there is it looked for until it is found.
+
+        Args:
+            T_map_base: the middle of the area.
+            covariance: shape (3, 3), of x, y [m] and yaw [rad].
+        """
+        self.relocalize()
+        radius = _AREA_SIGMAS * math.sqrt(float(np.max(np.linalg.eigvalsh(covariance[:2, :2]))))
+        turn = min(_AREA_SIGMAS * math.sqrt(float(covariance[2, 2])), math.pi)
+        self._area = PosePrior(T_map_base, radius, turn, must_hold=True)
+
+    def relocalize(self) -> None:
+        """Forget where the robot is."""
+        self._area = None
+        self._motion.forget_poses()
+        self._seen.clear()
+        self._last_thorough = -math.inf
+
+    def track(self, stamp: float, image: NDArray[np.uint8], camera: PinholeCamera) -> Fix | NoFix:
+        """Find the pose in the next image.
+
+        Args:
+            stamp: when it was taken [s].
+            image: shape (h, w) grey or (h, w, 3) blue, green, red.
+            camera: the camera's intrinsics.
+
+        Raises:
+            DotImageError: the image is of another type or shape.
+        """
+        return self.track_dots(stamp, self._localizer.detect(image), camera)
+
+    def track_dots(self, stamp: float, dots: DetectedDots, camera: PinholeCamera) -> Fix | NoFix:
+        """Find the pose from the dots of the next image, as `track`."""
+        prior = self._area or self._motion.expect(stamp)
+        # Laying pairs on the whole map takes so long that a camera would be outrun if every image asked for it.
+        thorough = prior is None and stamp - self._last_thorough >= self._settings.thorough_interval
+        if thorough:
+            self._last_thorough = stamp
+        result = self._localizer.locate_dots(dots, camera, prior, thorough=thorough)
+        if self._needs_help(result):
+            result = self._with_earlier_views(stamp, dots, camera, prior, result)
+        if isinstance(result, Fix):
+            self._motion.add_pose(stamp, result.T_map_base)
+            self._area = None
+            self._seen.clear()
+        else:
+            self._seen.append((stamp, self._localizer.floor_points(dots, camera)))
+        return result
+
+    def _needs_help(self, result: Fix | NoFix) -> bool:
+        """Tell whether one view alone is not enough for a robot to drive by."""
+        if isinstance(result, Fix):
+            return not result.used_prior and result.expected_chance_alignments > self._settings.chance_alignments_alone_max
+        return True
+
+    def _with_earlier_views(
+        self, stamp: float, dots: DetectedDots, camera: PinholeCamera, prior: PosePrior | None, alone: Fix | NoFix
+    ) -> Fix | NoFix:
+        """Find the pose from this view and the earlier ones that odometry joins to it."""
+        earlier = self._earlier_points(stamp)
+        if earlier is not None:
+            joined = self._localizer.locate_dots(dots, camera, prior, earlier=earlier, thorough=False)
+            if not self._needs_help(joined):
+                return joined
+        if isinstance(alone, NoFix):
+            return alone
+        detail = f'{alone.expected_chance_alignments:.1g} such places are expected by chance; the next view may confirm it'
+        return NoFix(NoFixReason.UNCERTAIN, detail, dots)
+
+    def _earlier_points(self, stamp: float) -> FloorPoints | None:
+        """Return the dots of the earlier views without a pose in the base frame of now."""
+        joined = FloorPoints(np.empty((0, 2)), np.empty(0))
+        for seen_stamp, points in self._seen:
+            step = self._motion.between(seen_stamp, stamp)
+            if step is not None:
+                joined = join_points(joined, move_points(points, step.inverse(), self._settings.odometry_error))
+        return joined if len(joined.points) else None

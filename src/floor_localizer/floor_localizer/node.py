@@ -1,0 +1,184 @@
+"""The ROS node: images and odometry in, the robot's pose on the map out."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from functools import partial
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
+from numpy.typing import NDArray
+from rclpy.node import Node
+from sensor_msgs.msg import Image
+from std_msgs.msg import Header
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
+
+from floor_localizer.core.fix import Fix, NoFix
+from floor_localizer.core.localizer import FloorLocalizer, LocalizerSettings
+from floor_localizer.core.tracker import FloorTracker
+from floor_localizer.debug_picture import debug_picture
+from floor_localizer.dot_markers import dot_markers, no_markers
+from floor_localizer.floor_localizer_error import FloorLocalizerError
+from floor_localizer.localizer_from_map_file import localizer_from_map_file
+from floor_localizer.localizer_report import LocalizerReport
+from floor_localizer.node_settings import NodeSettings
+from shirube_geometry import PinholeCamera
+from shirube_ros.diagnostics import Diagnostics
+from shirube_ros.image_conversion import image_from_array
+from shirube_ros.image_input import ImageInput
+from shirube_ros.message_error import PoseError
+from shirube_ros.message_guard import MessageGuard
+from shirube_ros.parameters import declare_parameters
+from shirube_ros.pose_conversion import (
+    planar_pose,
+    planar_pose_with_covariance,
+    pose_stamped,
+    pose_with_covariance_stamped,
+)
+from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
+from shirube_ros.safe_main import run_node
+from shirube_ros.stamp_order import StampOrder
+
+
+class FloorLocalizerNode(Node):
+    """Publishes where the robot is, from the dots that its belly camera sees.
+
+    =========================  ============================  =============================================
+    subscribed                 type                          use
+    =========================  ============================  =============================================
+    ``image_raw``              Image or CompressedImage      the floor (``image_transport``)
+    ``camera_info``            CameraInfo                    its calibration
+    ``odom``                   Odometry                      optional: carries the pose between images
+    ``initialpose``            PoseWithCovarianceStamped     optional: the area to search first
+    =========================  ============================  =============================================
+
+    =========================  ============================  =============================================
+    published                  type                          when
+    =========================  ============================  =============================================
+    ``~/pose``                 PoseStamped                   each image with a fix
+    ``~/pose_with_covariance`` PoseWithCovarianceStamped     each image with a fix
+    ``~/dots``                 MarkerArray                   while somebody listens
+    ``~/debug_image``          Image                         while somebody listens
+    ``/diagnostics``           DiagnosticArray               once a second
+    =========================  ============================  =============================================
+
+    The service ``~/relocalize`` (Trigger) forgets the pose: the next image is searched in the whole map.
+    """
+
+    def __init__(
+        self,
+        create_localizer: Callable[
+            [NodeSettings, LocalizerSettings], FloorLocalizer
+        ] = localizer_from_map_file,
+        create_tracker: Callable[[FloorLocalizer], FloorTracker] = FloorTracker,
+        **options: Any,
+    ) -> None:
+        """Load the map and subscribe.
+
+        Args:
+            create_localizer: loads the map and prepares the search.
+            create_tracker: makes the state between images, at start and after a jump back in time.
+            options: passed on to ``rclpy.node.Node``.
+
+        Raises:
+            SettingsError: a bad parameter.
+            FloorLocalizerError: a bad map.
+        """
+        super().__init__('floor_localizer', **options)
+        self._settings = declare_parameters(self, NodeSettings)
+        localizer = create_localizer(self._settings, declare_parameters(self, LocalizerSettings))
+        self._create_tracker = partial(create_tracker, localizer)
+        self._tracker = self._create_tracker()
+        self._stamps = StampOrder(self._start_again)
+        self._report = LocalizerReport(self._map_name())
+        self._guard = MessageGuard(self, (FloorLocalizerError,))
+        self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
+        self._advertise()
+        self._subscribe()
+
+    def _map_name(self) -> str:
+        if self._settings.map_file:
+            return self._settings.map_file
+        self.get_logger().warning(
+            'NO MAP GIVEN: the demo floor is used, its poses mean nothing on yours; set map_file'
+        )
+        return 'demo floor (no map_file given)'
+
+    def _advertise(self) -> None:
+        self._pose = self.create_publisher(PoseStamped, '~/pose', pose_profile())
+        self._pose_with_covariance = self.create_publisher(
+            PoseWithCovarianceStamped, '~/pose_with_covariance', pose_profile()
+        )
+        self._dots = self.create_publisher(MarkerArray, '~/dots', pose_profile())
+        self._debug_image = self.create_publisher(Image, '~/debug_image', pose_profile())
+        self.create_service(Trigger, '~/relocalize', self._relocalize)
+
+    def _subscribe(self) -> None:
+        transport = self._settings.image_transport
+        ImageInput(self, self._guard, ('image_raw', 'camera_info'), transport, self._take_image)
+        take_odometry = self._guard.guard('odom', self._take_odometry)
+        self.create_subscription(
+            Odometry, 'odom', take_odometry, odometry_profile(), qos_overriding_options=overridable()
+        )
+        take_initial_pose = self._guard.guard('initialpose', self._take_initial_pose)
+        self.create_subscription(PoseWithCovarianceStamped, 'initialpose', take_initial_pose, pose_profile())
+
+    def _take_image(self, header: Header, pixels: NDArray[np.uint8], camera: PinholeCamera) -> None:
+        stamp = self._stamps.check(header, 'image_raw')
+        started = perf_counter()
+        result = self._tracker.track(stamp, pixels, camera)
+        self._report.add(result, perf_counter() - started)
+        self._publish(Header(stamp=header.stamp, frame_id=self._settings.map_frame), result, camera)
+        if self._debug_image.get_subscription_count() > 0:
+            self._debug_image.publish(image_from_array(debug_picture(pixels, result), header))
+
+    def _publish(self, header: Header, result: Fix | NoFix, camera: PinholeCamera) -> None:
+        if isinstance(result, Fix):
+            self._pose.publish(pose_stamped(result.T_map_base, header))
+            self._pose_with_covariance.publish(
+                pose_with_covariance_stamped(result.T_map_base, result.covariance, header)
+            )
+        if self._dots.get_subscription_count() > 0:
+            markers = no_markers(header)
+            if isinstance(result, Fix):
+                markers = dot_markers(result, camera, self._settings.mount, header)
+            self._dots.publish(markers)
+
+    def _take_odometry(self, message: Odometry) -> None:
+        base_frame = self._settings.base_frame
+        if message.child_frame_id not in ('', base_frame):
+            raise PoseError(
+                f'odom is of {message.child_frame_id!r}, base_frame is {base_frame!r}; make them the same'
+            )
+        T_odom_base = planar_pose(message.pose.pose, 'odom')
+        stamp = self._stamps.check(message.header, 'odom')
+        self._tracker.add_odometry(stamp, T_odom_base)
+
+    def _take_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
+        map_frame = self._settings.map_frame
+        if message.header.frame_id not in ('', map_frame):
+            raise PoseError(f'initialpose is in {message.header.frame_id!r}, it must be in {map_frame!r}')
+        self._tracker.set_area(*planar_pose_with_covariance(message.pose, 'initialpose'))
+
+    def _relocalize(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._tracker.relocalize()
+        response.success, response.message = True, 'the next image is searched in the whole map'
+        return response
+
+    def _start_again(self) -> None:
+        self.get_logger().warning('time jumped back: the pose and the odometry so far are forgotten')
+        self._tracker = self._create_tracker()
+
+
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM."""
+    return run_node('floor_localizer', FloorLocalizerNode, (FloorLocalizerError,))
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,20 @@
+"""A ROS graph for each test that wants one."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from shirube_ros.isolated_graph import IsolatedGraph, isolated_graph
+
+sys.path.insert(0, str(Path(__file__).parent))  # for the tests' own module of results
+
+
+@pytest.fixture
+def graph() -> Iterator[IsolatedGraph]:
+    """Nodes that see only each other."""
+    with isolated_graph() as opened:
+        yield opened

@@ -1,0 +1,270 @@
+"""The node through real topics, with a tracker that tells what it was given."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from localizer_results import COVARIANCE, POSE, REASON, a_fix, no_fix
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
+
+from floor_localizer.core.fix import Fix, NoFix
+from floor_localizer.node import FloorLocalizerNode
+from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_ros.image_conversion import image_from_array
+from shirube_ros.isolated_graph import IsolatedGraph
+from shirube_ros.pose_conversion import odometry_message, planar_pose, pose_with_covariance_stamped
+
+PIXELS = np.random.default_rng(4).integers(0, 256, (235, 235), dtype=np.uint8)
+INFO = CameraInfo(width=235, height=235, k=[339.44, 0.0, 117.0, 0.0, 339.44, 117.0, 0.0, 0.0, 1.0])
+
+
+class FakeTracker:
+    """Remembers its calls and answers what it is told to."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[Any, ...]] = []
+        self.answer: Fix | NoFix | Exception = a_fix()
+
+    def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
+        self.calls.append(('odometry', stamp, T_odom_base))
+
+    def set_area(self, T_map_base: PlanarPose, covariance: np.ndarray) -> None:
+        self.calls.append(('area', T_map_base, covariance))
+
+    def relocalize(self) -> None:
+        self.calls.append(('relocalize',))
+
+    def track(self, stamp: float, image: np.ndarray, camera: PinholeCamera) -> Fix | NoFix:
+        self.calls.append(('track', stamp, image, camera))
+        if isinstance(self.answer, Exception):
+            raise self.answer
+        return self.answer
+
+
+class Robot:
+    """The node under test and a robot around it."""
+
+    def __init__(self, graph: IsolatedGraph, **parameters: Any) -> None:
+        self._graph = graph
+        self.trackers: list[FakeTracker] = []
+        self.node = graph.add(self._make_node, **parameters)
+        self.robot = graph.add(lambda **options: Node('robot', **options))
+        self._publishers = {
+            topic: self.robot.create_publisher(kind, topic, 10)
+            for topic, kind in {
+                'image_raw': Image,
+                'camera_info': CameraInfo,
+                'odom': Odometry,
+                'initialpose': PoseWithCovarianceStamped,
+            }.items()
+        }
+        self.poses = self.listen(PoseStamped, 'pose')
+        self.reports: list[DiagnosticStatus] = []
+        self.robot.create_subscription(
+            DiagnosticArray, '/diagnostics', lambda array: self.reports.extend(array.status), 10
+        )
+        assert graph.spin_until(self._is_connected)
+
+    def _make_node(self, **options: Any) -> FloorLocalizerNode:
+        def create_tracker(_: object) -> FakeTracker:
+            self.trackers.append(FakeTracker())
+            return self.trackers[-1]
+
+        return FloorLocalizerNode(lambda *_: None, create_tracker, **options)  # type: ignore[arg-type, return-value]
+
+    def _is_connected(self) -> bool:
+        heard = all(publisher.get_subscription_count() == 1 for publisher in self._publishers.values())
+        return heard and all(
+            self.robot.count_publishers(topic) == 1 for topic in ('/floor_localizer/pose', '/diagnostics')
+        )
+
+    @property
+    def tracker(self) -> FakeTracker:
+        return self.trackers[-1]
+
+    def listen(self, kind: type, name: str) -> list[Any]:
+        received: list[Any] = []
+        subscription = self.robot.create_subscription(kind, f'/floor_localizer/{name}', received.append, 10)
+        topic = subscription.topic_name
+        assert self._graph.spin_until(lambda: self.node.count_subscribers(topic) == 1)
+        return received
+
+    def send(self, topic: str, message: Any) -> None:
+        guard = self.node._guard
+        before = guard.counts[topic].received
+        self._publishers[topic].publish(message)
+        assert self._graph.spin_until(lambda: guard.counts[topic].received > before)
+
+    def send_image(self, stamp: float = 10.0) -> None:
+        self.send('camera_info', INFO)
+        self.send('image_raw', image_from_array(PIXELS, header(stamp, 'belly_optical_frame')))
+
+    def report(self) -> DiagnosticStatus:
+        before = len(self.reports)
+        assert self._graph.spin_until(lambda: len(self.reports) > before)
+        return self.reports[-1]
+
+    def wait_for(self, messages: list[Any], number: int = 1) -> None:
+        assert self._graph.spin_until(lambda: len(messages) >= number)
+
+
+def header(stamp: float, frame: str) -> Header:
+    return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)), frame_id=frame)
+
+
+def odometry(stamp: float, pose: PlanarPose = POSE, child_frame: str = 'base_link') -> Odometry:
+    return odometry_message(pose, COVARIANCE, header(stamp, 'odom'), child_frame)
+
+
+def test_a_fix_is_published_with_the_stamp_of_its_image_in_the_map_frame(graph: IsolatedGraph) -> None:
+    robot = Robot(graph, map_frame='hall')
+    with_covariance = robot.listen(PoseWithCovarianceStamped, 'pose_with_covariance')
+    robot.send_image(12.5)
+    robot.wait_for(robot.poses)
+    robot.wait_for(with_covariance)
+    for message in (robot.poses[0], with_covariance[0]):
+        assert message.header == header(12.5, 'hall')
+    assert planar_pose(robot.poses[0].pose, '').distance_to(POSE) < 1e-12
+    covariance = np.array(with_covariance[0].pose.covariance).reshape(6, 6)
+    assert covariance.diagonal() == pytest.approx([1e-8, 4e-8, 0.0, 0.0, 0.0, 1e-6])
+    _, stamp, pixels, camera = robot.tracker.calls[0]
+    assert stamp == pytest.approx(12.5)
+    np.testing.assert_array_equal(pixels, PIXELS)
+    assert camera == PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
+
+
+def test_no_fix_publishes_nothing_and_says_why(graph: IsolatedGraph) -> None:
+    robot = Robot(graph)
+    robot.tracker.answer = no_fix()
+    robot.send_image(10.0)
+    report = robot.report()
+    assert (report.level, report.message) == (DiagnosticStatus.WARN, f'no fix: {REASON.value}')
+    robot.tracker.answer = a_fix()
+    robot.send_image(10.1)
+    robot.wait_for(robot.poses)
+    assert [message.header.stamp.nanosec for message in robot.poses] == [100_000_000]
+
+
+def test_the_node_survives_every_bad_message(graph: IsolatedGraph) -> None:
+    robot = Robot(graph)
+    nowhere = PlanarPose(math.nan, 0.0, 0.0)
+    robot.send_image(1.0)
+    robot.send('image_raw', Image(encoding='bayer_rggb8', width=235, height=235, step=235))
+    robot.send('image_raw', image_from_array(PIXELS[:100], header(1.1, '')))
+    robot.send('image_raw', image_from_array(PIXELS, header(0.9, '')))
+    robot.send('camera_info', CameraInfo(width=235, height=235))
+    robot.send('image_raw', image_from_array(PIXELS, header(1.2, '')))
+    robot.send('odom', odometry(1.0, nowhere))
+    robot.send('odom', odometry(1.0, child_frame='arm'))
+    robot.send('initialpose', pose_with_covariance_stamped(nowhere, COVARIANCE, header(1.0, 'map')))
+    robot.send('initialpose', pose_with_covariance_stamped(POSE, COVARIANCE, header(1.0, 'odom')))
+    robot.send('initialpose', PoseWithCovarianceStamped())
+    robot.tracker.answer = ZeroDivisionError()
+    robot.send_image(1.3)
+    counts = robot.node._guard.counts
+    assert [
+        counts[topic].refused.total() for topic in ('image_raw', 'camera_info', 'odom', 'initialpose')
+    ] == [
+        5,
+        1,
+        2,
+        3,
+    ]
+    robot.tracker.answer = a_fix()
+    robot.send_image(1.4)
+    robot.wait_for(robot.poses, 2)
+    assert {value.value for value in robot.report().values} >= {
+        '1: odom holds a pose that is not finite; check its publisher'
+    }
+
+
+def test_odometry_and_area_reach_the_tracker(graph: IsolatedGraph) -> None:
+    robot = Robot(graph)
+    robot.send('odom', odometry(3.25))
+    robot.send('initialpose', pose_with_covariance_stamped(POSE, np.eye(3) * 0.2, header(3.0, 'map')))
+    (kind, stamp, pose), (other_kind, area, covariance) = robot.tracker.calls
+    assert (kind, stamp, other_kind) == ('odometry', 3.25, 'area')
+    assert POSE.distance_to(pose) < 1e-12
+    assert POSE.distance_to(area) < 1e-12
+    np.testing.assert_array_equal(covariance, np.eye(3) * 0.2)
+
+
+def test_a_jump_back_in_time_starts_a_new_tracker(graph: IsolatedGraph) -> None:
+    robot = Robot(graph)
+    robot.send('odom', odometry(100.0))
+    robot.send_image(100.0)
+    robot.send('odom', odometry(5.0))
+    robot.send_image(5.0)
+    assert [[call[:2] for call in tracker.calls] for tracker in robot.trackers] == [
+        [('odometry', 100.0), ('track', 100.0)],
+        [('odometry', 5.0), ('track', 5.0)],
+    ]
+
+
+def test_the_service_drops_the_prior(graph: IsolatedGraph) -> None:
+    robot = Robot(graph)
+    client = robot.robot.create_client(Trigger, '/floor_localizer/relocalize')
+    assert graph.spin_until(client.service_is_ready)
+    future = client.call_async(Trigger.Request())
+    assert graph.spin_until(future.done)
+    assert future.result().success
+    assert robot.tracker.calls == [('relocalize',)]
+
+
+def test_pictures_and_dots_are_made_for_listeners(graph: IsolatedGraph) -> None:
+    robot = Robot(graph)
+    pictures, dots = robot.listen(Image, 'debug_image'), robot.listen(MarkerArray, 'dots')
+    robot.send_image()
+    robot.wait_for(pictures)
+    robot.wait_for(dots)
+    assert (pictures[0].encoding, pictures[0].width) == ('bgr8', 235)
+    assert pictures[0].header == header(10.0, 'belly_optical_frame')
+    assert [len(marker.points) for marker in dots[0].markers] == [2, 1]
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'name', 'is_announced'),
+    [({}, 'demo floor (no map_file given)', True), ({'map_file': 'hall.csv'}, 'hall.csv', False)],
+)
+def test_without_a_map_the_demo_floor_is_announced(
+    graph: IsolatedGraph,
+    capfd: pytest.CaptureFixture[str],
+    parameters: dict[str, str],
+    name: str,
+    is_announced: bool,
+) -> None:
+    values = {value.key: value.value for value in Robot(graph, **parameters).report().values}
+    assert values['map'] == name
+    assert ('NO MAP GIVEN' in capfd.readouterr().err) is is_announced
+
+
+@pytest.mark.parametrize(
+    ('parameter', 'words'),
+    [('map_file:=/no/such/map.csv', '/no/such/map.csv'), ('match_rate_min:=7.0', 'match_rate_min is 7.0')],
+)
+def test_a_bad_start_is_one_line_and_exit_code_1(parameter: str, words: str) -> None:
+    program = subprocess.run(
+        [sys.executable, '-m', 'floor_localizer.node', '--ros-args', '-p', parameter],
+        env=os.environ | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert program.returncode == 1
+    assert words in program.stderr.splitlines()[-1]
+    assert 'Traceback' not in program.stderr

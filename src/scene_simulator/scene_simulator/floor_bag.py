@@ -1,0 +1,98 @@
+"""Recording of the demo drive as a rosbag2 bag, as the robot would record it, with the truth beside."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from scene_simulator import floor_messages
+from scene_simulator.demo_scene import DemoScene
+from scene_simulator.scene_error import SceneError
+from scene_simulator.wheel_odometry import WheelErrors, measure_odometry
+from shirube_bags.bag_writer import BagWriter
+
+START_NS = 1_780_000_000_000_000_000
+"""Stamp of the first message [ns since the epoch]."""
+
+DIRTY_SHARE = 0.05
+"""An image is marked dirty when dirt hides more than this share of the view, twice what its chips fill."""
+
+_IMAGE_NOISE, _WHEEL_NOISE = 1, 2
+_IMAGE_PERIOD_NS = 100_000_000
+_ODOMETRY_PERIOD_NS = 20_000_000
+
+
+def record_drive(scene: DemoScene, path: Path, seconds: float) -> Iterator[int]:
+    """Record a drive; every message is received at its own stamp, in the order of the stamps.
+
+    Args:
+        scene: what to record.
+        path: folder of the bag, which must not stand there.
+        seconds: length of the recording [s].
+
+    Yields:
+        the number of each image after it is written, for those who show progress.
+
+    Raises:
+        BagError: the bag cannot be written.
+        SceneError: the length is not positive.
+    """
+    times = _image_times(seconds)
+    with BagWriter(path) as bag:
+        odometry = _odometry_messages(scene, seconds)
+        waiting = next(odometry, None)
+        for index, time_ns in enumerate(times):
+            while waiting is not None and waiting[0] <= time_ns:
+                bag.write('/odom', 'nav_msgs/msg/Odometry', waiting[1], START_NS + waiting[0])
+                waiting = next(odometry, None)
+            _write_image(bag, scene, index, time_ns)
+            yield index
+        while waiting is not None:
+            bag.write('/odom', 'nav_msgs/msg/Odometry', waiting[1], START_NS + waiting[0])
+            waiting = next(odometry, None)
+
+
+def image_count(seconds: float) -> int:
+    """Return the number of images in a recording of this length [s].
+
+    Raises:
+        SceneError: the length is not positive.
+    """
+    return len(_image_times(seconds))
+
+
+def _image_times(seconds: float) -> range:
+    """Return the times of the images since the start [ns], or raise SceneError where there is none."""
+    if not 0.0 < seconds < math.inf:
+        raise SceneError(f'the recording is {seconds} s long: give a positive number of seconds')
+    return range(0, round(seconds * 1e9), _IMAGE_PERIOD_NS)
+
+
+def _write_image(bag: BagWriter, scene: DemoScene, index: int, time_ns: int) -> None:
+    """Write an image with its calibration, the true pose at the middle of its exposure and its dirt mark."""
+    stamp = START_NS + time_ns
+    photo = scene.photograph(time_ns / 1e9, np.random.default_rng((scene.seed, _IMAGE_NOISE, index)))
+    truth = floor_messages.pose_stamped(scene.pose_at(time_ns / 1e9), 'map', stamp)
+    dirty = floor_messages.flag(photo.dirt_share > DIRTY_SHARE)
+    info = floor_messages.camera_info(scene.camera.intrinsics, stamp)
+    image = floor_messages.compressed_image(photo.image, stamp)
+    bag.write('/ground_truth', 'geometry_msgs/msg/PoseStamped', truth, stamp)
+    bag.write('/dirt', 'std_msgs/msg/Bool', dirty, stamp)
+    bag.write('/camera_info', 'sensor_msgs/msg/CameraInfo', info, stamp)
+    bag.write('/image_raw/compressed', 'sensor_msgs/msg/CompressedImage', image, stamp)
+
+
+def _odometry_messages(scene: DemoScene, seconds: float) -> Iterator[tuple[int, object]]:
+    """Yield wheel odometry, each message with its time since the start [ns]."""
+    times_ns = range(0, round(seconds * 1e9), _ODOMETRY_PERIOD_NS)
+    rng = np.random.default_rng((scene.seed, _WHEEL_NOISE))
+    true_poses = [scene.pose_at(time_ns / 1e9) for time_ns in times_ns]
+    before = None
+    for time_ns, pose in zip(times_ns, measure_odometry(true_poses, WheelErrors(), rng), strict=True):
+        motion = (before or pose).inverse() @ pose
+        velocity = (motion.x * 1e9 / _ODOMETRY_PERIOD_NS, motion.yaw * 1e9 / _ODOMETRY_PERIOD_NS)
+        yield time_ns, floor_messages.odometry(pose, velocity, START_NS + time_ns)
+        before = pose

@@ -1,0 +1,153 @@
+"""A camera under a robot's belly that photographs a floor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_simulator.dot_floor import DotFloor
+from scene_simulator.floor_view import FloorView
+from scene_simulator.ground_texture import GroundTexture, mottled_ground
+from scene_simulator.imaging import Lighting, Sensor
+from scene_simulator.scene_error import SceneError
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+
+PAPER_CAMERA = PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
+"""The paper's camera (3.1): 90 mm square in 235 pixels square from 130 mm."""
+
+DOWNWARD = CameraMount()
+
+
+class Disturbance(Protocol):
+    """Something between the clean floor and the picture."""
+
+    def disturb(self, view: FloorView) -> None:
+        """Paint itself over the view."""
+
+
+@dataclass(frozen=True)
+class FloorPhoto:
+    """A photograph and the truth about it.
+
+    Attributes:
+        image: shape (height, width) grey or (height, width, 3) blue-green-red, uint8.
+        dirt: shape (height, width), share of each pixel in which dirt hides the floor, 0 to 1.
+    """
+
+    image: NDArray[np.uint8]
+    dirt: NDArray[np.float32]
+
+    @property
+    def dirt_share(self) -> float:
+        """Share of the whole view in which dirt hides the floor."""
+        return float(self.dirt.mean())
+
+
+@dataclass(frozen=True)
+class FloorCamera:
+    """A belly camera.
+
+    Attributes:
+        intrinsics: pinhole and distortion.
+        lighting: lamps and lens.
+        sensor: noise and saturation.
+        colour: whether it takes blue-green-red images.
+    """
+
+    intrinsics: PinholeCamera = PAPER_CAMERA
+    lighting: Lighting = field(default_factory=Lighting)
+    sensor: Sensor = field(default_factory=Sensor)
+    colour: bool = False
+
+    def photograph(
+        self,
+        floor: DotFloor,
+        poses: Sequence[PlanarPose],
+        mount: CameraMount = DOWNWARD,
+        disturbances: Sequence[Disturbance] = (),
+        rng: np.random.Generator | None = None,
+    ) -> FloorPhoto:
+        """Take a picture of the floor.
+
+        Args:
+            floor: the floor.
+            poses: ``T_map_base`` at evenly spaced instants of the exposure; one for a robot at rest.
+            mount: pose of the camera in the frame of the poses.
+            disturbances: what lies on the floor or falls on it, from the lowest to the uppermost.
+            rng: source of the sensor's noise, none for a picture without.
+
+        Returns:
+            the picture; its truth is the pose at the middle of the exposure.
+
+        Raises:
+            SceneError: without a pose.
+        """
+        if not poses:
+            raise SceneError('an exposure needs at least one pose')
+        view = FloorView(self.intrinsics, mount, poses, self._rays, colour=self.colour)
+        ground = _ground_of(floor.design.mottling, floor.seed).sample(view.floor_points)
+        view.layers[:] = ground[..., None] * view.channels([floor.design.ground]).astype(np.float32)
+        view.paint(floor.chips, dirt=False)
+        for disturbance in disturbances:
+            disturbance.disturb(view)
+        light = view.layers.mean(axis=0) * self._white[..., None] + view.glare[..., None]
+        image = self.sensor.expose(self.lighting.spread(light), rng)
+        return FloorPhoto(image if self.colour else image[..., 0], view.covered.mean(axis=0))
+
+    def project(
+        self, points: NDArray[np.float64], pose: PlanarPose, mount: CameraMount = DOWNWARD
+    ) -> NDArray[np.float64]:
+        """Return the pixels u, v of floor points.
+
+        Args:
+            points: shape (n, 2), in the map frame [m].
+            pose: ``T_map_base``.
+            mount: pose of the camera in the base frame.
+
+        Returns:
+            array, shape (n, 2) [px], also outside the image.
+        """
+        points_base = pose.inverse().transform(points)
+        return self.intrinsics.pixels_from_points(mount.camera_points_from_floor(points_base))
+
+    def visible_chips(
+        self, floor: DotFloor, pose: PlanarPose, mount: CameraMount = DOWNWARD
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return the chips whose centres are in the image.
+
+        Args:
+            floor: the floor.
+            pose: ``T_map_base``.
+            mount: pose of the camera in the base frame.
+
+        Returns:
+            their indices, shape (n,), and the true pixels of their centres, shape (n, 2) [px].
+        """
+        view = FloorView(self.intrinsics, mount, [pose], self._rays, colour=False)
+        near = floor.chips.near(view.centre, view.reach)
+        pixels = self.project(floor.points[near], pose, mount)
+        size = (self.intrinsics.width - 0.5, self.intrinsics.height - 0.5)
+        inside = ((pixels > -0.5) & (pixels < size)).all(axis=1)
+        return near[inside], pixels[inside]
+
+    @cached_property
+    def _rays(self) -> NDArray[np.float64]:
+        """Rays of all pixels, row by row, shape (height * width, 3)."""
+        v, u = np.mgrid[: self.intrinsics.height, : self.intrinsics.width]
+        return self.intrinsics.rays_from_pixels(np.column_stack([u.ravel(), v.ravel()]))
+
+    @cached_property
+    def _white(self) -> NDArray[np.float32]:
+        """Brightness of a white floor, shape (height, width)."""
+        return self.lighting.field(self.intrinsics)
+
+
+@lru_cache(maxsize=4)
+def _ground_of(mottling: float, seed: int) -> GroundTexture:
+    """Return the ground of a floor; making it takes longer than a picture."""
+    return mottled_ground(mottling, seed)

@@ -1,0 +1,118 @@
+"""One view of the floor while it is painted, from the ground upwards."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_simulator.floor_marks import FloorMarks
+from scene_simulator.paint_polygons import paint_polygons
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+
+GREY_FROM_BGR = np.array([[0.114], [0.587], [0.299]])
+"""Weights of blue, green and red in a mono camera's grey (ITU-R BT.601)."""
+
+DAZZLING = 0.5
+"""Glare above which a light floor and a dark chip can no longer be told apart."""
+
+
+class FloorView:
+    """What a camera sees of a floor during one exposure.
+
+    The exposure is a series of instants with a robot pose each. Polygons are painted at each instant, so
+    motion smears them as it does in a camera; broad, soft things are painted at the middle instant only.
+
+    Attributes:
+        layers: shape (instants, height, width, channels), reflectance, blue-green-red or grey.
+        covered: shape (instants, height, width), share of each pixel that dirt hides.
+        glare: shape (height, width), light that does not come from the floor, 1 saturates.
+    """
+
+    def __init__(
+        self,
+        camera: PinholeCamera,
+        mount: CameraMount,
+        poses: Sequence[PlanarPose],
+        rays: NDArray[np.float64],
+        *,
+        colour: bool,
+    ) -> None:
+        """Start with a black floor.
+
+        Args:
+            camera: the camera's intrinsics.
+            mount: the camera's place over the floor in the frame of ``poses``.
+            poses: ``T_map_base`` at the instants of the exposure.
+            rays: shape (height * width, 3), the rays of all pixels, row by row.
+            colour: three channels instead of one.
+        """
+        shape = (len(poses), camera.height, camera.width)
+        self.layers = np.zeros((*shape, 3 if colour else 1), dtype=np.float32)
+        self.covered = np.zeros(shape, dtype=np.float32)
+        self.glare = np.zeros(shape[1:], dtype=np.float32)
+        self._camera, self._mount, self._poses, self._rays = camera, mount, poses, rays
+
+    @cached_property
+    def floor_points(self) -> NDArray[np.float64]:
+        """Where each pixel looks at the middle instant, in the map frame, shape (height, width, 2) [m]."""
+        points = self._mount.floor_points_from_rays(self._rays)
+        middle = self._poses[len(self._poses) // 2]
+        return middle.transform(points).reshape(self._camera.height, self._camera.width, 2)
+
+    @cached_property
+    def centre(self) -> NDArray[np.float64]:
+        """Floor point in the middle of the view, in the map frame, shape (2,) [m]."""
+        return np.asarray(self.floor_points[self._camera.height // 2, self._camera.width // 2])
+
+    @cached_property
+    def reach(self) -> float:
+        """Radius of a disc about the centre that holds the view [m]."""
+        corners = self.floor_points[[0, 0, -1, -1], [0, -1, 0, -1]]
+        return float(np.hypot(*(corners - self.centre).T).max())
+
+    @cached_property
+    def pixel_size(self) -> float:
+        """Width of a pixel on the floor in the middle of the view [m]."""
+        row, column = self._camera.height // 2, self._camera.width // 2
+        return float(np.hypot(*(self.floor_points[row, column] - self.floor_points[row, column - 1])))
+
+    def channels(self, colours: ArrayLike) -> NDArray[np.float64]:
+        """Return colours (blue, green, red), shape (n, 3), as this view's channels, shape (n, channels)."""
+        bgr = np.asarray(colours, dtype=np.float64)
+        return bgr if self.layers.shape[-1] == 3 else bgr @ GREY_FROM_BGR
+
+    def paint(self, marks: FloorMarks, *, dirt: bool) -> None:
+        """Paint the marks that are in view over what is there; as dirt they count as hidden floor."""
+        seen = marks.select(marks.near(self.centre, self.reach))
+        colours, corners = self.channels(seen.colours), seen.corners()
+        for layer, covered, pose in zip(self.layers, self.covered, self._poses, strict=True):
+            pixels = self._project(pose, corners.reshape(-1, 2)).reshape(corners.shape)
+            hidden = covered if dirt else np.zeros_like(covered)
+            paint_polygons(layer, hidden, pixels, colours, seen.opacities)
+
+    def blend(self, share: NDArray[np.floating], colour: ArrayLike, *, dirt: bool) -> None:
+        """Lay a colour over the view.
+
+        Args:
+            share: shape (height, width), share of each pixel's light that the colour takes, 0 to 1.
+            colour: array-like, shape (3,), reflectance in blue, green and red.
+            dirt: whether it counts as hidden floor.
+        """
+        alpha = share.astype(np.float32)
+        colours = self.channels(np.reshape(colour, (1, 3))).astype(np.float32)
+        self.layers += alpha[None, :, :, None] * (colours - self.layers)
+        if dirt:
+            self.covered += alpha * (1.0 - self.covered)
+
+    def dazzle(self, light: NDArray[np.floating]) -> None:
+        """Add light that is not the floor's, shape (height, width); where it dazzles, the floor is hidden."""
+        self.glare += light.astype(np.float32)
+        self.covered += (light > DAZZLING) * (1.0 - self.covered)
+
+    def _project(self, pose: PlanarPose, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the pixels of map points, shape (n, 2), seen by the robot at ``pose`` (``T_map_base``)."""
+        points_base = pose.inverse().transform(points)
+        return self._camera.pixels_from_points(self._mount.camera_points_from_floor(points_base))

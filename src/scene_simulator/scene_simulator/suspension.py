@@ -1,0 +1,55 @@
+"""A robot's body on its springs: it heaves and tilts, and the camera bolted to it goes along."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from shirube_geometry import CameraMount, matrix_from_rpy
+
+_FREQUENCIES = (0.07, 0.19, 0.43)
+"""Of the swinging, of different phase for each motion [Hz]."""
+
+
+@dataclass(frozen=True)
+class Suspension:
+    """Slow motion of the body about the point of ``base_link`` on the floor.
+
+    Attributes:
+        heave: greatest height above or below rest [m].
+        tilt: greatest tilt [rad].
+        seed: seed of the phases.
+    """
+
+    heave: float = 0.0026
+    tilt: float = math.radians(1.0)
+    seed: int = 0
+
+    def motion_at(self, time: float) -> NDArray[np.float64]:
+        """Return heave [m], roll and pitch [rad] at a time [s], shape (3,)."""
+        phases = np.random.default_rng(self.seed).uniform(0.0, math.tau, (3, len(_FREQUENCIES)))
+        swing = np.sin(math.tau * np.array(_FREQUENCIES) * time + phases).mean(axis=1)
+        return np.asarray(swing * (self.heave, self.tilt / math.sqrt(2.0), self.tilt / math.sqrt(2.0)))
+
+    def mount_at(self, time: float, at_rest: CameraMount) -> CameraMount:
+        """Return where the camera is at a time.
+
+        The body turns about ``base_link``, whose place and heading on the floor are the robot's pose; so a
+        camera that looks straight down at ``base_link`` keeps looking there.
+
+        Args:
+            time: time [s].
+            at_rest: pose of the camera in ``base_link``.
+
+        Returns:
+            its pose in the frame of the floor under ``base_link``: upright, with the robot's heading.
+        """
+        heave, roll, pitch = self.motion_at(time)
+        turn = matrix_from_rpy((roll, pitch, 0.0))
+        x, y, z = turn @ at_rest.xyz + (0.0, 0.0, heave)
+        roll, pitch, yaw = Rotation.from_matrix(turn @ at_rest.rotation).as_euler('xyz')
+        return CameraMount((float(x), float(y), float(z)), (float(roll), float(pitch), float(yaw)))

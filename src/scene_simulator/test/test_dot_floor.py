@@ -1,0 +1,78 @@
+"""The floor's density, spacing and seed."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from scene_simulator.dot_floor import DARK_ON_LIGHT, FloorDesign, lay_floor
+from scene_simulator.scene_error import SceneError
+
+FLOOR = lay_floor(DARK_ON_LIGHT, 3)
+
+
+def test_the_default_floor_has_the_density_of_the_paper() -> None:
+    assert len(FLOOR) == 91_582
+    assert FLOOR.points.min() >= 0.0
+    assert (FLOOR.points <= (1.8, 9.45)).all()
+    views, _, _ = np.histogram2d(*FLOOR.points.T, bins=(20, 105))
+    assert views.mean() == pytest.approx(43.6, abs=0.1)
+    assert views.var() == pytest.approx(views.mean(), rel=0.1)
+
+
+def test_chips_keep_their_least_distance_and_some_touch() -> None:
+    nearest = cKDTree(FLOOR.points).query(FLOOR.points, k=2)[0][:, 1]
+    assert nearest.min() > 0.0012
+    touching = float((nearest < 0.0025).mean())
+    expected = 1.0 - math.exp(-5384.0 * math.pi * (0.0025**2 - 0.0012**2))
+    assert touching == pytest.approx(expected, rel=0.05)
+
+
+def test_diameters_lie_in_the_range_of_the_paper() -> None:
+    assert FLOOR.diameters.min() >= 0.002
+    assert FLOOR.diameters.max() <= 0.003
+
+
+def test_the_same_seed_lays_the_same_floor() -> None:
+    design = FloorDesign(size=(0.3, 0.3), count=400)
+    first, again, other = lay_floor(design, 1), lay_floor(design, 1), lay_floor(design, 2)
+    assert (first.chips.corners() == again.chips.corners()).all()
+    assert (first.points != other.points).any()
+
+
+def test_a_disc_holds_the_chips_that_reach_into_it() -> None:
+    point, radius = (0.9, 4.0), 0.05
+    found = FLOOR.chips.near(point, radius)
+    corners = FLOOR.chips.corners() - point
+    reaching = np.flatnonzero((np.hypot(corners[..., 0], corners[..., 1]) < radius).any(axis=1))
+    assert np.isin(reaching, found).all()
+    assert len(found) < 1.3 * len(reaching)
+
+
+def test_wear_takes_its_share() -> None:
+    worn = FLOOR.worn(0.1, 4)
+    assert len(worn) == pytest.approx(0.9 * len(FLOOR), rel=0.01)
+    assert len(worn.diameters) == len(worn)
+    assert np.isin(worn.points[:, 0], FLOOR.points[:, 0]).all()
+
+
+def test_an_empty_floor_can_be_laid() -> None:
+    assert len(lay_floor(FloorDesign(count=0), 1)) == 0
+
+
+@pytest.mark.parametrize(
+    ('design', 'seed', 'complaint'),
+    [
+        (FloorDesign(size=(0.1, 0.1)), 1, 'do not fit'),
+        (FloorDesign(count=-1), 1, 'no floor'),
+        (FloorDesign(size=(math.nan, 1.0)), 1, 'no floor'),
+        (FloorDesign(size=(math.inf, 1.0)), 1, 'no floor'),
+        (DARK_ON_LIGHT, -1, 'seed'),
+    ],
+)
+def test_impossible_floors_are_refused(design: FloorDesign, seed: int, complaint: str) -> None:
+    with pytest.raises(SceneError, match=complaint):
+        lay_floor(design, seed)

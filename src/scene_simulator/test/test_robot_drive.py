@@ -1,0 +1,77 @@
+"""A drive keeps its route, its limits and its heading."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from scene_simulator.demo_scene import ROUTE
+from scene_simulator.robot_drive import DriveLimits, RobotDrive, Waypoint
+from scene_simulator.scene_error import SceneError
+
+DRIVE = RobotDrive(ROUTE, DriveLimits())
+TIMES = np.arange(0.0, 60.0, 0.01)
+POSES = [DRIVE.pose_at(time) for time in TIMES]
+PLACES = np.array([(pose.x, pose.y) for pose in POSES])
+SPEEDS = np.hypot(*np.diff(PLACES, axis=0).T) / 0.01
+
+
+def test_a_straight_drive_takes_the_time_of_its_ramps() -> None:
+    drive = RobotDrive([Waypoint(0.0, 0.0, 0.5), Waypoint(2.0, 0.0, 0.5)], DriveLimits(acceleration=0.25))
+    # 2 s and 0.5 m on each ramp, 1 m at 0.5 m/s between.
+    assert drive.duration == pytest.approx(6.0, rel=0.01)
+    assert drive.pose_at(3.0).x == pytest.approx(1.0, abs=1e-3)
+
+
+def test_the_demo_drive_passes_its_waypoints_within_a_minute() -> None:
+    assert 55.0 < DRIVE.duration < 60.0
+    for waypoint in ROUTE:
+        assert np.hypot(*(PLACES - (waypoint.x, waypoint.y)).T).min() < 0.005
+
+
+def test_the_demo_drive_stays_on_the_floor() -> None:
+    assert PLACES.min() > 0.1
+    assert (PLACES.max(axis=0) < (1.7, 9.35)).all()
+
+
+def test_the_robot_keeps_its_limits() -> None:
+    assert 0.45 < SPEEDS.max() < 0.505
+    assert np.abs(np.diff(SPEEDS)).max() / 0.01 < 0.6
+    turns = np.diff(np.unwrap([pose.yaw for pose in POSES])) / 0.01
+    assert np.abs(turns * SPEEDS).max() < 0.33
+
+
+def test_the_robot_looks_where_it_goes() -> None:
+    moving = SPEEDS > 0.05
+    courses = np.arctan2(*np.diff(PLACES, axis=0).T[::-1])
+    yaws = np.array([pose.yaw for pose in POSES[:-1]])
+    difference = np.angle(np.exp(1j * (courses - yaws)))
+    assert np.abs(difference[moving]).max() < 0.01
+
+
+def test_the_robot_stands_during_its_pause_and_at_the_end() -> None:
+    standing = SPEEDS < 1e-6
+    assert standing[:-200].sum() * 0.01 == pytest.approx(3.0, abs=0.1)
+    assert DRIVE.pose_at(DRIVE.duration) == DRIVE.pose_at(1000.0)
+
+
+def test_an_exposure_is_centred_on_its_middle() -> None:
+    instants = DRIVE.poses_during(10.0, 0.002, 5)
+    assert instants[2] == DRIVE.pose_at(10.0)
+    assert instants[0].distance_to(instants[4]) == pytest.approx(0.8 * 0.002 * SPEEDS[1000], rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ('route', 'complaint'),
+    [
+        ([Waypoint(0.0, 0.0, 1.0)], 'two points'),
+        ([Waypoint(0.0, 0.0, 1.0), Waypoint(0.0, 0.0, 1.0)], 'twice'),
+        ([Waypoint(0.0, 0.0, 0.0), Waypoint(1.0, 0.0, 1.0)], 'speed'),
+        ([Waypoint(math.nan, 0.0, 0.5), Waypoint(1.0, 0.0, 1.0)], 'finite'),
+    ],
+)
+def test_impossible_routes_are_refused(route: list[Waypoint], complaint: str) -> None:
+    with pytest.raises(SceneError, match=complaint):
+        RobotDrive(route)

@@ -1,0 +1,111 @@
+"""The figures of a run against ground truth, as text and as JSON, and the limits they must keep."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from shirube_bags.coverage import Coverage
+from shirube_bags.stamps import text_from_stamp
+from shirube_bags.trajectory_errors import ErrorStatistics, TrajectoryErrors, error_statistics
+
+STATISTICS = tuple(field.name for field in dataclasses.fields(ErrorStatistics))
+COVERAGE = 'coverage'
+
+
+@dataclass(frozen=True)
+class AccuracyReport:
+    """The figures of one run.
+
+    Attributes:
+        compared: poses with a true pose at their stamp.
+        unmatched: poses without.
+        position: statistics of the position errors [m].
+        heading: statistics of the heading errors [rad].
+        coverage: which stamps got a pose.
+        expected_from: whose stamps these are, for people.
+    """
+
+    compared: int
+    unmatched: int
+    position: ErrorStatistics
+    heading: ErrorStatistics
+    coverage: Coverage
+    expected_from: str
+
+    def measures(self) -> dict[str, float]:
+        """Return what limits can be set on: ``position_rms`` [m], …, ``heading_max`` [rad], ``coverage``."""
+        return {
+            **{f'position_{name}': value for name, value in dataclasses.asdict(self.position).items()},
+            **{f'heading_{name}': value for name, value in dataclasses.asdict(self.heading).items()},
+            COVERAGE: self.coverage.share,
+        }
+
+
+def make_report(errors: TrajectoryErrors, coverage: Coverage, expected_from: str) -> AccuracyReport:
+    """Sum up a comparison."""
+    return AccuracyReport(
+        compared=len(errors.estimate),
+        unmatched=errors.unmatched,
+        position=error_statistics(errors.position),
+        heading=error_statistics(errors.heading),
+        coverage=coverage,
+        expected_from=expected_from,
+    )
+
+
+def report_as_text(report: AccuracyReport) -> str:
+    """Return a table for people, in millimetres and degrees."""
+    rows = [f'{"error":<16}' + ''.join(f'{name:>10}' for name in STATISTICS)]
+    for name, unit, scale, statistics in (
+        ('position', 'mm', 1000.0, report.position),
+        ('heading', 'deg', math.degrees(1.0), report.heading),
+    ):
+        values = dataclasses.astuple(statistics)
+        rows.append(f'{f"{name} [{unit}]":<16}' + ''.join(f'{value * scale:>10.3f}' for value in values))
+    coverage = report.coverage
+    rows.append(
+        f'coverage {coverage.share:.2%}: {coverage.covered} of {coverage.expected} stamps of '
+        f'{report.expected_from} have a pose, {coverage.excluded} excluded'
+    )
+    rows.append(f'{report.compared} poses compared, {report.unmatched} without a true pose')
+    return '\n'.join(rows)
+
+
+def report_as_json(report: AccuracyReport) -> dict[str, Any]:
+    """Return the report as plain numbers and texts, in metres and radians; stamps in seconds."""
+    coverage = report.coverage
+    return {
+        'compared': report.compared,
+        'unmatched': report.unmatched,
+        'position': dataclasses.asdict(report.position),
+        'heading': dataclasses.asdict(report.heading),
+        COVERAGE: {
+            'share': coverage.share,
+            'expected': coverage.expected,
+            'covered': coverage.covered,
+            'excluded': coverage.excluded,
+            'expected_from': report.expected_from,
+            'missing': [float(text_from_stamp(stamp)) for stamp in coverage.missing_ns],
+        },
+    }
+
+
+def broken_limits(report: AccuracyReport, limits: Mapping[str, float]) -> list[str]:
+    """Return a line for each limit that the report breaks.
+
+    Args:
+        report: the report.
+        limits: by the names of `AccuracyReport.measures`; the coverage is a lower limit, the others upper.
+    """
+    measures = report.measures()
+    lines = []
+    for name, limit in limits.items():
+        value = measures[name]
+        too_low = name == COVERAGE
+        if value < limit if too_low else value > limit:
+            lines.append(f'{name} is {value:.6g}, {"less" if too_low else "more"} than the limit {limit:.6g}')
+    return lines

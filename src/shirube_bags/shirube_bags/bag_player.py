@@ -1,0 +1,85 @@
+"""Publishing of a bag's messages, as they are, with ``/clock``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rosgraph_msgs.msg import Clock
+
+from shirube_bags.bag_reader import BagMessage, BagTopic
+from shirube_bags.ros_qos import replay_qos
+from shirube_bags.ros_types import load_message_class
+from shirube_bags.stamps import NANOSECONDS
+
+CLOCK = '/clock'
+
+
+class BagPlayer:
+    """Publishes the messages of a bag from one node.
+
+    Messages go out as the bytes they were recorded as. ``/clock`` shows the stamps of recording, unless the
+    bag has a clock of its own: then that is replayed.
+    """
+
+    def __init__(self, node: Node, topics: Iterable[BagTopic]) -> None:
+        """Make the publishers.
+
+        Args:
+            node: the node that publishes.
+            topics: the topics to publish.
+
+        Raises:
+            ReplayError: a type is not installed.
+        """
+        self._publishers: dict[str, Publisher] = {
+            topic.name: node.create_publisher(
+                load_message_class(topic.msgtype), topic.name, replay_qos(topic)
+            )
+            for topic in topics
+        }
+        self._clock = None if CLOCK in self._publishers else node.create_publisher(Clock, CLOCK, 10)
+        self._clock_ns = -1
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """The topics that are published."""
+        return tuple(self._publishers)
+
+    def resolved_topic(self, topic: str) -> str:
+        """Return the name a topic is published under after remapping."""
+        return str(self._publishers[topic].topic_name)
+
+    def subscriber_count(self, topic: str) -> int:
+        """Return how many subscribers a topic has."""
+        return int(self._publishers[topic].get_subscription_count())
+
+    def publish(self, message: BagMessage) -> None:
+        """Set the clock to the message's stamp and publish it."""
+        self.set_clock(message.stamp_ns)
+        self._publishers[message.topic].publish(message.raw)
+
+    def set_clock(self, stamp_ns: int) -> None:
+        """Publish a time [ns] on ``/clock``, if it is later than the last one."""
+        if self._clock is None or stamp_ns <= self._clock_ns:
+            return
+        self._clock_ns = stamp_ns
+        message = Clock()
+        message.clock.sec, message.clock.nanosec = divmod(stamp_ns, NANOSECONDS)
+        self._clock.publish(message)
+
+    def rewind(self) -> None:
+        """Let the clock jump back, for the next round of a loop."""
+        self._clock_ns = -1
+
+    def wait_until_received(self, topics: Sequence[str], timeout: float) -> None:
+        """Wait until all reliable subscribers have everything that was published.
+
+        Args:
+            topics: the topics to wait for.
+            timeout: how long at most, for each topic [s].
+        """
+        for topic in topics:
+            self._publishers[topic].wait_for_all_acked(Duration(seconds=timeout))

@@ -1,0 +1,244 @@
+"""Reading of rosbag2 bags, mcap or sqlite3: the one wrapper over the ``rosbags`` library."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from rosbags.interfaces import Connection, ConnectionExtRosbag2, MessageDefinitionFormat, Qos
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+from shirube_bags.errors import BagError
+from shirube_bags.message_types import jazzy_types
+
+DAMAGED = 'it is truncated or damaged: record it again, or repair it with "mcap recover"'
+
+
+@dataclass(frozen=True)
+class BagTopic:
+    """One topic of a bag.
+
+    Attributes:
+        name: absolute name, as ``/image_raw``.
+        msgtype: as ``sensor_msgs/msg/Image``.
+        message_count: messages in the bag.
+        qos: profiles that the publishers offered; empty where the bag does not say.
+    """
+
+    name: str
+    msgtype: str
+    message_count: int
+    qos: tuple[Qos, ...]
+
+
+@dataclass(frozen=True)
+class BagMessage:
+    """One message of a bag, still serialized.
+
+    Attributes:
+        topic: absolute name.
+        msgtype: as ``sensor_msgs/msg/Image``.
+        stamp_ns: when it was received [ns].
+        raw: the message in CDR, with its four bytes of header.
+    """
+
+    topic: str
+    msgtype: str
+    stamp_ns: int
+    raw: bytes
+
+
+class BagReader:
+    """Reads one bag: a folder with ``metadata.yaml``, or a single ``.mcap`` or ``.db3`` file.
+
+        with BagReader('bags/floor') as bag:
+            for message in bag.messages(['/image_raw']):
+                image = bag.decode(message)
+
+    Attributes:
+        topics: the topics by name (after opening).
+        start_ns, end_ns: stamps of the first and the last message [ns].
+        message_count: messages in the bag.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        """Name a bag; it is opened by ``with``."""
+        self.path = Path(path)
+        self.topics: dict[str, BagTopic] = {}
+        self.start_ns = self.end_ns = self.message_count = 0
+        self._typestore = jazzy_types()
+        self._reader: Reader | None = None
+
+    def __enter__(self) -> Self:
+        """Open the bag.
+
+        Raises:
+            BagError: it is missing, empty, truncated, or no rosbag2.
+        """
+        check_is_bag(self.path)
+        # A damaged file ends in whatever error the parser runs into (struct, yaml, sqlite, zstd, types).
+        try:
+            self._reader = Reader(self.path)
+            self._reader.open()
+            connections = list(self._reader.connections)
+            self._typestore = typestore_for(connections)
+        except Exception as fault:
+            raise self._refusal(fault) from fault
+        self.topics = topics_of(self.path, connections)
+        self.message_count = self._reader.message_count
+        if self.message_count == 0:
+            self._close()
+            raise BagError(f'{self.path}: holds no messages; record it again while the topics are published')
+        # rosbags counts the end behind the last message.
+        self.start_ns, self.end_ns = self._reader.start_time, self._reader.end_time - 1
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        fault: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Close the bag."""
+        self._close()
+
+    def messages(self, topics: Iterable[str] = ()) -> Iterator[BagMessage]:
+        """Yield messages in the order of their stamps.
+
+        Args:
+            topics: names of topics; all of the bag's if empty.
+
+        Raises:
+            BagError: a topic is not in the bag, or the bag is damaged.
+        """
+        if self._reader is None:
+            raise BagError(f'{self.path}: not open; read inside "with BagReader(...) as bag:"')
+        wanted = self.select_topics(topics)
+        connections = [connection for connection in self._reader.connections if connection.topic in wanted]
+        if not connections:
+            return
+        count = 0
+        try:
+            for connection, stamp_ns, raw in self._reader.messages(connections):
+                count += 1
+                yield BagMessage(connection.topic, connection.msgtype, stamp_ns, bytes(raw))
+        except Exception as fault:
+            raise self._refusal(fault) from fault
+        promised = sum(connection.msgcount for connection in connections)
+        if count != promised:
+            raise BagError(f'{self.path}: holds {count} of the {promised} messages in its index; {DAMAGED}')
+
+    def select_topics(self, topics: Iterable[str]) -> tuple[str, ...]:
+        """Return the given topics, or all of the bag's if none is given.
+
+        Raises:
+            BagError: a topic is not in the bag.
+        """
+        wanted = tuple(dict.fromkeys(topics)) or tuple(self.topics)
+        for topic in wanted:
+            if topic not in self.topics:
+                raise BagError(f'{self.path}: has no topic {topic}; it has {", ".join(sorted(self.topics))}')
+        return wanted
+
+    def decode(self, message: BagMessage) -> Any:
+        """Return the message as a dataclass with the fields of its ROS type; its arrays are numpy arrays.
+
+        Raises:
+            BagError: the bytes are no message of this type.
+        """
+        try:
+            return self._typestore.deserialize_cdr(message.raw, message.msgtype)
+        except Exception as fault:
+            raise BagError(
+                f'{self.path}: message on {message.topic} at {message.stamp_ns} ns is no valid '
+                f'{message.msgtype} ({fault}); {DAMAGED}'
+            ) from fault
+
+    def _close(self) -> None:
+        if self._reader is not None and self._reader.is_open:
+            self._reader.close()
+        self._reader = None
+
+    def _refusal(self, fault: Exception) -> BagError:
+        self._close()
+        reason = ' '.join(str(fault).split()).rstrip('.') or type(fault).__name__
+        return BagError(f'{self.path}: cannot be read ({reason}); {DAMAGED}')
+
+
+def check_is_bag(path: Path) -> None:
+    """Check by names alone that a bag stands at ``path``.
+
+    Raises:
+        BagError: nothing is there, or something else; the line says what and what to do.
+    """
+    if not path.exists():
+        raise BagError(f'{path}: does not exist; give the folder of a rosbag2 or its .mcap file')
+    if path.is_dir():
+        if not (path / 'metadata.yaml').exists():
+            raise BagError(
+                f'{path}: is a folder without metadata.yaml, so no finished bag; give the .mcap file in it, '
+                'or run "ros2 bag reindex"'
+            )
+        return
+    if path.suffix == '.bag':
+        raise BagError(f'{path}: is a bag of ROS 1; convert it with "rosbags-convert"')
+    if path.suffix not in {'.mcap', '.db3'}:
+        raise BagError(f'{path}: is no rosbag2; give the folder with metadata.yaml, or a .mcap or .db3 file')
+    if path.stat().st_size == 0:
+        raise BagError(f'{path}: is empty; record it again')
+
+
+def topics_of(path: Path, connections: Iterable[Connection]) -> dict[str, BagTopic]:
+    """Return the topics of a bag by name; several publishers of one topic are joined.
+
+    Raises:
+        BagError: a topic holds messages of two types.
+    """
+    topics: dict[str, BagTopic] = {}
+    for connection in connections:
+        qos = offered_profiles(connection)
+        topic = BagTopic(connection.topic, connection.msgtype, connection.msgcount, qos)
+        known = topics.get(topic.name)
+        if known is not None:
+            if known.msgtype != topic.msgtype:
+                raise BagError(
+                    f'{path}: topic {topic.name} holds both {known.msgtype} and {topic.msgtype}; '
+                    'record one type a topic'
+                )
+            topic = BagTopic(
+                topic.name, topic.msgtype, known.message_count + topic.message_count, known.qos + qos
+            )
+        topics[topic.name] = topic
+    return topics
+
+
+def offered_profiles(connection: Connection) -> tuple[Qos, ...]:
+    """Return what the publishers of a topic offered."""
+    if isinstance(connection.ext, ConnectionExtRosbag2):
+        return tuple(connection.ext.offered_qos_profiles)
+    return ()
+
+
+def typestore_for(connections: Iterable[Connection]) -> Typestore:
+    """Return ROS 2 Jazzy's types, joined by those that only the bag itself defines."""
+    unknown = [each for each in connections if each.msgtype not in jazzy_types().fielddefs]
+    if not unknown:
+        return jazzy_types()
+    typestore = get_typestore(Stores.ROS2_JAZZY)
+    for connection in unknown:
+        kind, text = connection.msgdef
+        if kind is MessageDefinitionFormat.MSG:
+            found = get_types_from_msg(text, connection.msgtype)
+        elif kind is MessageDefinitionFormat.IDL:
+            found = get_types_from_idl(text)
+        else:
+            continue
+        typestore.register(
+            {name: fields for name, fields in found.items() if name not in typestore.fielddefs}
+        )
+    return typestore

@@ -1,0 +1,106 @@
+"""Recording of live topics into a bag."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from rclpy.node import Node
+from rclpy.subscription import Subscription
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+from shirube_bags.bag_writer import BagWriter
+from shirube_bags.errors import ReplayError
+from shirube_bags.message_types import jazzy_types
+from shirube_bags.ros_qos import offered_qos, recording_qos
+from shirube_bags.ros_types import load_message_class
+
+
+class BagRecorder:
+    """Subscribes to topics as they appear and writes their messages, as they come, into a bag."""
+
+    def __init__(self, node: Node, bag: BagWriter, topics: Sequence[str], say: Callable[[str], None]) -> None:
+        """Prepare.
+
+        Args:
+            node: the node that subscribes; its clock stamps the messages.
+            bag: the open bag.
+            topics: the topics to record; every topic that appears if empty.
+            say: told what is recorded and what is not.
+        """
+        self._node = node
+        self._bag = bag
+        self._wanted = [node.resolve_topic_name(topic) for topic in topics]
+        self._say = say
+        self._subscriptions: dict[str, Subscription] = {}
+        self._refused: set[str] = set()
+        self._without_stamp: list[tuple[str, str, bytes]] = []
+        self.counts: dict[str, int] = {}
+
+    @property
+    def missing_topics(self) -> list[str]:
+        """The wanted topics that nobody has published yet."""
+        return [topic for topic in self._wanted if topic not in self._subscriptions]
+
+    def find_topics(self) -> None:
+        """Subscribe to the topics that have appeared; call it now and then.
+
+        Raises:
+            ReplayError: a wanted topic's type cannot be recorded.
+        """
+        for topic, types in self._node.get_topic_names_and_types():
+            if topic in self._subscriptions or topic in self._refused:
+                continue
+            if self._wanted and topic not in self._wanted:
+                continue
+            publishers = [
+                each
+                for each in self._node.get_publishers_info_by_topic(topic)
+                if each.node_name != self._node.get_name()
+            ]
+            if publishers:
+                self._add(topic, types, publishers)
+
+    def _add(self, topic: str, types: Sequence[str], publishers: Sequence[TopicEndpointInfo]) -> None:
+        try:
+            message_class = recordable_class(topic, types)
+        except ReplayError as fault:
+            if self._wanted:
+                raise
+            self._refused.add(topic)
+            self._say(f'{topic} is left out: {fault}')
+            return
+        msgtype = types[0]
+        self._bag.declare(topic, msgtype, offered_qos(publishers))
+        self.counts[topic] = 0
+        self._subscriptions[topic] = self._node.create_subscription(
+            message_class, topic, partial(self._write, topic, msgtype), recording_qos(publishers), raw=True
+        )
+        self._say(f'recording {topic} [{msgtype}]')
+
+    def _write(self, topic: str, msgtype: str, raw: bytes) -> None:
+        self._without_stamp.append((topic, msgtype, raw))
+        stamp_ns = self._node.get_clock().now().nanoseconds
+        # Simulated time is 0 until the first /clock: a stamp of 0 would make the bag decades long.
+        if stamp_ns == 0:
+            return
+        for message in self._without_stamp:
+            self._bag.write_raw(*message, stamp_ns)
+            self.counts[message[0]] += 1
+        self._without_stamp.clear()
+
+
+def recordable_class(topic: str, types: Sequence[str]) -> object:
+    """Return the message class of a live topic.
+
+    Raises:
+        ReplayError: it has several types, or one that is not installed or not among the common interfaces.
+    """
+    if len(types) != 1:
+        raise ReplayError(f'{topic} is published with the types {", ".join(types)}; publish one type a topic')
+    if types[0] not in jazzy_types().fielddefs:
+        raise ReplayError(
+            f"{topic} has the type {types[0]}, none of ROS 2's common interfaces; use ros2 bag record"
+        )
+    message_class: object = load_message_class(types[0])
+    return message_class

@@ -1,0 +1,1 @@
+"""The executables of shirube_bags."""

@@ -1,0 +1,160 @@
+"""``check``: compare a run with ground truth, and fail where it is worse than the limits."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_bags.accuracy_report import (
+    COVERAGE,
+    STATISTICS,
+    AccuracyReport,
+    broken_limits,
+    make_report,
+    report_as_json,
+    report_as_text,
+)
+from shirube_bags.atomic_file import write_text
+from shirube_bags.bag_reader import BagReader
+from shirube_bags.bag_trajectory import load_bag_trajectory, load_header_stamps
+from shirube_bags.coverage import measure_coverage
+from shirube_bags.error_table import save_error_table
+from shirube_bags.errors import ShirubeBagsError
+from shirube_bags.time_intervals import load_intervals
+from shirube_bags.trajectory import Trajectory
+from shirube_bags.trajectory_errors import TrajectoryErrors, compare_trajectories
+from shirube_bags.tum_file import load_tum, save_tum
+
+# Poses carry their image's stamp; files of other tools round it to microseconds.
+STAMP_TOLERANCE_NS = 1_000_000
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0, or 1 if a limit is broken or a file is bad."""
+    options = make_parser().parse_args(arguments)
+    try:
+        report = check(options)
+    except ShirubeBagsError as fault:
+        print(f'check: {fault}', file=sys.stderr)
+        return 1
+    except OSError as fault:
+        print(f'check: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        return 1
+    print(report_as_text(report))
+    broken = broken_limits(report, limits_of(options))
+    for line in broken:
+        print(f'check: {line}', file=sys.stderr)
+    return 1 if broken else 0
+
+
+def check(options: argparse.Namespace) -> AccuracyReport:
+    """Compare, write the files that were asked for, and return the figures."""
+    estimate = load_trajectory(options.estimate, options.topic)
+    reference_path = options.reference or options.estimate
+    reference = load_trajectory(reference_path, options.reference_topic)
+    errors = compare_trajectories(estimate, reference, options.longest_gap)
+    expected, expected_from = reference.stamps_ns, 'the reference'
+    if options.images is not None:
+        expected, expected_from = load_image_stamps(reference_path, options.images), options.images
+    excluded = load_intervals(options.exclude) if options.exclude else np.empty((0, 2), dtype=np.int64)
+    coverage = measure_coverage(expected, estimate.stamps_ns, STAMP_TOLERANCE_NS, excluded)
+    report = make_report(errors, coverage, expected_from)
+    write_files(options, errors, report)
+    return report
+
+
+def load_trajectory(path: Path, topic: str | None) -> Trajectory:
+    """Load the poses of a bag's topic, or those of a TUM file."""
+    if is_bag(path):
+        with BagReader(path) as bag:
+            return load_bag_trajectory(bag, topic)
+    return load_tum(path)
+
+
+def load_image_stamps(path: Path, topic: str) -> NDArray[np.int64]:
+    """Load the stamps of the images in the reference's bag."""
+    if not is_bag(path):
+        raise ShirubeBagsError(f'{path}: is no bag, so it has no topic {topic}; leave --images out')
+    with BagReader(path) as bag:
+        return load_header_stamps(bag, topic)
+
+
+def is_bag(path: Path) -> bool:
+    """Tell a bag from a TUM file by its name."""
+    return path.is_dir() or path.suffix in {'.mcap', '.db3', '.bag'}
+
+
+def write_files(options: argparse.Namespace, errors: TrajectoryErrors, report: AccuracyReport) -> None:
+    """Write the files that were asked for."""
+    if options.tum is not None:
+        save_tum(options.tum / 'estimate.tum', errors.estimate)
+        save_tum(options.tum / 'reference.tum', errors.reference)
+    if options.csv is not None:
+        save_error_table(options.csv, errors)
+    if options.json is not None:
+        write_text(options.json, json.dumps(report_as_json(report), indent=2) + '\n')
+
+
+def limits_of(options: argparse.Namespace) -> dict[str, float]:
+    """Return the limits that were given, by the names of the report's measures."""
+    return {
+        name.removeprefix('limit_'): value
+        for name, value in vars(options).items()
+        if name.startswith('limit_') and value is not None
+    }
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command's options."""
+    parser = argparse.ArgumentParser(
+        prog='check',
+        description='Compare poses with ground truth. Nothing is aligned: both are poses in one map frame. '
+        'The reference is interpolated at the stamps of the estimate. Exit code 1 if a limit is broken.',
+    )
+    add = parser.add_argument
+    add('estimate', type=Path, help='bag or TUM file with the poses to judge')
+    add('--topic', help='topic of the poses, if the bag has several with poses')
+    add('--reference', type=Path, help='bag or TUM file with the true poses (default: ESTIMATE)')
+    add('--reference-topic', help='topic of the true poses, if the bag has several with poses')
+    add('--images', metavar='TOPIC', help='topic in the reference bag each message of which should have a '
+        'pose (default: each true pose should have one)')  # fmt: skip
+    add('--exclude', type=Path, metavar='CSV', help='intervals "start,end" [s] without expected poses')
+    add('--longest-gap', type=positive_number, default=0.5, metavar='SECONDS',
+        help='the reference is not interpolated over longer gaps (default: %(default)s)')  # fmt: skip
+    add('--tum', type=Path, metavar='FOLDER', help='write estimate.tum and reference.tum there, at the same '
+        'stamps: "evo_ape tum reference.tum estimate.tum" reads them')  # fmt: skip
+    add('--csv', type=Path, help='write the errors of each pose there')
+    add('--json', type=Path, help='write the figures there')
+    limits = parser.add_argument_group('limits, [m] and [rad]')
+    for quantity in ('position', 'heading'):
+        for statistic in STATISTICS:
+            limits.add_argument(
+                f'--max-{quantity}-{statistic}', type=positive_number, metavar='LIMIT',
+                dest=f'limit_{quantity}_{statistic}',
+            )  # fmt: skip
+    limits.add_argument('--min-coverage', type=positive_number, metavar='SHARE', dest=f'limit_{COVERAGE}',
+                        help='share of the expected poses, 0 to 1')  # fmt: skip
+    return parser
+
+
+def positive_number(text: str) -> float:
+    """Return a finite number >= 0.
+
+    Raises:
+        ValueError: it is none.
+    """
+    number = float(text)
+    if not (math.isfinite(number) and number >= 0.0):
+        raise ValueError(text)
+    return number
+
+
+if __name__ == '__main__':
+    sys.exit(main())

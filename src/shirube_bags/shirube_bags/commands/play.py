@@ -1,0 +1,185 @@
+"""``play``: replay a bag into live nodes without losing a message, with ``/clock``."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import sys
+from collections.abc import Sequence
+from importlib.resources import as_file, files
+from pathlib import Path
+from threading import Event
+
+from rclpy.utilities import remove_ros_args
+from tqdm import tqdm
+
+from shirube_bags.bag_player import BagPlayer
+from shirube_bags.bag_reader import BagReader
+from shirube_bags.errors import ReplayError, ShirubeBagsError
+from shirube_bags.lockstep import Lockstep
+from shirube_bags.replay import replay
+from shirube_bags.ros_session import ros_session
+from shirube_bags.ros_types import load_message_class
+from shirube_bags.stamps import NANOSECONDS
+from shirube_bags.stop_signals import stop_on_signals
+from shirube_bags.subscriber_wait import wait_for_any, wait_for_wanted
+
+# What is on its way is delivered before the program ends [s].
+DELIVERY_TIMEOUT = 5.0
+PROGRESS_BAR = '{l_bar}{bar}| {n:.1f}/{total:.1f} s [{elapsed}<{remaining}]'
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0 at the end of the bag or after Ctrl-C, 1 after an error."""
+    command_line = list(sys.argv if arguments is None else ['play', *arguments])
+    options = make_parser().parse_args(remove_ros_args(command_line)[1:])
+    try:
+        with as_file(files('shirube_bags') / 'fastdds_replay.xml') as profile, stop_on_signals() as stop:
+            os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', str(profile))
+            play(options, command_line, stop)
+    except ShirubeBagsError as fault:
+        print(f'play: {fault}', file=sys.stderr)
+        return 1
+    return 0
+
+
+def play(options: argparse.Namespace, command_line: Sequence[str], stop: Event) -> None:
+    """Replay the bag as the options say, until its end or until ``stop`` is set."""
+    with BagReader(options.bag) as bag, ros_session('bag_player', command_line) as session:
+        topics = playable_topics(bag, options.topics)
+        player = BagPlayer(session.node, [bag.topics[topic] for topic in topics])
+        lockstep = Lockstep(player, session.node, session.executor, should_stop=stop.is_set)
+        wait_for_subscribers(options, player, stop)
+        # The first answers show that the nodes have found this player, too.
+        lockstep.wait(topics)
+        if lockstep.silent_nodes:
+            say(f'nobody can tell when {", ".join(lockstep.silent_nodes)} is ready: it may lose messages')
+        step = lockstep if options.lockstep or options.rate == 0.0 else None
+        for _ in range(options.loop):
+            if not stop.is_set():
+                play_once(bag, player, options.rate, step, stop)
+        player.wait_until_received(topics, DELIVERY_TIMEOUT)
+        lockstep.wait(topics)
+
+
+def play_once(bag: BagReader, player: BagPlayer, rate: float, lockstep: Lockstep | None, stop: Event) -> None:
+    """Replay the bag once behind a progress bar, and tell how fast it went."""
+    player.rewind()
+    duration = (bag.end_ns - bag.start_ns) / NANOSECONDS
+    with tqdm(total=duration, delay=1.0, mininterval=0.5, bar_format=PROGRESS_BAR) as bar:
+        outcome = replay(
+            bag, player, rate, lockstep, stop=stop, on_progress=lambda played: bar.update(played - bar.n)
+        )
+    speed = outcome.bag_duration / max(outcome.took, 1e-9)
+    say(
+        f'{outcome.messages} messages, {outcome.bag_duration:.1f} s of the bag '
+        f'in {outcome.took:.1f} s ({speed:.2f} x real time)'
+    )
+
+
+def wait_for_subscribers(options: argparse.Namespace, player: BagPlayer, stop: Event) -> None:
+    """Wait for those that ``--wait-for`` names, or else for anybody; say who is missing.
+
+    Raises:
+        ReplayError: a subscriber that was named is missing.
+    """
+    wanted = dict(options.wait_for)
+    for topic in wanted:
+        if topic not in player.topics:
+            raise ReplayError(f'--wait-for {topic}: is not replayed; these are: {", ".join(player.topics)}')
+    if wanted:
+        wait_for_wanted(player.subscriber_count, wanted, options.timeout, stop.is_set)
+    lonely = wait_for_any(player.subscriber_count, player.topics, options.timeout, stop.is_set)
+    if stop.is_set():
+        return
+    if len(lonely) == len(player.topics):
+        say(f'nobody has subscribed within {options.timeout:g} s; playing all the same')
+    elif lonely:
+        say(f'without a subscriber: {", ".join(lonely)}')
+
+
+def playable_topics(bag: BagReader, wanted: Sequence[str]) -> list[str]:
+    """Return the topics to play; of a whole bag, those of unknown types are left out and named.
+
+    Raises:
+        BagError: a wanted topic is not in the bag.
+        ReplayError: a wanted topic's type is not installed, or no topic is left.
+    """
+    topics = []
+    for topic in bag.select_topics(wanted):
+        try:
+            load_message_class(bag.topics[topic].msgtype)
+        except ReplayError as fault:
+            if wanted:
+                raise ReplayError(f'{bag.path}, topic {topic}: {fault}') from fault
+            say(f'topic {topic} is left out: {fault}')
+        else:
+            topics.append(topic)
+    if not topics:
+        raise ReplayError(f'{bag.path}: no topic can be played; install the packages of its message types')
+    return topics
+
+
+def say(line: str) -> None:
+    """Tell the user something beside the progress bar."""
+    tqdm.write(f'play: {line}', file=sys.stderr)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command's options."""
+    parser = argparse.ArgumentParser(
+        prog='play',
+        description='Replay a bag into live nodes, with /clock. Topics are offered reliably, so no message '
+        'is lost on the way; whoever works slower than the replay needs --lockstep (or --rate 0) to lose '
+        'none in its own queue. Put remappings behind --ros-args.',
+    )
+    add = parser.add_argument
+    add('bag', type=Path, help='folder of a rosbag2, or its .mcap or .db3 file')
+    add('--rate', type=number_from_zero, default=1.0, metavar='R',
+        help='seconds of the bag a second (default: 1); 0: as fast as the nodes keep up, in lock '
+        'step')  # fmt: skip
+    add('--lockstep', action='store_true',
+        help='publish a message only when the nodes have worked off the last one')  # fmt: skip
+    add('--loop', type=loop_count, default=1, metavar='N', help='play so often; /clock jumps back each time')
+    add('--topics', nargs='+', default=(), metavar='TOPIC', help='only these topics')
+    add('--wait-for', nargs='+', default=(), type=wanted_subscribers, metavar='TOPIC[/COUNT]',
+        help='begin when these topics have so many subscribers, 1 by default; without this option anybody is '
+        'waited for')  # fmt: skip
+    add('--timeout', type=number_from_zero, default=10.0, metavar='SECONDS',
+        help='how long to wait for subscribers (default: %(default)g)')  # fmt: skip
+    return parser
+
+
+def number_from_zero(text: str) -> float:
+    """Return a finite number >= 0.
+
+    Raises:
+        ValueError: it is none.
+    """
+    number = float(text)
+    if not (math.isfinite(number) and number >= 0.0):
+        raise ValueError(text)
+    return number
+
+
+def loop_count(text: str) -> int:
+    """Return a number of rounds, 1 or more.
+
+    Raises:
+        ValueError: it is none.
+    """
+    number = int(text)
+    if number < 1:
+        raise ValueError(text)
+    return number
+
+
+def wanted_subscribers(text: str) -> tuple[str, int]:
+    """Return the topic and the number in ``TOPIC/COUNT``; ``TOPIC`` alone stands for one subscriber."""
+    topic, _, count = text.rpartition('/')
+    return (topic, int(count)) if topic and count.isdigit() else (text, 1)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,56 @@
+"""Which share of the images got a pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """How many stamps have a pose.
+
+    Attributes:
+        expected: stamps that should have a pose.
+        covered: those of them that have one.
+        excluded: stamps left out because they lie in an excluded interval.
+        missing_ns: array of int64, the stamps without a pose [ns].
+    """
+
+    expected: int
+    covered: int
+    excluded: int
+    missing_ns: NDArray[np.int64]
+
+    @property
+    def share(self) -> float:
+        """The covered share of the expected stamps, 0 to 1; 1 if none is expected."""
+        return self.covered / self.expected if self.expected else 1.0
+
+
+def measure_coverage(
+    expected_ns: NDArray[np.int64],
+    estimated_ns: NDArray[np.int64],
+    tolerance_ns: int,
+    excluded_ns: NDArray[np.int64],
+) -> Coverage:
+    """Count the stamps that have a pose.
+
+    Args:
+        expected_ns: array of int64, shape (n,), stamps of the images [ns].
+        estimated_ns: array of int64, shape (m,), increasing, m > 0, stamps of the poses [ns].
+        tolerance_ns: a pose as near as this belongs to the image [ns].
+        excluded_ns: array of int64, shape (k, 2), starts and ends of intervals in which no pose is expected,
+            both included [ns].
+    """
+    inside = np.zeros(len(expected_ns), dtype=bool)
+    for start, end in excluded_ns:
+        inside |= (start <= expected_ns) & (expected_ns <= end)
+    wanted = expected_ns[~inside]
+    right = np.minimum(np.searchsorted(estimated_ns, wanted), len(estimated_ns) - 1)
+    left = np.maximum(right - 1, 0)
+    distance = np.minimum(np.abs(estimated_ns[right] - wanted), np.abs(estimated_ns[left] - wanted))
+    covered = distance <= tolerance_ns
+    return Coverage(len(wanted), int(covered.sum()), int(inside.sum()), wanted[~covered])

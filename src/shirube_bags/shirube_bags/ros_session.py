@@ -1,0 +1,46 @@
+"""A node of its own for a command, cleanly shut down."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+
+@dataclass(frozen=True)
+class RosSession:
+    """A node and the executor that spins it."""
+
+    node: Node
+    executor: SingleThreadedExecutor
+
+
+@contextmanager
+def ros_session(name: str, arguments: Sequence[str], use_sim_time: bool = False) -> Iterator[RosSession]:
+    """Give a node; signals are left to the caller (`stop_on_signals`).
+
+    Args:
+        name: the node's name.
+        arguments: the command line, from which ROS takes what follows ``--ros-args``.
+        use_sim_time: True if the node's clock follows ``/clock``.
+    """
+    context = Context()
+    rclpy.init(args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        override = [rclpy.Parameter('use_sim_time', value=True)] if use_sim_time else []
+        node = Node(name, context=context, parameter_overrides=override)
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(node)
+        try:
+            yield RosSession(node, executor)
+        finally:
+            executor.shutdown()
+            node.destroy_node()
+    finally:
+        context.try_shutdown()

@@ -1,0 +1,29 @@
+"""Stamps in nanoseconds, and as decimal seconds in text files without a nanosecond lost."""
+
+from __future__ import annotations
+
+from decimal import Decimal, InvalidOperation
+
+NANOSECONDS = 1_000_000_000
+# What 64 bits hold of nanoseconds [s].
+LATEST = 9_223_372_036
+
+
+def stamp_from_text(text: str) -> int:
+    """Return the stamp [ns] of decimal seconds, as ``1700000000.123456789`` or ``1.5e3``.
+
+    Raises:
+        ValueError: the text is no finite number.
+    """
+    try:
+        seconds = Decimal(text)
+    except InvalidOperation as fault:
+        raise ValueError(f'{text!r} is no time in seconds') from fault
+    if not (seconds.is_finite() and abs(seconds) < LATEST):
+        raise ValueError(f'{text!r} is no time in seconds')
+    return round(seconds * NANOSECONDS)
+
+
+def text_from_stamp(stamp_ns: int) -> str:
+    """Return a stamp [ns] as seconds with nine decimals."""
+    return f'{Decimal(int(stamp_ns)).scaleb(-9):.9f}'

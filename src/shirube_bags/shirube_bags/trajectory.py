@@ -1,0 +1,147 @@
+"""Trajectories: stamped poses in space, and what lies between two of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation, Slerp
+
+from shirube_bags.errors import TrajectoryError
+from shirube_bags.stamps import NANOSECONDS
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Poses of one frame in another, in the order of their stamps.
+
+    Attributes:
+        stamps_ns: array of int64, shape (n,), strictly increasing [ns].
+        positions: array, shape (n, 3), x, y, z [m].
+        quaternions: array, shape (n, 4), x, y, z, w, of length 1.
+    """
+
+    stamps_ns: NDArray[np.int64]
+    positions: NDArray[np.float64]
+    quaternions: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        """Return the number of poses."""
+        return len(self.stamps_ns)
+
+    def selected(self, mask: NDArray[np.bool_]) -> Trajectory:
+        """Return the poses where ``mask``, shape (n,), is true."""
+        return Trajectory(self.stamps_ns[mask], self.positions[mask], self.quaternions[mask])
+
+
+def make_trajectory(stamps_ns: ArrayLike, positions: ArrayLike, quaternions: ArrayLike) -> Trajectory:
+    """Check poses, sort them by their stamps and make their quaternions of length 1.
+
+    Args:
+        stamps_ns: array-like of integers, shape (n,) [ns].
+        positions: array-like, shape (n, 3), x, y, z [m].
+        quaternions: array-like, shape (n, 4), x, y, z, w.
+
+    Raises:
+        TrajectoryError: nothing in it, shapes that differ, numbers that are not finite, a quaternion that is
+            no rotation, two poses of one stamp; the line gives the first such pose.
+    """
+    stamps = np.asarray(stamps_ns, dtype=np.int64)
+    if len(stamps) == 0:
+        raise TrajectoryError('the trajectory holds no poses; give at least one')
+    places = np.asarray(positions, dtype=np.float64).reshape(len(stamps), -1)
+    turns = np.asarray(quaternions, dtype=np.float64).reshape(len(stamps), -1)
+    if places.shape[1] != 3 or turns.shape[1] != 4:
+        raise TrajectoryError('positions need x, y, z and quaternions x, y, z, w for each stamp')
+    malformed = first_malformed_pose(places, turns)
+    if malformed is not None:
+        raise TrajectoryError(
+            f'pose {malformed[0] + 1} of {len(stamps)} has {malformed[1]}; leave such poses out'
+        )
+    order = np.argsort(stamps, kind='stable')
+    stamps, places, turns = stamps[order], places[order], turns[order]
+    turns = turns / np.linalg.norm(turns, axis=1)[:, None]
+    twice = np.flatnonzero(np.diff(stamps) == 0)
+    if len(twice):
+        raise TrajectoryError(f'two poses have the stamp {stamps[twice[0]]} ns; give one pose a stamp')
+    return Trajectory(stamps, places, turns)
+
+
+def first_malformed_pose(
+    positions: NDArray[np.float64], quaternions: NDArray[np.float64]
+) -> tuple[int, str] | None:
+    """Return the index of the first pose that is none and what is wrong with it, or None.
+
+    Args:
+        positions: array, shape (n, 3) [m].
+        quaternions: array, shape (n, 4), x, y, z, w; rounding in files leaves their length near 1.
+    """
+    finite = np.isfinite(positions).all(axis=1)
+    unit = np.abs(np.linalg.norm(quaternions, axis=1) - 1.0) < 0.01
+    wrong = np.flatnonzero(np.logical_not(np.logical_and(finite, unit)))
+    if len(wrong) == 0:
+        return None
+    index = int(wrong[0])
+    return index, 'a quaternion not of length 1' if np.isfinite(
+        positions[index]
+    ).all() else 'a position that is not finite'
+
+
+def planar_trajectory(stamps_ns: ArrayLike, poses: ArrayLike) -> Trajectory:
+    """Make a trajectory of poses on a floor.
+
+    Args:
+        stamps_ns: array-like of integers, shape (n,) [ns].
+        poses: array-like, shape (n, 3), x [m], y [m], yaw [rad].
+
+    Raises:
+        TrajectoryError: see `make_trajectory`.
+    """
+    planar = np.asarray(poses, dtype=np.float64).reshape(-1, 3)
+    half, zero = planar[:, 2] / 2.0, np.zeros(len(planar))
+    positions = np.column_stack([planar[:, 0], planar[:, 1], zero])
+    return make_trajectory(stamps_ns, positions, np.column_stack([zero, zero, np.sin(half), np.cos(half)]))
+
+
+def can_interpolate(
+    trajectory: Trajectory, stamps_ns: NDArray[np.int64], longest_gap_ns: int
+) -> NDArray[np.bool_]:
+    """Tell at which stamps a trajectory is known.
+
+    Args:
+        trajectory: the trajectory.
+        stamps_ns: array of int64, shape (m,) [ns].
+        longest_gap_ns: between two poses further apart than this nothing is known [ns].
+
+    Returns:
+        array of bool, shape (m,): the stamp is that of a pose or lies between two near ones.
+    """
+    known = trajectory.stamps_ns
+    after = np.minimum(np.searchsorted(known, stamps_ns, side='left'), len(known) - 1)
+    before = np.maximum(np.searchsorted(known, stamps_ns, side='right') - 1, 0)
+    inside = (known[before] <= stamps_ns) & (stamps_ns <= known[after])
+    mask: NDArray[np.bool_] = inside & (known[after] - known[before] <= longest_gap_ns)
+    return mask
+
+
+def interpolate(trajectory: Trajectory, stamps_ns: NDArray[np.int64]) -> Trajectory:
+    """Return the poses at other stamps: positions on straight lines, turns on great circles.
+
+    Args:
+        trajectory: the trajectory.
+        stamps_ns: array of int64, shape (m,), increasing, all within the trajectory [ns].
+
+    Raises:
+        TrajectoryError: a stamp lies outside.
+    """
+    known = trajectory.stamps_ns
+    if len(stamps_ns) and not (known[0] <= stamps_ns[0] and stamps_ns[-1] <= known[-1]):
+        raise TrajectoryError('stamps lie outside the trajectory; ask only for stamps within it')
+    if len(known) == 1 or len(stamps_ns) == 0:
+        return trajectory.selected(np.isin(known, stamps_ns))
+    # Seconds since the start: a double does not hold the nanoseconds of an epoch.
+    times, wanted = (known - known[0]) / NANOSECONDS, (stamps_ns - known[0]) / NANOSECONDS
+    positions = np.column_stack([np.interp(wanted, times, axis) for axis in trajectory.positions.T])
+    rotations = Slerp(times, Rotation.from_quat(trajectory.quaternions))(wanted)
+    return Trajectory(stamps_ns, positions, rotations.as_quat())

@@ -1,0 +1,126 @@
+"""Bags and ROS for the tests of this package."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rclpy
+from domain_coordinator import domain_id
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+import shirube_bags
+from shirube_bags.bag_writer import BagWriter
+from shirube_bags.message_types import jazzy_types
+
+TYPES = jazzy_types().types
+START_NS = 1_700_000_000_123_456_789
+
+
+class Messages:
+    """Makes messages without ROS."""
+
+    def header(self, stamp_ns):
+        time = TYPES['builtin_interfaces/msg/Time'](*divmod(stamp_ns, 10**9))
+        return TYPES['std_msgs/msg/Header'](time, 'map')
+
+    def image(self, stamp_ns, side=16):
+        pixels = np.random.default_rng(stamp_ns).integers(0, 256, side * side).astype(np.uint8)
+        return TYPES['sensor_msgs/msg/Image'](self.header(stamp_ns), side, side, 'mono8', 0, side, pixels)
+
+    def pose(self, stamp_ns, x, y, yaw):
+        place = TYPES['geometry_msgs/msg/Point'](x, y, 0.0)
+        turn = TYPES['geometry_msgs/msg/Quaternion'](0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2))
+        pose = TYPES['geometry_msgs/msg/Pose'](place, turn)
+        return TYPES['geometry_msgs/msg/PoseStamped'](self.header(stamp_ns), pose)
+
+    def text(self, text):
+        return TYPES['std_msgs/msg/String'](text)
+
+
+@pytest.fixture
+def messages():
+    return Messages()
+
+
+@pytest.fixture
+def bag_path(tmp_path, messages) -> Path:
+    """A bag of images at 50 Hz and poses between them; it lasts 0.8 s."""
+    path = tmp_path / 'drive'
+    with BagWriter(path) as bag:
+        for index in range(41):
+            stamp = START_NS + index * 20_000_000
+            bag.write('/image_raw', 'sensor_msgs/msg/Image', messages.image(stamp), stamp)
+            if index < 40:
+                pose = messages.pose(stamp + 10_000_000, 0.01 * index, 0.0, 0.1)
+                bag.write('/true_pose', 'geometry_msgs/msg/PoseStamped', pose, stamp + 10_000_000)
+    return path
+
+
+@pytest.fixture
+def domain(monkeypatch, tmp_path):
+    """A ROS domain of its own, on this machine only."""
+    with domain_id() as number:
+        monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(number))
+        monkeypatch.setenv('ROS_LOG_DIR', str(tmp_path / 'log'))
+        # Children find the packages where this process found them.
+        monkeypatch.setenv('PYTHONPATH', os.pathsep.join(import_paths()))
+        yield number
+
+
+def import_paths():
+    own = str(Path(shirube_bags.__file__).parents[1])
+    return [own, *filter(None, os.environ.get('PYTHONPATH', '').split(os.pathsep))]
+
+
+class Ros:
+    """Makes nodes in one process and spins them."""
+
+    def __init__(self, domain):
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=domain)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.nodes = []
+
+    def node(self, name, **options):
+        node = Node(name, context=self.context, **options)
+        self.executor.add_node(node)
+        self.nodes.append(node)
+        return node
+
+    def close(self):
+        self.executor.shutdown()
+        for node in self.nodes:
+            node.destroy_node()
+        self.context.try_shutdown()
+
+
+@pytest.fixture
+def start_command(domain, tmp_path):
+    """Starts an executable of this package in a process of its own; it is ended with the test."""
+    processes = []
+
+    def start(name, *arguments):
+        command = [sys.executable, '-m', f'shirube_bags.commands.{name}', *map(str, arguments)]
+        process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
+        )
+        processes.append(process)
+        return process
+
+    yield start
+    for process in processes:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+
+
+@pytest.fixture
+def ros(domain):
+    ros = Ros(domain)
+    yield ros
+    ros.close()

@@ -1,0 +1,26 @@
+"""Files are whole or not there."""
+
+import pytest
+
+from shirube_bags.atomic_file import write_text
+
+
+def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path):
+    write_text(tmp_path / 'new' / 'a.txt', 'old')
+    write_text(tmp_path / 'new' / 'a.txt', 'µ')
+    assert (tmp_path / 'new' / 'a.txt').read_text(encoding='utf-8') == 'µ'
+    assert len(list((tmp_path / 'new').iterdir())) == 1
+
+
+def test_a_failure_leaves_the_old_file(tmp_path):
+    write_text(tmp_path / 'a.txt', 'old')
+    with pytest.raises(UnicodeEncodeError):
+        write_text(tmp_path / 'a.txt', 'lone surrogate \ud800')
+    assert (tmp_path / 'a.txt').read_text() == 'old'
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_the_file_is_as_readable_as_any_other(tmp_path):
+    (tmp_path / 'plain').touch()
+    write_text(tmp_path / 'a.txt', 'x')
+    assert (tmp_path / 'a.txt').stat().st_mode == (tmp_path / 'plain').stat().st_mode

@@ -1,0 +1,84 @@
+"""The player sets the clock and publishes bytes as they are."""
+
+import pytest
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
+
+from shirube_bags.bag_player import BagPlayer
+from shirube_bags.bag_qos import reliable_qos
+from shirube_bags.bag_reader import BagMessage, BagReader, BagTopic
+from shirube_bags.bag_writer import BagWriter
+from shirube_bags.errors import ReplayError
+from shirube_bags.message_types import jazzy_types
+
+
+def text_message(stamp_ns, text):
+    types = jazzy_types()
+    raw = types.serialize_cdr(types.types['std_msgs/msg/String'](text), 'std_msgs/msg/String')
+    return BagMessage('/text', 'std_msgs/msg/String', stamp_ns, bytes(raw))
+
+
+def spin_until(ros, condition):
+    for _ in range(500):
+        if condition():
+            return
+        ros.executor.spin_once(timeout_sec=0.02)
+    pytest.fail('nothing came')
+
+
+def test_the_clock_never_goes_back_but_after_a_rewind(ros):
+    ticks = []
+    node = ros.node('watch')
+    node.create_subscription(Clock, '/clock', lambda message: ticks.append(message.clock.sec), 100)
+    player = BagPlayer(ros.node('player'), [])
+    spin_until(ros, lambda: node.count_publishers('/clock') == 1)
+    for second in (1, 3, 2, 3, 4):
+        player.set_clock(second * 10**9)
+    player.rewind()
+    player.set_clock(2 * 10**9)
+    spin_until(ros, lambda: ticks and ticks[-1] == 2)
+    assert ticks[-4:] == [1, 3, 4, 2]
+
+
+def test_a_bag_with_a_clock_of_its_own_is_believed(ros, tmp_path):
+    types = jazzy_types().types
+    with BagWriter(tmp_path / 'bag') as bag:
+        tick = types['rosgraph_msgs/msg/Clock'](types['builtin_interfaces/msg/Time'](5, 0))
+        bag.write('/clock', 'rosgraph_msgs/msg/Clock', tick, 77 * 10**9)
+    node, ticks = ros.node('watch'), []
+    node.create_subscription(Clock, '/clock', lambda message: ticks.append(message.clock.sec), 10)
+    with BagReader(tmp_path / 'bag') as bag:
+        player = BagPlayer(ros.node('player'), bag.topics.values())
+        spin_until(ros, lambda: player.subscriber_count('/clock') == 1)
+        for message in bag.messages():
+            player.publish(message)
+    spin_until(ros, lambda: ticks)
+    assert ticks == [5]
+
+
+def test_a_late_subscriber_gets_what_was_latched(ros):
+    topic = BagTopic('/text', 'std_msgs/msg/String', 2, (reliable_qos(1, latched=True),))
+    player = BagPlayer(ros.node('player'), [topic])
+    for text in ('old', 'new'):
+        player.publish(text_message(1, text))
+    heard = []
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    ros.node('late').create_subscription(String, 'text', lambda message: heard.append(message.data), latched)
+    spin_until(ros, lambda: 'new' in heard)
+
+
+def test_topics_can_be_remapped(ros):
+    node = ros.node('player', cli_args=['--ros-args', '-r', '/text:=/words'])
+    player = BagPlayer(node, [BagTopic('/text', 'std_msgs/msg/String', 1, ())])
+    heard = []
+    ros.node('ears').create_subscription(String, 'words', lambda message: heard.append(message.data), 10)
+    assert player.resolved_topic('/text') == '/words'
+    spin_until(ros, lambda: player.subscriber_count('/text') == 1)
+    player.publish(text_message(1, 'hello'))
+    spin_until(ros, lambda: heard == ['hello'])
+
+
+def test_a_type_that_is_not_installed_is_refused(ros):
+    with pytest.raises(ReplayError, match='my_msgs/msg/Thing is not installed'):
+        BagPlayer(ros.node('player'), [BagTopic('/a', 'my_msgs/msg/Thing', 1, ())])

@@ -1,0 +1,110 @@
+"""What is published is recorded, as it was."""
+
+import pytest
+import rclpy
+from builtin_interfaces.msg import Time
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Int32, String
+
+from shirube_bags.bag_reader import BagReader
+from shirube_bags.bag_recorder import BagRecorder, recordable_class
+from shirube_bags.bag_writer import BagWriter
+from shirube_bags.errors import ReplayError
+
+
+def record(ros, path, topics, publish, counts):
+    """Record until ``counts`` is reached; ``publish`` is called once the topics are found."""
+    lines = []
+    with BagWriter(path) as bag:
+        recorder = BagRecorder(ros.node('recorder'), bag, topics, lines.append)
+        published = False
+        for _ in range(300):
+            recorder.find_topics()
+            ros.executor.spin_once(timeout_sec=0.02)
+            if not published and set(counts) <= set(recorder.counts):
+                published = publish() is None
+            if all(recorder.counts.get(topic) == count for topic, count in counts.items()):
+                break
+        else:
+            pytest.fail(f'recorded {recorder.counts} instead of {counts}')
+    return recorder, lines
+
+
+def test_messages_are_read_back_equal_whatever_the_publisher_s_quality(ros, tmp_path):
+    node = ros.node('talker')
+    reliable = node.create_publisher(String, 'words', 10)
+    sensor = node.create_publisher(Int32, 'numbers', qos_profile_sensor_data)
+
+    def publish():
+        for index in range(5):
+            reliable.publish(String(data=f'word {index}'))
+            sensor.publish(Int32(data=index))
+
+    def both_listen():
+        if reliable.get_subscription_count() and sensor.get_subscription_count():
+            publish()
+            return None
+        return False
+
+    record(ros, tmp_path / 'bag', ['/words', 'numbers'], both_listen, {'/words': 5, '/numbers': 5})
+    with BagReader(tmp_path / 'bag') as bag:
+        assert [bag.decode(each).data for each in bag.messages(['/words'])] == [f'word {i}' for i in range(5)]
+        assert [bag.decode(each).data for each in bag.messages(['/numbers'])] == list(range(5))
+
+
+def test_all_topics_are_recorded_and_latched_ones_with_what_was_published_before(ros, tmp_path):
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    ros.node('mapper').create_publisher(String, 'map', latched).publish(String(data='here'))
+    recorder, lines = record(ros, tmp_path / 'bag', [], lambda: None, {'/map': 1})
+    assert 'recording /map [std_msgs/msg/String]' in lines
+    assert '/map' in recorder.counts
+    with BagReader(tmp_path / 'bag') as bag:
+        assert bag.topics['/map'].qos[0].durability.name == 'TRANSIENT_LOCAL'
+
+
+def test_messages_from_before_the_first_clock_get_its_time(ros, tmp_path):
+    node = ros.node('talker')
+    words, clock = node.create_publisher(String, 'words', 10), node.create_publisher(Clock, '/clock', 10)
+    simulated = ros.node('recorder', parameter_overrides=[rclpy.Parameter('use_sim_time', value=True)])
+    with BagWriter(tmp_path / 'bag') as bag:
+        recorder = BagRecorder(simulated, bag, ['/words'], lambda _: None)
+        spin_until(ros, lambda: recorder.find_topics() or not recorder.missing_topics)
+        words.publish(String(data='early'))
+        for _ in range(20):
+            ros.executor.spin_once(timeout_sec=0.01)
+        assert recorder.counts == {'/words': 0}
+        clock.publish(Clock(clock=Time(sec=7)))
+        spin_until(ros, lambda: simulated.get_clock().now().nanoseconds > 0)
+        words.publish(String(data='late'))
+        spin_until(ros, lambda: recorder.counts == {'/words': 2})
+    with BagReader(tmp_path / 'bag') as bag:
+        found = [(bag.decode(each).data, each.stamp_ns) for each in bag.messages()]
+    assert found == [('early', 7 * 10**9), ('late', 7 * 10**9)]
+
+
+def spin_until(ros, condition):
+    for _ in range(500):
+        if condition():
+            return
+        ros.executor.spin_once(timeout_sec=0.02)
+    pytest.fail('nothing came')
+
+
+def test_topics_that_nobody_publishes_are_missing(ros, tmp_path):
+    with BagWriter(tmp_path / 'bag') as bag:
+        recorder = BagRecorder(ros.node('recorder'), bag, ['/nothing'], print)
+        recorder.find_topics()
+        assert recorder.missing_topics == ['/nothing']
+
+
+@pytest.mark.parametrize(
+    ('types', 'message'),
+    [
+        (['std_msgs/msg/String', 'std_msgs/msg/Int32'], 'one type a topic'),
+        (['my_msgs/msg/Thing'], 'use ros2 bag record'),
+    ],
+)
+def test_what_cannot_be_recorded_is_refused(types, message):
+    with pytest.raises(ReplayError, match=message):
+        recordable_class('/thing', types)

@@ -1,0 +1,113 @@
+"""The command ``check``: figures, files and limits."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from shirube_bags.bag_writer import BagWriter
+from shirube_bags.commands.check import main
+from shirube_bags.trajectory import planar_trajectory
+from shirube_bags.tum_file import load_tum, save_tum
+
+START_NS = 1_700_000_000_123_456_789
+
+
+@pytest.fixture
+def run_path(tmp_path, messages):
+    """Poses 2 mm beside the truth of ``bag_path``, for all its images but the first and the last."""
+    path = tmp_path / 'run'
+    with BagWriter(path) as bag:
+        for index in range(1, 40):
+            stamp = START_NS + index * 20_000_000
+            pose = messages.pose(stamp, 0.01 * (index - 0.5), 0.002, 0.1)
+            bag.write('/floor_localizer/pose', 'geometry_msgs/msg/PoseStamped', pose, stamp + 5_000_000)
+    return path
+
+
+def check(*arguments):
+    return main([str(each) for each in arguments])
+
+
+def test_a_run_is_compared_with_the_truth_of_another_bag(run_path, bag_path, tmp_path, capsys):
+    figures, table = tmp_path / 'figures.json', tmp_path / 'errors.csv'
+    options = ['--images', '/image_raw', '--json', figures, '--csv', table]
+    assert check(run_path, '--reference', bag_path, *options) == 0
+    found = json.loads(figures.read_text())
+    assert found['position']['rms'] == pytest.approx(0.002)
+    assert found['position']['max'] == pytest.approx(0.002)
+    assert found['heading']['max'] == pytest.approx(0.0, abs=1e-9)
+    assert (found['coverage']['covered'], found['coverage']['expected']) == (39, 41)
+    with table.open() as file:
+        assert len(list(csv.DictReader(file))) == 39
+    assert '2.000' in capsys.readouterr().out
+
+
+def test_tum_files_hold_both_at_the_same_stamps(run_path, bag_path, tmp_path):
+    assert check(run_path, '--reference', bag_path, '--tum', tmp_path / 'tum') == 0
+    estimate, reference = (load_tum(tmp_path / 'tum' / name) for name in ('estimate.tum', 'reference.tum'))
+    np.testing.assert_array_equal(estimate.stamps_ns, reference.stamps_ns)
+    np.testing.assert_allclose(estimate.positions - reference.positions, [[0, 0.002, 0]] * 39, atol=1e-12)
+    assert check(tmp_path / 'tum' / 'estimate.tum', '--reference', tmp_path / 'tum' / 'reference.tum') == 0
+
+
+def test_excluded_intervals_raise_the_coverage(run_path, bag_path, tmp_path):
+    (tmp_path / 'dirt.csv').write_text(f'start,end\n{START_NS / 1e9 - 1:.3f},{START_NS / 1e9 + 0.001:.3f}\n')
+    options = ['--images', '/image_raw', '--exclude', tmp_path / 'dirt.csv', '--json', tmp_path / 'a.json']
+    assert check(run_path, '--reference', bag_path, *options) == 0
+    coverage = json.loads((tmp_path / 'a.json').read_text())['coverage']
+    assert (coverage['covered'], coverage['expected'], coverage['excluded']) == (39, 40, 1)
+
+
+@pytest.mark.parametrize(
+    ('option', 'kept', 'broken'),
+    [
+        ('--max-position-rms', 0.0021, 0.0019),
+        ('--max-position-max', 0.0021, 0.0019),
+        ('--max-position-median', 0.0021, 0.0019),
+        ('--max-position-p95', 0.0021, 0.0019),
+        ('--min-coverage', 0.95, 0.96),
+    ],
+)
+def test_a_regression_ends_with_exit_code_1(run_path, bag_path, capsys, option, kept, broken):
+    options = ['--reference', bag_path, '--images', '/image_raw', option]
+    assert check(run_path, *options, kept) == 0
+    assert capsys.readouterr().err == ''
+    assert check(run_path, *options, broken) == 1
+    assert 'limit' in capsys.readouterr().err
+
+
+def test_heading_limits_are_in_radians(tmp_path):
+    save_tum(tmp_path / 'a.tum', planar_trajectory([0, 10], [[0, 0, 0.1]] * 2))
+    save_tum(tmp_path / 'b.tum', planar_trajectory([0, 10], [[0, 0, 0.12]] * 2))
+    options = [tmp_path / 'a.tum', '--reference', tmp_path / 'b.tum', '--max-heading-rms']
+    assert check(*options, 0.021) == 0
+    assert check(*options, 0.019) == 1
+
+
+@pytest.mark.parametrize(
+    ('content', 'message'),
+    [('1.0 1 2 nan 0 0 0 1\n', 'line 1: a position'), ('', 'holds no poses'), (None, 'cannot be read')],
+)
+def test_bad_input_ends_in_one_line(tmp_path, bag_path, capsys, content, message):
+    path = tmp_path / 'bad.tum'
+    if content is not None:
+        path.write_text(content)
+    assert check(path, '--reference', bag_path) == 1
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert str(path) in line
+    assert message in line
+
+
+def test_an_unwritable_place_ends_in_one_line(run_path, bag_path, tmp_path, capsys):
+    (tmp_path / 'file').touch()
+    assert check(run_path, '--reference', bag_path, '--json', tmp_path / 'file' / 'a.json') == 1
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert 'choose a writable place' in line
+
+
+def test_images_need_a_bag(tmp_path, capsys):
+    save_tum(tmp_path / 'a.tum', planar_trajectory([0, 10], np.zeros((2, 3))))
+    assert check(tmp_path / 'a.tum', '--images', '/image_raw') == 1
+    assert 'is no bag' in capsys.readouterr().err

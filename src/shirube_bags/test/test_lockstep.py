@@ -1,0 +1,135 @@
+"""In lock step every message is worked off before the next one, however short the queues."""
+
+import time
+
+import pytest
+import rclpy
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import Image
+from std_msgs.msg import String
+
+from shirube_bags.bag_player import BagPlayer
+from shirube_bags.bag_reader import BagReader
+from shirube_bags.bag_writer import BagWriter
+from shirube_bags.errors import BagError, ReplayError
+from shirube_bags.lockstep import Lockstep, replay_in_lockstep
+
+SHORT_RELIABLE_QUEUE = QoSProfile(depth=1)
+
+
+def stamp_of(time_message):
+    return time_message.sec * 10**9 + time_message.nanosec
+
+
+class Listener:
+    """Notes each image, the clock then, and what was decoded."""
+
+    def __init__(self, ros, qos, work=0.0):
+        self.node = ros.node('listener', parameter_overrides=[rclpy.Parameter('use_sim_time', value=True)])
+        self.node.create_subscription(Image, 'image_raw', self.note, qos)
+        self.work = work
+        self.images = []
+        self.clock = []
+
+    def note(self, image):
+        self.images.append(image)
+        self.clock.append(self.node.get_clock().now().nanoseconds)
+        time.sleep(self.work)
+
+
+@pytest.mark.parametrize('qos', [qos_profile_sensor_data, SHORT_RELIABLE_QUEUE])
+def test_every_image_arrives_once_in_order_and_equal(ros, bag_path, qos):
+    listener = Listener(ros, qos)
+    player = ros.node('player')
+    with BagReader(bag_path) as bag:
+        count = replay_in_lockstep(bag, player, ros.executor)
+        wanted = [bag.decode(each) for each in bag.messages(['/image_raw'])]
+    assert count == 81
+    assert [stamp_of(each.header.stamp) for each in listener.images] == [
+        stamp_of(each.header.stamp) for each in wanted
+    ]
+    for found, image in zip(listener.images, wanted):
+        assert bytes(found.data) == image.data.tobytes()
+        assert (found.encoding, found.width, found.step) == (image.encoding, image.width, image.step)
+
+
+def test_the_clock_shows_the_stamp_of_each_message(ros, bag_path):
+    listener = Listener(ros, qos_profile_sensor_data)
+    player = ros.node('player')
+    with BagReader(bag_path) as bag:
+        replay_in_lockstep(bag, player, ros.executor)
+    assert listener.clock == [stamp_of(each.header.stamp) for each in listener.images]
+
+
+def test_a_slow_node_with_a_queue_of_one_loses_nothing(ros, bag_path):
+    listener = Listener(ros, QoSProfile(depth=1, reliability=qos_profile_sensor_data.reliability), work=0.01)
+    player = ros.node('player')
+    with BagReader(bag_path) as bag:
+        replay_in_lockstep(bag, player, ros.executor, ['/image_raw'])
+    assert len(listener.images) == 41
+
+
+def test_messages_of_many_datagrams_are_worked_off_too(ros, tmp_path, messages):
+    with BagWriter(tmp_path / 'bag') as bag:
+        for stamp in range(1, 11):
+            bag.write('/image_raw', 'sensor_msgs/msg/Image', messages.image(stamp, side=700), stamp)
+    listener = Listener(ros, qos_profile_sensor_data)
+    player = ros.node('player')
+    with BagReader(tmp_path / 'bag') as bag:
+        replay_in_lockstep(bag, player, ros.executor)
+    assert listener.clock == list(range(1, 11))
+
+
+def test_without_subscribers_the_replay_goes_on(ros, bag_path):
+    player = ros.node('player')
+    with BagReader(bag_path) as bag:
+        assert replay_in_lockstep(bag, player, ros.executor) == 81
+
+
+def test_a_node_without_parameter_services_is_named(ros, bag_path, monkeypatch):
+    monkeypatch.setattr('shirube_bags.node_questions.DISCOVERY_TIMEOUT', 0.2)
+    silent = ros.node('mute', start_parameter_services=False)
+    silent.create_subscription(Image, 'image_raw', lambda _: None, 10)
+    node = ros.node('player')
+    with BagReader(bag_path) as bag:
+        player = BagPlayer(node, bag.topics.values())
+        while not player.subscriber_count('/image_raw'):
+            ros.executor.spin_once(timeout_sec=0.01)
+        lockstep = Lockstep(player, node, ros.executor)
+        lockstep.wait(player.topics)
+    assert lockstep.silent_nodes == ('/mute',)
+
+
+def test_a_node_that_hangs_is_named(ros, bag_path):
+    # Its executor is not spun, so it answers nothing.
+    node = ros.node('hanging')
+    node.create_subscription(Image, 'image_raw', lambda _: None, 10)
+    ros.executor.remove_node(node)
+    player = ros.node('player')
+    with (
+        BagReader(bag_path) as bag,
+        pytest.raises(ReplayError, match='hanging has not answered for'),
+    ):
+        replay_in_lockstep(bag, player, ros.executor, timeout=0.2)
+
+
+def test_an_unknown_topic_is_refused(ros, bag_path):
+    with BagReader(bag_path) as bag, pytest.raises(BagError, match='has no topic /imu'):
+        replay_in_lockstep(bag, ros.node('player'), ros.executor, ['/imu'])
+
+
+def test_answers_of_the_node_come_before_the_next_message(ros, bag_path):
+    """A node that answers each image: its answers alternate with the images."""
+    order = []
+    node = ros.node('echo')
+    answers = node.create_publisher(String, 'answer', 10)
+
+    def answer(image):
+        order.append('image')
+        answers.publish(String(data=str(stamp_of(image.header.stamp))))
+        order.append('answer')
+
+    node.create_subscription(Image, 'image_raw', answer, 10)
+    with BagReader(bag_path) as bag:
+        replay_in_lockstep(bag, ros.node('player'), ros.executor, ['/image_raw'])
+    assert order == ['image', 'answer'] * 41

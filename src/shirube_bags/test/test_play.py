@@ -1,0 +1,176 @@
+"""The command ``play`` against a live node: nothing is lost, and it ends well."""
+
+import os
+import signal
+import sys
+import time
+
+import pytest
+import rclpy
+from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Image
+
+from shirube_bags.bag_reader import BagReader
+from shirube_bags.bag_writer import BagWriter
+from shirube_bags.commands.play import main, wanted_subscribers
+from shirube_bags.message_types import jazzy_types
+
+
+def stamp_of(time_message):
+    return time_message.sec * 10**9 + time_message.nanosec
+
+
+@pytest.fixture
+def play(domain, monkeypatch):
+    """Runs the command in this process."""
+    monkeypatch.setenv('FASTRTPS_DEFAULT_PROFILES_FILE', os.devnull)
+    return lambda *arguments: main([str(each) for each in arguments])
+
+
+class Listener:
+    """Listens to the images of a bag and to its clock."""
+
+    def __init__(self, ros, name, qos, work=0.0):
+        node = ros.node(name, parameter_overrides=[rclpy.Parameter('use_sim_time', value=True)])
+        node.create_subscription(Image, 'image_raw', self.note, qos)
+        node.create_subscription(Clock, '/clock', lambda tick: self.ticks.append(stamp_of(tick.clock)), 100)
+        self.node, self.work, self.executor = node, work, ros.executor
+        self.images, self.clock, self.ticks = [], [], []
+
+    def note(self, image):
+        self.images.append(image)
+        self.clock.append(self.node.get_clock().now().nanoseconds)
+        time.sleep(self.work)
+
+    def spin_while_running(self, process):
+        while process.poll() is None:
+            self.executor.spin_once(timeout_sec=0.05)
+        end = time.monotonic() + 0.2
+        while time.monotonic() < end:
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def stamps(self):
+        return [stamp_of(each.header.stamp) for each in self.images]
+
+
+def images_of(path):
+    with BagReader(path) as bag:
+        return [bag.decode(each) for each in bag.messages(['/image_raw'])]
+
+
+def one_line(text):
+    (line,) = text.strip().splitlines()
+    return line
+
+
+def test_every_message_arrives_at_real_time_in_order_and_equal(ros, start_command, bag_path):
+    best_effort = Listener(ros, 'best_effort', qos_profile_sensor_data)
+    reliable = Listener(ros, 'reliable', QoSProfile(depth=10))
+    process = start_command('play', bag_path)
+    best_effort.spin_while_running(process)
+    _, told = process.communicate()
+    assert process.returncode == 0, told
+    wanted = images_of(bag_path)
+    for listener in (best_effort, reliable):
+        assert listener.stamps() == [stamp_of(each.header.stamp) for each in wanted]
+        assert all(bytes(left.data) == right.data.tobytes() for left, right in zip(listener.images, wanted))
+        assert listener.ticks == sorted(set(listener.ticks))
+    assert 'without a subscriber: /true_pose' in told
+    assert '81 messages' in told
+
+
+def test_lock_step_waits_for_a_slow_node_in_another_process(ros, start_command, bag_path):
+    qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    listener = Listener(ros, 'listener', qos, work=0.01)
+    process = start_command('play', bag_path, '--rate', '0', '--wait-for', '/image_raw/1')
+    listener.spin_while_running(process)
+    assert process.returncode == 0, process.communicate()[1]
+    assert len(listener.images) == 41
+    assert listener.clock == listener.stamps()
+
+
+def test_large_images_arrive_without_a_loss(ros, start_command, tmp_path, messages):
+    with BagWriter(tmp_path / 'bag') as bag:
+        for index in range(1, 21):
+            bag.write(
+                '/image_raw', 'sensor_msgs/msg/Image', messages.image(index, side=1100), index * 33_000_000
+            )
+    listener = Listener(ros, 'listener', qos_profile_sensor_data)
+    process = start_command('play', tmp_path / 'bag')
+    listener.spin_while_running(process)
+    assert process.returncode == 0, process.communicate()[1]
+    assert listener.stamps() == list(range(1, 21))
+
+
+def test_a_loop_plays_again_and_the_clock_jumps_back(ros, start_command, bag_path):
+    listener = Listener(ros, 'listener', qos_profile_sensor_data)
+    process = start_command('play', bag_path, '--rate', '0', '--loop', '2', '--topics', '/image_raw')
+    listener.spin_while_running(process)
+    assert process.returncode == 0, process.communicate()[1]
+    stamps = listener.stamps()
+    assert len(stamps) == 82
+    assert stamps[:41] == stamps[41:] == sorted(stamps[:41])
+
+
+def test_ctrl_c_ends_the_replay_with_exit_code_0(ros, start_command, bag_path):
+    listener = Listener(ros, 'listener', qos_profile_sensor_data)
+    process = start_command('play', bag_path, '--rate', '0.1')
+    while len(listener.images) < 3:
+        listener.executor.spin_once(timeout_sec=0.05)
+    process.send_signal(signal.SIGINT)
+    listener.spin_while_running(process)
+    told = process.communicate()[1]
+    assert process.returncode == 0, told
+    assert 'Traceback' not in told
+    assert len(listener.images) < 41
+
+
+def test_the_absence_of_subscribers_is_said(play, bag_path, capsys):
+    assert play(bag_path, '--rate', '0', '--timeout', '0.1') == 0
+    assert 'nobody has subscribed within 0.1 s' in capsys.readouterr().err
+
+
+def test_missing_wanted_subscribers_end_the_program_in_one_line(play, bag_path, capsys):
+    assert play(bag_path, '--timeout', '0.1', '--wait-for', '/image_raw/2') == 1
+    assert '/image_raw has 0 of 2' in one_line(capsys.readouterr().err)
+
+
+def test_wanted_subscribers_of_a_topic_that_is_not_played_are_refused(play, bag_path, capsys):
+    assert play(bag_path, '--wait-for', '/imu') == 1
+    assert '--wait-for /imu' in one_line(capsys.readouterr().err)
+
+
+def test_a_damaged_bag_ends_the_program_in_one_line(play, bag_path, capsys):
+    data = (bag_path / 'drive.mcap').read_bytes()
+    (bag_path / 'drive.mcap').write_bytes(data[:-100])
+    assert play(bag_path) == 1
+    assert str(bag_path) in one_line(capsys.readouterr().err)
+
+
+def test_topics_of_types_that_are_not_installed_are_left_out(play, tmp_path, messages, monkeypatch, capsys):
+    with BagWriter(tmp_path / 'bag') as bag:
+        bag.write('/text', 'std_msgs/msg/String', messages.text('x'), 1)
+        bag.write('/map', 'tf2_msgs/msg/TFMessage', jazzy_types().types['tf2_msgs/msg/TFMessage']([]), 2)
+    monkeypatch.setitem(sys.modules, 'tf2_msgs', None)
+    assert play(tmp_path / 'bag', '--timeout', '0.1') == 0
+    assert 'topic /map is left out: the message type tf2_msgs/msg/TFMessage' in capsys.readouterr().err
+    assert play(tmp_path / 'bag', '--topics', '/map') == 1
+    assert 'install its package tf2_msgs' in one_line(capsys.readouterr().err)
+
+
+@pytest.mark.parametrize(
+    'arguments', [('--rate', '-1'), ('--rate', 'nan'), ('--loop', '0'), ('--timeout', '-1'), ()]
+)
+def test_bad_options_are_refused(play, arguments, bag_path, capsys):
+    with pytest.raises(SystemExit, match='2'):
+        play(*([bag_path, *arguments] if arguments else []))
+    assert 'usage' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ('text', 'wanted'),
+    [('/a/b', ('/a/b', 1)), ('/a/b/3', ('/a/b', 3)), ('/7', ('/7', 1)), ('/a/b2', ('/a/b2', 1))],
+)
+def test_the_number_of_subscribers_stands_behind_the_topic(text, wanted):
+    assert wanted_subscribers(text) == wanted

@@ -1,0 +1,118 @@
+"""Laws of the errors of trajectories."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from shirube_bags.errors import TrajectoryError
+from shirube_bags.trajectory import Trajectory, planar_trajectory
+from shirube_bags.trajectory_errors import compare_trajectories, error_statistics
+from shirube_bags.tum_file import save_tum
+
+RNG = np.random.default_rng(7)
+STAMPS = 1_700_000_000_000_000_000 + np.arange(200) * 50_000_000
+
+
+def drive(seconds):
+    return np.column_stack([np.cos(seconds), 0.5 * seconds, 2.0 * seconds])
+
+
+def true_drive():
+    return planar_trajectory(STAMPS, drive((STAMPS - STAMPS[0]) / 1e9))
+
+
+def noisy_drive():
+    stamps = STAMPS[:-1] + 7_000_000
+    poses = drive((stamps - STAMPS[0]) / 1e9) + RNG.normal(0.0, [0.01, 0.01, 0.02], (len(stamps), 3))
+    return planar_trajectory(stamps, poses)
+
+
+def moved(trajectory: Trajectory, rotation: Rotation, shift) -> Trajectory:
+    turns = rotation * Rotation.from_quat(trajectory.quaternions)
+    return Trajectory(
+        trajectory.stamps_ns, rotation.apply(trajectory.positions) + np.asarray(shift), turns.as_quat()
+    )
+
+
+def test_a_trajectory_has_no_error_against_itself():
+    errors = compare_trajectories(true_drive(), true_drive(), 0.5)
+    assert errors.position.max() < 1e-12
+    assert np.abs(errors.heading).max() < 1e-12
+    assert errors.unmatched == 0
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_a_rigid_motion_of_both_leaves_the_errors_alone(seed):
+    rotation, shift = Rotation.random(random_state=seed), RNG.uniform(-10, 10, 3)
+    estimate, reference = noisy_drive(), true_drive()
+    before = compare_trajectories(estimate, reference, 0.5)
+    after = compare_trajectories(moved(estimate, rotation, shift), moved(reference, rotation, shift), 0.5)
+    np.testing.assert_allclose(after.position, before.position, atol=1e-9)
+    np.testing.assert_allclose(after.heading, before.heading, atol=1e-9)
+
+
+def test_a_known_offset_is_exactly_the_error():
+    reference = true_drive()
+    turn = Rotation.from_euler('z', -0.02)
+    turned = Rotation.from_quat(reference.quaternions) * turn
+    estimate = Trajectory(STAMPS, reference.positions + np.array([0.003, -0.004, 0.0]), turned.as_quat())
+    errors = compare_trajectories(estimate, reference, 0.5)
+    np.testing.assert_allclose(errors.position, 0.005, rtol=1e-9)
+    np.testing.assert_allclose(errors.heading, -0.02, rtol=1e-9)
+
+
+def test_the_heading_error_wraps_at_pi():
+    reference = planar_trajectory([0, 10], [[0, 0, math.pi - 0.01]] * 2)
+    estimate = planar_trajectory([0, 10], [[0, 0, -math.pi + 0.02]] * 2)
+    np.testing.assert_allclose(compare_trajectories(estimate, reference, 1.0).heading, 0.03, atol=1e-12)
+
+
+def test_the_errors_do_not_depend_on_how_densely_a_straight_reference_is_sampled():
+    dense = planar_trajectory(np.arange(0, 101) * 10**7, np.linspace([0, 0, 0], [1, 2, 0.5], 101))
+    sparse = dense.selected(np.arange(101) % 20 == 0)
+    estimate = planar_trajectory([105_000_000, 333_333_333], [[0.1, 0.2, 0.0], [0.5, 0.5, 0.1]])
+    for name in ('position', 'heading'):
+        left = getattr(compare_trajectories(estimate, dense, 0.5), name)
+        np.testing.assert_allclose(
+            left, getattr(compare_trajectories(estimate, sparse, 0.5), name), atol=1e-12
+        )
+
+
+def test_poses_without_a_true_pose_are_counted():
+    estimate = planar_trajectory(STAMPS + 3_000_000_000, np.zeros((200, 3)))
+    errors = compare_trajectories(estimate, true_drive(), 0.5)
+    assert (len(errors.estimate), errors.unmatched) == (140, 60)
+
+
+def test_trajectories_of_different_times_are_refused():
+    with pytest.raises(TrajectoryError, match='no stamps in common; check'):
+        compare_trajectories(planar_trajectory([1, 2], np.zeros((2, 3))), true_drive(), 0.5)
+
+
+def test_statistics_are_those_of_the_sizes():
+    statistics = error_statistics(np.array([-3.0, 1.0, 2.0, -4.0, 0.0]))
+    assert (statistics.median, statistics.max) == (2.0, 4.0)
+    assert statistics.rms == pytest.approx(math.sqrt(6.0))
+    assert statistics.p95 == pytest.approx(np.percentile([0, 1, 2, 3, 4], 95))
+
+
+def test_the_position_error_is_the_absolute_pose_error_of_evo(tmp_path):
+    metrics = pytest.importorskip('evo.core.metrics')
+    file_interface = pytest.importorskip('evo.tools.file_interface')
+    errors = compare_trajectories(noisy_drive(), true_drive(), 0.5)
+    save_tum(tmp_path / 'estimate.tum', errors.estimate)
+    save_tum(tmp_path / 'reference.tum', errors.reference)
+    pair = [
+        file_interface.read_tum_trajectory_file(str(tmp_path / name))
+        for name in ('reference.tum', 'estimate.tum')
+    ]
+    ape = metrics.APE(metrics.PoseRelation.translation_part)
+    ape.process_data(tuple(pair))
+    evo = ape.get_all_statistics()
+    ours = error_statistics(errors.position)
+    assert (ours.rms, ours.median, ours.max) == pytest.approx((evo['rmse'], evo['median'], evo['max']))
+    turns = metrics.APE(metrics.PoseRelation.rotation_angle_rad)
+    turns.process_data(tuple(pair))
+    assert error_statistics(errors.heading).rms == pytest.approx(turns.get_all_statistics()['rmse'])

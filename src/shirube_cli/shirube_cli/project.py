@@ -1,0 +1,32 @@
+"""Where the repository is, and how its tools are started."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from shirube_cli.error import CommandError
+
+
+def find_root() -> Path:
+    """Return the repository that this package lies in.
+
+    Raises:
+        CommandError: the package was installed somewhere else, so that there is no repository around it.
+    """
+    root = Path(__file__).resolve().parents[3]
+    if not (root / 'ros2_ws').is_dir():
+        raise CommandError('works inside a clone of the repository only; call ./shirube there')
+    return root
+
+
+def safe_environment() -> dict[str, str]:
+    """Return the environment for children: DDS stays on this machine unless the caller chose otherwise."""
+    return {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', **os.environ}
+
+
+def run_tool(module: str, arguments: Sequence[str]) -> int:
+    """Run a Python tool of the environment (such as ``pytest``) at the root and return its exit code."""
+    command = [sys.executable, '-m', module, *arguments]
+    return subprocess.run(command, cwd=find_root(), env=safe_environment(), check=False).returncode

@@ -1,0 +1,117 @@
+"""The colcon workspace ``ros2_ws``: built when a package changed, and its overlay for processes.
+
+``colcon build`` does not know what is up to date and needs seconds even when nothing changed, so a digest
+of what a package was built from is kept beside its installation.
+"""
+
+import fcntl
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from shirube_cli.error import CommandError
+from shirube_cli.project import safe_environment
+
+PYTHON = f'python{sys.version_info.major}.{sys.version_info.minor}'
+
+
+def find_packages(root: Path) -> list[str]:
+    """Return the names of all packages of the workspace."""
+    return sorted(path.parent.name for path in (root / 'src').glob('*/package.xml'))
+
+
+def build_workspace(root: Path) -> None:
+    """Build every package that changed since it was built last; what colcon says goes to stderr.
+
+    Raises:
+        CommandError: colcon failed; its output stands above.
+    """
+    with _locked(root / 'ros2_ws'):
+        digests = {name: digest_package(root / 'src' / name) for name in find_packages(root)}
+        changed = [name for name, digest in digests.items() if not _is_built(root, name, digest)]
+        if not changed:
+            return
+        for name in changed:  # modules that are gone from src would stay installed otherwise
+            shutil.rmtree(root / 'ros2_ws' / 'build' / name, ignore_errors=True)
+            shutil.rmtree(root / 'ros2_ws' / 'install' / name, ignore_errors=True)
+        _run_colcon(root, changed)
+        for name in changed:
+            _stamp_path(root, name).write_text(digests[name])
+
+
+def digest_package(folder: Path) -> str:
+    """Return a digest of everything that a package is installed from, and of the Python that installs it."""
+    digest = hashlib.sha256(PYTHON.encode())
+    for parent, folders, files in os.walk(folder, followlinks=True):
+        folders[:] = sorted(
+            f for f in folders if f not in {'test', '__pycache__'} and not f.endswith('.egg-info')
+        )
+        for name in sorted(files):
+            path = Path(parent, name)
+            digest.update(f'\0{path.relative_to(folder)}\0{path.stat().st_mode}\0'.encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def find_executable(root: Path, package: str, executable: str) -> Path:
+    """Return the installed file that ``ros2 run package executable`` would start.
+
+    Raises:
+        CommandError: there is no such package or executable; the message lists those that are there.
+    """
+    packages = find_packages(root)
+    if package not in packages:
+        raise CommandError(f'there is no package {package!r}; choose one of: {", ".join(packages)}')
+    folder = root / 'ros2_ws' / 'install' / package / 'lib' / package
+    names = sorted(path.name for path in folder.glob('*') if path.is_file())
+    if executable not in names:
+        there = f'choose one of: {", ".join(names)}' if names else 'or any other'
+        raise CommandError(f'package {package} has no executable {executable!r}; {there}')
+    return folder / executable
+
+
+def overlay_environment(root: Path) -> dict[str, str]:
+    """Return the environment that sourcing the workspace makes, with the ROS of the wheels under it."""
+    prefixes = [root / 'ros2_ws' / 'install' / name for name in find_packages(root)]
+    environment = safe_environment()
+    environment['AMENT_PREFIX_PATH'] = os.pathsep.join(map(str, [*prefixes, sys.prefix]))
+    environment['PYTHONPATH'] = os.pathsep.join(str(p / 'lib' / PYTHON / 'site-packages') for p in prefixes)
+    return environment
+
+
+def _stamp_path(root: Path, name: str) -> Path:
+    return root / 'ros2_ws' / 'install' / name / 'built_from'
+
+
+def _is_built(root: Path, name: str, digest: str) -> bool:
+    stamp = _stamp_path(root, name)
+    return stamp.is_file() and stamp.read_text() == digest
+
+
+def _run_colcon(root: Path, packages: list[str]) -> None:
+    print(f"Building {len(packages)} of the workspace's packages …", file=sys.stderr)
+    command = [sys.executable, '-m', 'colcon', 'build', '--packages-select', *packages]
+    command += ['--event-handlers', 'desktop_notification-', 'status-']
+    # setup.py install is deprecated for everybody but colcon, whose users cannot change it.
+    environment = {**safe_environment(), 'PYTHONWARNINGS': 'ignore', 'PYTHONDONTWRITEBYTECODE': ''}
+    built = subprocess.run(command, cwd=root / 'ros2_ws', env=environment, stdout=sys.stderr, check=False)
+    # Colcon passes over a package whose setup.py it cannot read and calls that a success.
+    missing = [name for name in packages if not _stamp_path(root, name).parent.is_dir()]
+    if built.returncode or missing:
+        raise CommandError('colcon build failed in ros2_ws; its messages stand above')
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """Make a second process wait that would build at the same time."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,43 @@
+"""The parameters that every node with a camera has."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from shirube_geometry import CameraMount
+from shirube_settings import setting
+
+_DOWNWARD = CameraMount()
+
+
+@dataclass(frozen=True)
+class CameraSettings:
+    """Where the camera sits on the robot, which frames the poses connect, how images travel."""
+
+    camera_xyz: tuple[float, float, float] = setting(
+        _DOWNWARD.xyz,
+        'position of the optical frame in base_frame',
+        unit='m',
+        minimum=-10.0,
+        maximum=10.0,
+    )
+    camera_rpy: tuple[float, float, float] = setting(
+        _DOWNWARD.rpy,
+        'fixed-axis roll, pitch, yaw of the optical frame in base_frame',
+        unit='rad',
+        minimum=-math.tau,
+        maximum=math.tau,
+    )
+    map_frame: str = setting('map', 'frame in which poses are published')
+    base_frame: str = setting('base_link', 'frame of the robot whose pose is published')
+    image_transport: str = setting(
+        'auto',
+        'raw images, CompressedImage on <topic>/compressed, or auto: the kind that comes first',
+        choices=('auto', 'raw', 'compressed'),
+    )
+
+    @property
+    def mount(self) -> CameraMount:
+        """The pose of the optical frame in ``base_frame``."""
+        return CameraMount(self.camera_xyz, self.camera_rpy)

@@ -1,0 +1,96 @@
+"""What a node says of itself on /diagnostics, once a second."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from shirube_ros.message_guard import TopicCount
+
+_PERIOD = 1.0  # [s]
+
+
+class Level(Enum):
+    """How well a node works."""
+
+    OK = DiagnosticStatus.OK
+    WARN = DiagnosticStatus.WARN
+    ERROR = DiagnosticStatus.ERROR
+
+
+@dataclass(frozen=True)
+class Status:
+    """State of a node.
+
+    Attributes:
+        level: how well it works.
+        message: one sentence.
+        values: facts by name, in the order in which they are shown.
+    """
+
+    level: Level
+    message: str
+    values: Mapping[str, str] = field(default_factory=dict)
+
+
+class Diagnostics:
+    """Publishes a node's status with its message counts."""
+
+    def __init__(
+        self, node: Node, counts: Mapping[str, TopicCount], current_status: Callable[[], Status]
+    ) -> None:
+        """Start publishing.
+
+        Args:
+            node: the node that is reported on.
+            counts: the message counts of its guard.
+            current_status: called for each report.
+        """
+        self._node = node
+        self._counts = counts
+        self._current_status = current_status
+        self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        # A steady clock: the report must go on when simulated time stands still.
+        node.create_timer(_PERIOD, self.publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def publish(self) -> None:
+        """Publish a report now."""
+        report = DiagnosticArray(status=[self._report()])
+        report.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(report)
+
+    def _report(self) -> DiagnosticStatus:
+        status = self._current_status()
+        level, message = status.level, status.message
+        refusals = self._new_refusals()
+        if refusals:
+            level = Level.WARN if level is Level.OK else level
+            message = '; '.join([message, *refusals])
+        values = [KeyValue(key=key, value=value) for key, value in status.values.items()]
+        return DiagnosticStatus(
+            level=level.value,
+            name=f'{self._node.get_name()}: status',
+            message=message,
+            values=values + self._count_values(),
+        )
+
+    def _new_refusals(self) -> list[str]:
+        refusals = []
+        for count in self._counts.values():
+            if count.latest_refusal is not None:
+                refusals.append(count.latest_refusal)
+                count.latest_refusal = None
+        return refusals
+
+    def _count_values(self) -> list[KeyValue]:
+        values = []
+        for topic, count in self._counts.items():
+            values.append(KeyValue(key=f'{topic} received', value=str(count.received)))
+            for reason, number in count.refused.items():
+                values.append(KeyValue(key=f'{topic} refused', value=f'{number}: {reason}'))
+        return values

@@ -1,0 +1,112 @@
+"""Image messages to arrays and back, copying only where bytes must change."""
+
+from __future__ import annotations
+
+from array import array
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import Header
+
+from shirube_ros.message_error import ImageError
+
+_CHANNELS = {'mono8': 1, 'bgr8': 3, 'rgb8': 3}
+_REMEDY = 'set the camera driver to mono8, bgr8 or rgb8'
+# OpenCV decodes what there is of a file that was cut off and fills up with grey, so the end is looked for.
+_END_OF_FILE = {b'\xff\xd8': b'\xff\xd9', b'\x89P': b'IEND'}
+_TAIL = 1024  # cameras pad the end of their JPEG files [byte]
+
+
+def array_from_image(message: Image, topic: str) -> NDArray[np.uint8]:
+    """Return an image as an array that shares the message's memory where it can.
+
+    Args:
+        message: image in mono8, bgr8 or rgb8; padded rows (``step``) are allowed.
+        topic: name for error messages.
+
+    Returns:
+        array, C-contiguous, shape (h, w) for mono8, shape (h, w, 3) in order blue, green, red otherwise.
+
+    Raises:
+        ImageError: another encoding, an empty image, or data that does not fit size and step.
+    """
+    channels = _CHANNELS.get(message.encoding)
+    if channels is None:
+        raise ImageError(f'{topic} has the encoding {message.encoding!r}; {_REMEDY}')
+    height, width, step = message.height, message.width, message.step
+    if height == 0 or width == 0:
+        raise ImageError(f'{topic} is empty, {width} x {height} px; check the camera driver')
+    if step < width * channels:
+        raise ImageError(
+            f'{topic} has rows of {step} bytes (step), {width} px of {message.encoding} need'
+            f' {width * channels}; correct step in the camera driver'
+        )
+    if len(message.data) < step * (height - 1) + width * channels:
+        raise ImageError(
+            f'{topic} is truncated, {width} x {height} px with step {step} need {step * height} bytes;'
+            ' check the camera driver and the network'
+        )
+    shape, strides = (height, width, channels), (step, channels, 1)
+    pixels: NDArray[np.uint8] = np.ndarray(shape, np.uint8, buffer=message.data, strides=strides)
+    if message.encoding == 'rgb8':
+        return _uint8(cv2.cvtColor(np.ascontiguousarray(pixels), cv2.COLOR_RGB2BGR))
+    return np.ascontiguousarray(pixels[:, :, 0] if channels == 1 else pixels)
+
+
+def array_from_compressed_image(message: CompressedImage, topic: str) -> NDArray[np.uint8]:
+    """Decode a JPEG or PNG image.
+
+    Args:
+        message: compressed image of 8 bits a channel, gray or colour.
+        topic: name for error messages.
+
+    Returns:
+        array, C-contiguous, shape (h, w) for gray, shape (h, w, 3) in order blue, green, red otherwise.
+
+    Raises:
+        ImageError: data that is truncated, not an image, or neither 8-bit gray nor 8-bit colour.
+    """
+    data = np.frombuffer(message.data, dtype=np.uint8)
+    end = _END_OF_FILE.get(data[:2].tobytes())
+    if end is None:
+        raise ImageError(f'{topic} is neither JPEG nor PNG (format {message.format!r}); send jpeg')
+    if end not in data[-_TAIL:].tobytes():
+        raise ImageError(f'{topic} is truncated; check the camera driver and the network')
+    try:
+        decoded = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+    except cv2.error:
+        decoded = None
+    if decoded is None:
+        raise ImageError(f'{topic} cannot be decoded; check the camera driver and the network')
+    if decoded.dtype != np.uint8 or (decoded.ndim == 3 and decoded.shape[2] != 3):
+        raise ImageError(f'{topic} is neither 8-bit gray nor 8-bit colour; {_REMEDY}')
+    return _uint8(decoded)
+
+
+def image_from_array(pixels: NDArray[np.uint8], header: Header) -> Image:
+    """Return a mono8 or bgr8 image message.
+
+    Args:
+        pixels: shape (h, w) gray or shape (h, w, 3) in order blue, green, red.
+        header: stamp and frame of the image.
+    """
+    height, width = pixels.shape[:2]
+    channels = 1 if pixels.ndim == 2 else 3
+    # Assigning an array to Image.data copies it element by element in Python; an array.array goes through.
+    data = array('B')
+    data.frombytes(np.ascontiguousarray(pixels).data.cast('B'))
+    return Image(
+        header=header,
+        height=height,
+        width=width,
+        encoding='mono8' if channels == 1 else 'bgr8',
+        step=width * channels,
+        data=data,
+    )
+
+
+def _uint8(pixels: object) -> NDArray[np.uint8]:
+    """Tell the type checker what OpenCV returned."""
+    return np.asarray(pixels, dtype=np.uint8)

@@ -1,0 +1,102 @@
+"""A camera's images with their calibration, raw or compressed, as every camera node takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from std_msgs.msg import Header
+
+from shirube_geometry import PinholeCamera
+from shirube_ros.camera_info_conversion import camera_from_camera_info, check_image_size
+from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
+from shirube_ros.message_error import CameraInfoError
+from shirube_ros.message_guard import MessageGuard
+from shirube_ros.quality_of_service import overridable, sensor_profile
+
+ImageCallback = Callable[[Header, NDArray[np.uint8], PinholeCamera], None]
+
+
+class ImageInput:
+    """Subscribes to an image and its CameraInfo and hands on arrays with the camera model.
+
+    =====================  ==============================  ==========================================
+    topic                  type                            when
+    =====================  ==============================  ==========================================
+    ``<topic>``            sensor_msgs/Image               transport ``raw`` or ``auto``
+    ``<topic>/compressed`` sensor_msgs/CompressedImage     transport ``compressed`` or ``auto``
+    ``<info_topic>``       sensor_msgs/CameraInfo          always
+    =====================  ==============================  ==========================================
+
+    With ``auto`` the kind that comes first is taken and the other left alone from then on, so that a camera which
+    publishes both gives each image once.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        guard: MessageGuard,
+        topics: tuple[str, str],
+        transport: str,
+        on_image: ImageCallback,
+    ) -> None:
+        """Subscribe.
+
+        Args:
+            node: the node that subscribes.
+            guard: counts the messages and catches their errors.
+            topics: names of the image and of its CameraInfo.
+            transport: ``raw``, ``compressed`` or ``auto``.
+            on_image: called with header, pixels ((h, w) gray or (h, w, 3) bgr) and camera of each good image.
+        """
+        self._topic, self._info_topic = topics
+        self._on_image = on_image
+        self._camera: PinholeCamera | None = None
+        # The CameraInfo comes first: of two that are ready together the executor takes the older input.
+        self._subscribe(node, guard, CameraInfo, self._info_topic, self._take_camera_info)
+        self._transport = transport
+        if transport != 'raw':
+            # A remapping of <topic> must hold for <topic>/compressed too.
+            compressed_topic = f'{node.resolve_topic_name(self._topic)}/compressed'
+            self._subscribe(node, guard, CompressedImage, compressed_topic, self._take_compressed)
+        if transport != 'compressed':
+            self._subscribe(node, guard, Image, self._topic, self._take_raw)
+
+    def _subscribe(
+        self, node: Node, guard: MessageGuard, kind: type, topic: str, callback: Callable[..., None]
+    ) -> None:
+        node.create_subscription(
+            kind,
+            topic,
+            guard.guard(topic, callback),
+            sensor_profile(),
+            qos_overriding_options=overridable(),
+        )
+
+    def _take_camera_info(self, message: CameraInfo) -> None:
+        self._camera = None  # a broken calibration must not be replaced by an old one in silence
+        self._camera = camera_from_camera_info(message, self._info_topic)
+
+    def _take_raw(self, message: Image) -> None:
+        if self._is_chosen('raw'):
+            self._hand_on(message.header, array_from_image(message, self._topic))
+
+    def _take_compressed(self, message: CompressedImage) -> None:
+        if self._is_chosen('compressed'):
+            self._hand_on(message.header, array_from_compressed_image(message, f'{self._topic}/compressed'))
+
+    def _is_chosen(self, kind: str) -> bool:
+        if self._transport == 'auto':
+            self._transport = kind
+        return self._transport == kind
+
+    def _hand_on(self, header: Header, pixels: NDArray[np.uint8]) -> None:
+        if self._camera is None:
+            raise CameraInfoError(
+                f'{self._topic} came without a usable {self._info_topic}; publish the calibration'
+            )
+        check_image_size(self._camera, pixels.shape, self._topic, self._info_topic)
+        self._on_image(header, pixels, self._camera)

@@ -1,0 +1,70 @@
+"""A ROS graph of its own for tests: own context, own domain, loopback only, everything in one process."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import monotonic
+from typing import TypeVar
+
+import rclpy
+from domain_coordinator import domain_id
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+AnyNode = TypeVar('AnyNode', bound=Node)
+
+
+class IsolatedGraph:
+    """Nodes that see only each other."""
+
+    def __init__(self, context: Context) -> None:
+        self.context = context
+        self._executor = SingleThreadedExecutor(context=context)
+        self._nodes: list[Node] = []
+
+    def add(self, create_node: Callable[..., AnyNode], **parameters: object) -> AnyNode:
+        """Make a node in this graph and let it take part in ``spin_until``.
+
+        Args:
+            create_node: a node class or function that passes its keywords on to ``rclpy.node.Node``.
+            parameters: parameter overrides, as the command line would give them.
+        """
+        overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+        node = create_node(context=self.context, parameter_overrides=overrides)
+        self._nodes.append(node)
+        self._executor.add_node(node)
+        return node
+
+    def spin_until(self, is_done: Callable[[], bool], timeout: float = 10.0) -> bool:
+        """Work until a condition holds; return whether it did before ``timeout`` [s] was over."""
+        end = monotonic() + timeout
+        while not is_done():
+            if monotonic() > end:
+                return False
+            self._executor.spin_once(timeout_sec=0.05)
+        return True
+
+    def close(self) -> None:
+        """Destroy the nodes."""
+        self._executor.shutdown()
+        for node in self._nodes:
+            node.destroy_node()
+
+
+@contextmanager
+def isolated_graph() -> Iterator[IsolatedGraph]:
+    """Open a graph on a domain that no other test of this machine uses."""
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    context = Context()
+    with domain_id() as domain:
+        rclpy.init(context=context, domain_id=domain)
+        graph = IsolatedGraph(context)
+        try:
+            yield graph
+        finally:
+            graph.close()
+            context.try_shutdown()

@@ -1,0 +1,88 @@
+"""A node's parameters, declared from a settings class: described, range-checked, read-only."""
+
+from __future__ import annotations
+
+import math
+from typing import TypeVar
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.node import Node
+
+from shirube_settings import SettingDescription, describe_settings, settings_from_values
+
+Settings = TypeVar('Settings')
+
+_INT64_MAX = 2**63 - 1
+
+
+def declare_parameters(node: Node, cls: type[Settings]) -> Settings:
+    """Declare all settings of a class as parameters of a node and return what the user set.
+
+    A setting of a nested class is the parameter ``group.name``. A whole number is taken for a float, so that
+    ``height:=1`` works as well as ``height:=1.0``.
+
+    Args:
+        node: the node that gets the parameters.
+        cls: a settings dataclass.
+
+    Raises:
+        SettingsError: a value of a wrong type or out of range; one line that names parameter and remedy.
+    """
+    descriptions = describe_settings(cls)
+    values = {description.name: _given_value(node, description) for description in descriptions}
+    settings = settings_from_values(cls, values)
+    for description in descriptions:
+        value = _value_of(settings, description.name)
+        node.declare_parameter(description.name, value, _descriptor(description), ignore_override=True)
+    return settings
+
+
+def _given_value(node: Node, description: SettingDescription) -> object:
+    """Read an override of any type: rclpy's own refusal of a wrong one names neither range nor remedy."""
+    untyped = ParameterDescriptor(dynamic_typing=True)
+    value = node.declare_parameter(description.name, _as_parameter(description.default), untyped).value
+    node.undeclare_parameter(description.name)
+    if description.is_tuple and value is not None and not isinstance(value, (str, bytes, bool, int, float)):
+        return list(value)
+    if description.is_tuple and value is None:
+        return []  # ROS reads an empty list as a parameter without a value
+    return value
+
+
+def _value_of(settings: object, name: str) -> object:
+    value = settings
+    for part in name.split('.'):
+        value = getattr(value, part)
+    return _as_parameter(value)
+
+
+def _as_parameter(value: object) -> object:
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _descriptor(description: SettingDescription) -> ParameterDescriptor:
+    unit = f' [{description.unit}]' if description.unit else ''
+    descriptor = ParameterDescriptor(description=f'{description.description}{unit}', read_only=True)
+    if description.limits != 'any':
+        descriptor.additional_constraints = description.limits
+    if description.minimum is None and description.maximum is None:
+        return descriptor
+    if description.type is float:
+        descriptor.floating_point_range = [_float_range(description)]
+    elif description.type is int:
+        descriptor.integer_range = [_integer_range(description)]
+    return descriptor
+
+
+def _float_range(description: SettingDescription) -> FloatingPointRange:
+    return FloatingPointRange(
+        from_value=-math.inf if description.minimum is None else float(description.minimum),
+        to_value=math.inf if description.maximum is None else float(description.maximum),
+    )
+
+
+def _integer_range(description: SettingDescription) -> IntegerRange:
+    return IntegerRange(
+        from_value=-_INT64_MAX if description.minimum is None else math.ceil(description.minimum),
+        to_value=_INT64_MAX if description.maximum is None else math.floor(description.maximum),
+    )

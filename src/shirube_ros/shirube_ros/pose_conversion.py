@@ -1,0 +1,104 @@
+"""Planar poses to pose messages and back."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from geometry_msgs.msg import (
+    Point,
+    Pose,
+    PoseStamped,
+    PoseWithCovariance,
+    PoseWithCovarianceStamped,
+    Quaternion,
+)
+from nav_msgs.msg import Odometry
+from numpy.typing import ArrayLike, NDArray
+from std_msgs.msg import Header
+
+from shirube_geometry import PlanarPose, quaternion_from_yaw, yaw_from_quaternion
+from shirube_ros.message_error import PoseError
+
+_PLANAR = np.ix_([0, 1, 5], [0, 1, 5])  # x, y and yaw among x, y, z, roll, pitch, yaw
+_SHORTEST_QUATERNION = 0.1
+
+
+def pose_message(pose: PlanarPose) -> Pose:
+    """Return a pose on the floor, z = 0."""
+    x, y, z, w = quaternion_from_yaw(pose.yaw)
+    return Pose(position=Point(x=pose.x, y=pose.y), orientation=Quaternion(x=x, y=y, z=z, w=w))
+
+
+def pose_with_covariance_message(pose: PlanarPose, covariance: ArrayLike) -> PoseWithCovariance:
+    """Return a pose on the floor with its covariance; rows and columns of z, roll and pitch are zero.
+
+    Args:
+        pose: the pose.
+        covariance: array-like, shape (3, 3), of (x, y, yaw) [m, m, rad].
+    """
+    full = np.zeros((6, 6))
+    full[_PLANAR] = covariance
+    return PoseWithCovariance(pose=pose_message(pose), covariance=full.ravel())
+
+
+def pose_stamped(pose: PlanarPose, header: Header) -> PoseStamped:
+    """Return the pose of a robot in the header's frame."""
+    return PoseStamped(header=header, pose=pose_message(pose))
+
+
+def pose_with_covariance_stamped(
+    pose: PlanarPose, covariance: ArrayLike, header: Header
+) -> PoseWithCovarianceStamped:
+    """Return the pose of a robot in the header's frame with its covariance, shape (3, 3), of (x, y, yaw)."""
+    return PoseWithCovarianceStamped(header=header, pose=pose_with_covariance_message(pose, covariance))
+
+
+def odometry_message(pose: PlanarPose, covariance: ArrayLike, header: Header, child_frame: str) -> Odometry:
+    """Return odometry without a twist: the pose of ``child_frame`` in the header's frame."""
+    pose_part = pose_with_covariance_message(pose, covariance)
+    return Odometry(header=header, child_frame_id=child_frame, pose=pose_part)
+
+
+def planar_pose(message: Pose, topic: str) -> PlanarPose:
+    """Return position and heading on the floor; z, roll and pitch are dropped.
+
+    Args:
+        message: the pose part of a message.
+        topic: name for error messages.
+
+    Raises:
+        PoseError: a number that is not finite, or a quaternion of length zero.
+    """
+    orientation = message.orientation
+    quaternion = (orientation.x, orientation.y, orientation.z, orientation.w)
+    if not all(math.isfinite(number) for number in (message.position.x, message.position.y, *quaternion)):
+        raise PoseError(f'{topic} holds a pose that is not finite; check its publisher')
+    length = math.hypot(*quaternion)
+    if length < _SHORTEST_QUATERNION:
+        raise PoseError(f'{topic} holds a quaternion of zeros; its publisher must set w to 1 for no turn')
+    x, y, z, w = (number / length for number in quaternion)
+    return PlanarPose(message.position.x, message.position.y, yaw_from_quaternion(x, y, z, w))
+
+
+def planar_pose_with_covariance(
+    message: PoseWithCovariance, topic: str
+) -> tuple[PlanarPose, NDArray[np.float64]]:
+    """Return the pose on the floor and its covariance, shape (3, 3), of (x, y, yaw) [m, m, rad].
+
+    Args:
+        message: the pose part of a message.
+        topic: name for error messages.
+
+    Raises:
+        PoseError: a bad pose, or a covariance that is not finite, not symmetric or not positive definite.
+    """
+    pose = planar_pose(message.pose, topic)
+    covariance = np.array(message.covariance, dtype=np.float64).reshape(6, 6)[_PLANAR]
+    if not np.isfinite(covariance).all() or not np.allclose(covariance, covariance.T):
+        raise PoseError(f'{topic} holds a covariance that is not finite and symmetric; check its publisher')
+    if np.linalg.eigvalsh(covariance)[0] <= 0.0:
+        raise PoseError(
+            f'{topic} holds a covariance that is not positive for x, y and yaw; set how sure it is'
+        )
+    return pose, covariance

@@ -1,0 +1,40 @@
+"""A program for the tests of safe_main: a node with one parameter that may refuse to start."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from rclpy.node import Node
+
+from shirube_ros.parameters import declare_parameters
+from shirube_ros.safe_main import run_node
+from shirube_settings import setting
+
+
+class FloorError(RuntimeError):
+    """The error of an imagined package."""
+
+
+@dataclass(frozen=True)
+class MinimalSettings:
+    rate: float = setting(0.5, 'rate', minimum=0.0, maximum=1.0)
+    fault: str = setting('', 'what goes wrong at start')
+
+
+class MinimalNode(Node):
+    def __init__(self) -> None:
+        super().__init__('minimal')
+        settings = declare_parameters(self, MinimalSettings)
+        if settings.fault == 'file':
+            Path('no_such_file.csv').read_text()
+        if settings.fault == 'package':
+            raise FloorError('map.csv is empty;\nbuild a map')
+        if settings.fault == 'program':
+            raise ZeroDivisionError('a mistake')
+        self.create_timer(0.05, lambda: sys.stdout.write('alive\n') and sys.stdout.flush())
+
+
+if __name__ == '__main__':
+    sys.exit(run_node('minimal', MinimalNode, (FloorError,)))

@@ -1,0 +1,62 @@
+"""What arrives on /diagnostics."""
+
+from __future__ import annotations
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.node import Node
+
+from shirube_ros.diagnostics import Diagnostics, Level, Status
+from shirube_ros.isolated_graph import IsolatedGraph
+from shirube_ros.message_guard import TopicCount
+
+
+class Reports:
+    """A node that talks and one that listens."""
+
+    def __init__(self, graph: IsolatedGraph, status: Status, **parameters: object) -> None:
+        self.counts = {'image_raw': TopicCount(received=3)}
+        self.received: list[DiagnosticStatus] = []
+        talker = graph.add(lambda **options: Node('talker', **options), **parameters)
+        self.diagnostics = Diagnostics(talker, self.counts, lambda: status)
+        listener = graph.add(lambda **options: Node('listener', **options))
+        listener.create_subscription(
+            DiagnosticArray, '/diagnostics', lambda array: self.received.extend(array.status), 10
+        )
+        self._graph = graph
+
+    def next(self) -> DiagnosticStatus:
+        before = len(self.received)
+        assert self._graph.spin_until(lambda: len(self.received) > before)
+        return self.received[-1]
+
+
+def test_reports_carry_status_values_and_counts(graph: IsolatedGraph) -> None:
+    reports = Reports(graph, Status(Level.OK, 'fix', {'match rate': '0.97'}))
+    report = reports.next()
+    assert (report.name, report.level, report.message) == ('talker: status', DiagnosticStatus.OK, 'fix')
+    assert {value.key: value.value for value in report.values} == {
+        'match rate': '0.97',
+        'image_raw received': '3',
+    }
+
+
+def test_a_refusal_is_a_warning_once_and_stays_counted(graph: IsolatedGraph) -> None:
+    reports = Reports(graph, Status(Level.OK, 'fix'))
+    reports.counts['image_raw'].refuse('too dark')
+    report = reports.next()
+    assert (report.level, report.message) == (DiagnosticStatus.WARN, 'fix; too dark')
+    report = reports.next()
+    assert (report.level, report.message) == (DiagnosticStatus.OK, 'fix')
+    assert ('image_raw refused', '1: too dark') in [(value.key, value.value) for value in report.values]
+
+
+def test_a_refusal_does_not_soften_an_error(graph: IsolatedGraph) -> None:
+    reports = Reports(graph, Status(Level.ERROR, 'broken'))
+    reports.counts['image_raw'].refuse('too dark')
+    assert reports.next().level == DiagnosticStatus.ERROR
+
+
+def test_reports_go_on_while_simulated_time_stands_still(graph: IsolatedGraph) -> None:
+    reports = Reports(graph, Status(Level.OK, 'fix'), use_sim_time=True)
+    reports.next()
+    reports.next()

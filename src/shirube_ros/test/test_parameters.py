@@ -1,0 +1,85 @@
+"""Parameters of a real node from a settings class."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from shirube_ros.camera_settings import CameraSettings
+from shirube_ros.isolated_graph import IsolatedGraph
+from shirube_ros.parameters import declare_parameters
+from shirube_settings import SettingsError, check_settings, setting
+
+
+@dataclass(frozen=True)
+class Dots:
+    diameter: float = setting(0.002, 'smallest dot kept', unit='m', minimum=0.0, maximum=0.1)
+    count: int = setting(5, 'fewest dots', minimum=3)
+
+
+@dataclass(frozen=True)
+class Floor:
+    dots: Dots = field(default_factory=Dots)
+    enabled: bool = setting(True, 'whether it works')
+    method: str = setting('pole', 'which way', choices=('pole', 'pair'))
+    xyz: tuple[float, float, float] = setting((0.0, 0.0, 0.1), 'where it sits', unit='m', minimum=-1.0)
+    weights: tuple[float, ...] = setting((1.0,), 'weights')
+
+
+def settings_of(graph: IsolatedGraph, **overrides: Any) -> tuple[Node, Floor]:
+    node = graph.add(lambda **options: Node('floor', **options), **overrides)
+    return node, declare_parameters(node, Floor)
+
+
+def test_without_overrides_the_defaults_hold(graph: IsolatedGraph) -> None:
+    node, settings = settings_of(graph)
+    assert settings == Floor()
+    assert node.get_parameter('dots.diameter').value == 0.002
+    assert list(node.get_parameter('xyz').value) == [0.0, 0.0, 0.1]
+
+
+def test_overrides_arrive_also_as_whole_numbers(graph: IsolatedGraph) -> None:
+    overrides = {'dots.diameter': 0, 'dots.count': 9, 'enabled': False, 'method': 'pair', 'xyz': [1, 0, 2]}
+    node, settings = settings_of(graph, **overrides)
+    assert settings == Floor(Dots(0.0, 9), False, 'pair', (1.0, 0.0, 2.0))
+    assert node.get_parameter('dots.diameter').type_ is Parameter.Type.DOUBLE
+    assert node.get_parameter('xyz').type_ is Parameter.Type.DOUBLE_ARRAY
+
+
+def test_parameters_are_described_limited_and_read_only(graph: IsolatedGraph) -> None:
+    node, _ = settings_of(graph)
+    diameter = node.describe_parameter('dots.diameter')
+    assert (diameter.description, diameter.read_only) == ('smallest dot kept [m]', True)
+    assert diameter.floating_point_range[0].to_value == 0.1
+    assert node.describe_parameter('dots.count').integer_range[0].from_value == 3
+    assert node.describe_parameter('method').additional_constraints == "'pole' or 'pair'"
+    assert node.describe_parameter('xyz').additional_constraints == '-1 m or more'
+    assert not node.set_parameters([Parameter('dots.diameter', value=0.01)])[0].successful
+
+
+@pytest.mark.parametrize(
+    ('overrides', 'words'),
+    [
+        ({'dots.diameter': 2.0}, r'dots\.diameter is 2.0 m, allowed is 0 to 0.1 m'),
+        ({'dots.diameter': 'wide'}, r"dots\.diameter is 'wide', it must be a number"),
+        ({'dots.count': 2}, r'dots\.count is 2, allowed is 3 or more'),
+        ({'dots.count': 3.5}, r'dots\.count is 3.5, it must be a whole number'),
+        ({'enabled': 'perhaps'}, r"enabled is 'perhaps', it must be true or false"),
+        ({'method': 'star'}, r"'pole' or 'pair'"),
+        ({'xyz': [0.0, 0.0]}, r'xyz is \(0.0, 0.0\), it must be 3 numbers'),
+        ({'xyz': 0.5}, r'xyz is 0.5, it must be 3 numbers'),
+        ({'xyz': ['a', 'b', 'c']}, r'it must be 3 numbers'),
+    ],
+)
+def test_bad_values_are_refused(graph: IsolatedGraph, overrides: dict[str, Any], words: str) -> None:
+    with pytest.raises(SettingsError, match=words):
+        settings_of(graph, **overrides)
+
+
+def test_the_default_camera_looks_down_and_is_allowed() -> None:
+    check_settings(CameraSettings())
+    assert CameraSettings().mount.rotation[:, 2] == pytest.approx([0.0, 0.0, -1.0])

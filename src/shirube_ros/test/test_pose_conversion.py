@@ -1,0 +1,86 @@
+"""Poses through messages and back."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import Point, Pose, Quaternion
+from scipy.spatial.transform import Rotation
+from std_msgs.msg import Header
+
+from shirube_geometry import PlanarPose
+from shirube_ros.message_error import PoseError
+from shirube_ros.pose_conversion import (
+    odometry_message,
+    planar_pose,
+    planar_pose_with_covariance,
+    pose_message,
+    pose_stamped,
+    pose_with_covariance_message,
+    pose_with_covariance_stamped,
+)
+
+RNG = np.random.default_rng(9)
+POSES = [PlanarPose(*RNG.uniform(-3.0, 3.0, 3)) for _ in range(10)]
+COVARIANCE = np.array([[4.0, 1.0, 0.5], [1.0, 3.0, 0.2], [0.5, 0.2, 2.0]])
+
+
+@pytest.mark.parametrize('pose', POSES)
+def test_poses_come_back_from_every_message(pose: PlanarPose) -> None:
+    header = Header(frame_id='map')
+    odometry = odometry_message(pose, COVARIANCE, header, 'base_link')
+    assert (odometry.header.frame_id, odometry.child_frame_id) == ('map', 'base_link')
+    stamped = pose_stamped(pose, header)
+    with_covariance = pose_with_covariance_stamped(pose, COVARIANCE, header)
+    assert stamped.header.frame_id == with_covariance.header.frame_id == 'map'
+    for message in (pose_message(pose), odometry.pose.pose, stamped.pose, with_covariance.pose.pose):
+        back = planar_pose(message, 'pose')
+        assert pose.distance_to(back) < 1e-12
+        assert pose.turn_to(back) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_covariance_lies_where_ros_puts_x_y_and_yaw() -> None:
+    message = pose_with_covariance_message(PlanarPose(0.0, 0.0, 0.0), COVARIANCE)
+    full = np.array(message.covariance).reshape(6, 6)
+    assert (full[0, 0], full[1, 1], full[5, 5]) == (4.0, 3.0, 2.0)
+    assert (full[0, 1], full[5, 0], full[1, 5]) == (1.0, 0.5, 0.2)
+    assert not full[2:5].any()
+    np.testing.assert_array_equal(planar_pose_with_covariance(message, 'pose')[1], COVARIANCE)
+
+
+@pytest.mark.parametrize('length', [0.5, 2.0])
+def test_heading_is_the_fixed_axis_yaw_of_any_quaternion(length: float) -> None:
+    x, y, z, w = Rotation.from_euler('xyz', [0.1, -0.2, 2.0]).as_quat() * length
+    message = Pose(position=Point(z=9.0), orientation=Quaternion(x=x, y=y, z=z, w=w))
+    assert planar_pose(message, 't').yaw == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ('message', 'words'),
+    [
+        (Pose(position=Point(x=math.nan)), r'odom holds a pose that is not finite'),
+        (Pose(position=Point(y=math.inf)), r'not finite'),
+        (Pose(orientation=Quaternion(z=math.nan)), r'not finite'),
+        (Pose(orientation=Quaternion(w=0.0)), r'odom holds a quaternion of zeros; .* set w to 1'),
+    ],
+)
+def test_broken_poses_are_refused(message: Pose, words: str) -> None:
+    with pytest.raises(PoseError, match=words):
+        planar_pose(message, 'odom')
+
+
+@pytest.mark.parametrize(
+    ('covariance', 'words'),
+    [
+        (np.zeros((3, 3)), r'not positive for x, y and yaw'),
+        (np.diag([1.0, 1.0, -1.0]), r'not positive'),
+        (np.diag([1.0, math.nan, 1.0]), r'finite'),
+        (np.array([[1.0, 0.5, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), r'symmetric'),
+    ],
+)
+def test_broken_covariances_are_refused(covariance: np.ndarray, words: str) -> None:
+    message = pose_with_covariance_message(POSES[0], covariance)
+    with pytest.raises(PoseError, match=words):
+        planar_pose_with_covariance(message, 'initialpose')

@@ -1,0 +1,17 @@
+"""Typed settings: a frozen dataclass states default, unit, range and description of each value once."""
+
+from shirube_settings.build import settings_from_values
+from shirube_settings.check import check_settings
+from shirube_settings.definition import SettingDescription, describe_settings, setting
+from shirube_settings.markdown import settings_table
+from shirube_settings.settings_error import SettingsError
+
+__all__ = [
+    'SettingDescription',
+    'SettingsError',
+    'check_settings',
+    'describe_settings',
+    'setting',
+    'settings_from_values',
+    'settings_table',
+]

@@ -1,0 +1,38 @@
+"""Renders a settings class as a table for the documentation."""
+
+from __future__ import annotations
+
+from shirube_settings.definition import SettingDescription, describe_settings
+
+
+def settings_table(cls: type) -> str:
+    """Return a markdown table of a settings class, one row a setting, ending with a newline.
+
+    Args:
+        cls: a settings dataclass; the settings of a nested one are named ``group.name``.
+    """
+    rows: list[tuple[str, ...]] = [('setting', 'type', 'default', 'unit', 'allowed', 'meaning'), ('---',) * 6]
+    rows += [_row(description) for description in describe_settings(cls)]
+    return ''.join('| ' + ' | '.join(_escaped(cell) for cell in row) + ' |\n' for row in rows)
+
+
+def _row(description: SettingDescription) -> tuple[str, ...]:
+    return (
+        f'`{description.name}`',
+        description.type_name,
+        f'`{_default_in_words(description.default)}`',
+        description.unit,
+        description.limits,
+        description.description,
+    )
+
+
+def _default_in_words(default: object) -> str:
+    """Write floats short: ``3.14159`` for pi, so that the table stays readable."""
+    if isinstance(default, tuple):
+        return '(' + ', '.join(_default_in_words(element) for element in default) + ')'
+    return f'{default:g}' if isinstance(default, float) else repr(default)
+
+
+def _escaped(cell: str) -> str:
+    return cell.replace('|', r'\|')

@@ -1,0 +1,162 @@
+"""The rules that keep the code in its places: imports, what a core may do, how long things get."""
+
+import ast
+import re
+import sys
+import tomllib
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = sorted(folder.name for folder in (ROOT / 'src').iterdir() if folder.is_dir())
+SOURCES = sorted(path for path in (ROOT / 'src').glob('*/*/**/*.py') if 'test' not in path.parts)
+ALL_FILES = sorted(
+    path for folder in ('src', 'tests', 'benchmarks', 'environment') for path in (ROOT / folder).rglob('*.py')
+)
+
+# Files that know only numbers. Everything under a listed folder counts, but for the listed exceptions.
+PURE = ('floor_localizer/floor_localizer/core', 'shirube_geometry', 'shirube_settings', 'scene_simulator')
+NOT_PURE = ('scene_simulator/scene_simulator/commands',)
+PURE_LIBRARIES = {'numpy', 'scipy', 'cv2', 'numba', 'shirube_geometry', 'shirube_settings'}
+TOUCHES_THE_WORLD = {
+    'io',
+    'logging',
+    'os',
+    'pathlib',
+    'pickle',
+    'shutil',
+    'socket',
+    'subprocess',
+    'sys',
+    'tempfile',
+}
+FORBIDDEN_FUNCTIONS = {'open', 'print', 'input', 'eval', 'exec'}
+FORBIDDEN_ATTRIBUTES = {
+    *('imread', 'imwrite', 'imshow', 'VideoCapture', 'VideoWriter'),
+    *('load', 'loadtxt', 'genfromtxt', 'fromfile', 'memmap', 'save', 'savez', 'savetxt', 'tofile'),
+    *('read_text', 'read_bytes', 'write_text', 'write_bytes'),
+}
+
+# rosdep's key for a Python module that is called otherwise.
+ROSDEP_KEYS = {
+    'cv2': 'python3-opencv',
+    'matplotlib': 'python3-matplotlib',
+    'numba': 'python3-numba',
+    'numpy': 'python3-numpy',
+    'rosbags': 'python3-rosbags-pip',
+    'scipy': 'python3-scipy',
+    'tqdm': 'python3-tqdm',
+    'yaml': 'python3-yaml',
+}
+
+
+def is_pure(path: Path) -> bool:
+    inside = path.relative_to(ROOT / 'src')
+    return any(inside.is_relative_to(p) for p in PURE) and not any(inside.is_relative_to(p) for p in NOT_PURE)
+
+
+def relative(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+def imported_modules(tree: ast.AST) -> Iterator[str]:
+    """Yield the first part of every name that is imported anywhere in the file."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.split('.')[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module.split('.')[0]
+
+
+def rosdep_keys(package: str) -> set[str]:
+    """Return the keys that the package's imports ask for."""
+    modules = {
+        module
+        for path in SOURCES
+        if path.is_relative_to(ROOT / 'src' / package)
+        for module in imported_modules(ast.parse(path.read_text()))
+    }
+    return {ROSDEP_KEYS.get(m, m) for m in modules - set(sys.stdlib_module_names) - {package, 'setuptools'}}
+
+
+def declared(package: str, tag: str) -> list[str]:
+    return [node.text or '' for node in ET.parse(ROOT / 'src' / package / 'package.xml').iter(tag)]
+
+
+def test_the_rules_see_the_code() -> None:
+    assert sum(is_pure(path) for path in SOURCES) > 5
+    assert {'floor_localizer', 'shirube_geometry', 'shirube_cli'} <= set(PACKAGES)
+
+
+@pytest.mark.parametrize('path', [path for path in SOURCES if is_pure(path)], ids=relative)
+def test_cores_know_only_numbers(path: Path) -> None:
+    tree = ast.parse(path.read_text())
+    modules = set(imported_modules(tree))
+    own = path.relative_to(ROOT / 'src').parts[0]
+    assert modules <= PURE_LIBRARIES | {own} | set(sys.stdlib_module_names) - TOUCHES_THE_WORLD
+    names = {
+        node.func.id
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+    }
+    assert not names & FORBIDDEN_FUNCTIONS
+    attributes = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+    assert not attributes & FORBIDDEN_ATTRIBUTES
+
+
+@pytest.mark.parametrize('path', [path for path in SOURCES if is_pure(path)], ids=relative)
+def test_cores_import_no_part_that_is_not_pure(path: Path) -> None:
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.split('.')[0] in PACKAGES:
+            package = node.module.split('.')[0]
+            target = (ROOT / 'src' / package / node.module.replace('.', '/')).with_suffix('.py')
+            assert not target.exists() or is_pure(target), node.module
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_package_xml_names_what_is_imported_and_no_more(package: str) -> None:
+    launched = set(PACKAGES) if package == 'shirube_bringup' else set()
+    assert set(declared(package, 'exec_depend')) - launched == rosdep_keys(package)
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_package_has_the_form_of_an_ament_python_package(package: str) -> None:
+    folder = ROOT / 'src' / package
+    assert declared(package, 'name') == [package]
+    assert declared(package, 'license') == ['Apache-2.0']
+    assert declared(package, 'build_type') == ['ament_python']
+    assert (folder / 'resource' / package).is_file()
+    assert f'lib/{package}' in (folder / 'setup.cfg').read_text()
+    assert f"NAME = '{package}'" in (folder / 'setup.py').read_text()
+    assert sorted(folder.glob('test/test_*.py'))
+    assert (folder / package / 'py.typed').is_file() or not (folder / package).exists()
+
+
+def test_packages_depend_on_each_other_without_circles() -> None:
+    waiting = {p: set(declared(p, 'exec_depend')) & set(PACKAGES) for p in PACKAGES}
+    while waiting:
+        free = [package for package, needs in waiting.items() if not needs & set(waiting)]
+        assert free, f'circle among {sorted(waiting)}'
+        for package in free:
+            del waiting[package]
+
+
+def test_pip_users_get_every_package() -> None:
+    project = tomllib.loads((ROOT / 'pyproject.toml').read_text())
+    with_modules = [f'src/{package}' for package in PACKAGES if (ROOT / 'src' / package / package).is_dir()]
+    assert project['tool']['setuptools']['packages']['find']['where'] == with_modules
+    assert project['tool']['mypy']['mypy_path'] == with_modules
+
+
+@pytest.mark.parametrize('path', ALL_FILES, ids=relative)
+def test_files_and_functions_stay_short_and_speak(path: Path) -> None:
+    text = path.read_text()
+    assert len(text.splitlines()) <= 300
+    assert not re.fullmatch(r'_?(utils?|common|helpers?|misc)', path.stem)
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            assert node.end_lineno is not None
+            assert node.end_lineno - node.lineno < 50, node.name

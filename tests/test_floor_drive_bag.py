@@ -1,0 +1,43 @@
+"""The committed bag is the scene that the simulator describes today."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from scene_simulator.demo_scene import DemoScene
+from scene_simulator.floor_bag import DIRTY_SHARE, START_NS
+from shirube_bags.bag_reader import BagReader
+from shirube_geometry import yaw_from_quaternion
+
+BAG = Path(__file__).parents[1] / 'bags' / 'floor_drive'
+SCENE = DemoScene()
+
+
+def test_the_bag_is_small() -> None:
+    assert sum(file.stat().st_size for file in BAG.iterdir()) < 10_000_000
+
+
+def test_the_truth_of_the_bag_is_the_drive_of_the_scene() -> None:
+    with BagReader(BAG) as bag:
+        for message in bag.messages(['/ground_truth']):
+            pose, true = bag.decode(message).pose, SCENE.pose_at((message.stamp_ns - START_NS) / 1e9)
+            turn = pose.orientation
+            yaw = yaw_from_quaternion(turn.x, turn.y, turn.z, turn.w)
+            assert (pose.position.x, pose.position.y, yaw) == pytest.approx((true.x, true.y, true.yaw))
+
+
+def test_pictures_and_marks_of_the_bag_are_those_of_the_scene() -> None:
+    with BagReader(BAG) as bag:
+        marks = {message.stamp_ns: bag.decode(message).data for message in bag.messages(['/dirt'])}
+        for message in list(bag.messages(['/image_raw/compressed']))[::60]:
+            image = cv2.imdecode(bag.decode(message).data, cv2.IMREAD_GRAYSCALE)
+            time = (message.stamp_ns - START_NS) / 1e9
+            rendered = SCENE.photograph(time, np.random.default_rng(1))
+            assert np.abs(image.astype(int) - rendered.image).mean() < 4.0
+            assert marks[message.stamp_ns] == (rendered.dirt_share > DIRTY_SHARE)
+    assert len(marks) == 600
+    assert 20 < sum(marks.values()) < 60
