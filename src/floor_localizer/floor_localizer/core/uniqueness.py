@@ -1,8 +1,8 @@
 """How unique the places of a map are: does the robot's view at a place look like the view at another?
 
 The map's own dots in a view are searched for in the whole map as those of an image are, but on after the
-first match, so that the best one elsewhere is found. A second search is for the view's mirror image: where the
-map holds one, a flipped image or map would go unnoticed.
+first match, so that the best one elsewhere is found. A second search is for the view's mirror image: where
+the map holds one, a flipped image or map would go unnoticed.
 """
 
 from __future__ import annotations
