@@ -89,12 +89,15 @@ class FloorLocalizer:
 
     def floor_points(self, dots: DetectedDots, camera: PinholeCamera) -> FloorPoints:
         """Return where dots lie on the floor for the camera as mounted; one beyond the horizon is left out."""
+        return self._on_floor(dots, camera)[1]
+
+    def _on_floor(self, dots: DetectedDots, camera: PinholeCamera) -> tuple[DetectedDots, FloorPoints]:
+        """Return the dots that are not beyond the horizon, and where they lie on the floor."""
         points = self._mount.floor_points_from_rays(camera.rays_from_pixels(dots.pixels))
-        metres_per_pixel = self._mount.xyz[2] / math.sqrt(camera.fx * camera.fy)
         below = np.isfinite(points).all(axis=1)
-        return FloorPoints(
-            points[below], np.hypot(dots.sigmas * metres_per_pixel, self._settings.map_sigma)[below]
-        )
+        dots = DetectedDots(dots.pixels[below], dots.diameters[below], dots.sigmas[below])
+        metres_per_pixel = self._mount.xyz[2] / math.sqrt(camera.fx * camera.fy)
+        return dots, FloorPoints(points[below], np.hypot(dots.sigmas * metres_per_pixel, self._settings.map_sigma))
 
     def locate_dots(
         self,
@@ -114,9 +117,9 @@ class FloorLocalizer:
             earlier: dots of earlier views in the base frame of now, that help when these are too few.
             thorough: whether to lay pairs on the whole map when no constellation matches.
         """
+        dots, points = self._on_floor(dots, camera)
         if len(dots) == 0:
             return NoFix(NoFixReason.NO_DOTS, 'the image shows none', dots)
-        points = self.floor_points(dots, camera)
         if earlier is not None:
             points = join_points(earlier, points)
         if len(points.points) < _LEAST_DOTS:
