@@ -89,11 +89,16 @@ class FloorLocalizer:
 
     def floor_points(self, dots: DetectedDots, camera: PinholeCamera) -> FloorPoints:
         """Return where dots lie on the floor for the camera as mounted; one beyond the horizon is left out."""
+        return self._on_floor(dots, camera)[1]
+
+    def _on_floor(self, dots: DetectedDots, camera: PinholeCamera) -> tuple[DetectedDots, FloorPoints]:
+        """Return the dots that are not beyond the horizon, and where they lie on the floor."""
         points = self._mount.floor_points_from_rays(camera.rays_from_pixels(dots.pixels))
-        metres_per_pixel = self._mount.xyz[2] / math.sqrt(camera.fx * camera.fy)
         below = np.isfinite(points).all(axis=1)
-        return FloorPoints(
-            points[below], np.hypot(dots.sigmas * metres_per_pixel, self._settings.map_sigma)[below]
+        dots = DetectedDots(dots.pixels[below], dots.diameters[below], dots.sigmas[below])
+        metres_per_pixel = self._mount.xyz[2] / math.sqrt(camera.fx * camera.fy)
+        return dots, FloorPoints(
+            points[below], np.hypot(dots.sigmas * metres_per_pixel, self._settings.map_sigma)
         )
 
     def locate_dots(
@@ -114,9 +119,9 @@ class FloorLocalizer:
             earlier: dots of earlier views in the base frame of now, that help when these are too few.
             thorough: whether to lay pairs on the whole map when no constellation matches.
         """
+        dots, points = self._on_floor(dots, camera)
         if len(dots) == 0:
             return NoFix(NoFixReason.NO_DOTS, 'the image shows none', dots)
-        points = self.floor_points(dots, camera)
         if earlier is not None:
             points = join_points(earlier, points)
         if len(points.points) < _LEAST_DOTS:
@@ -169,10 +174,7 @@ class FloorLocalizer:
 
     def _fix(self, points: FloorPoints, search: Search, dots: DetectedDots, used_prior: bool) -> Fix | NoFix:
         """Fit the whole model from where the search ended."""
-        settings, best = self._settings, search.best
-        start = np.array(
-            [best[3], best[4], math.atan2(best[2], best[1]), math.hypot(best[1], best[2]) - 1.0, 0.0, 0.0]
-        )
+        settings, start = self._settings, _level_state(search.best, self._mount)
         # Uniform within the tolerance has the tolerance over sqrt(3) for its standard deviation.
         priors = np.array(
             [settings.scale_tolerance, settings.tilt_tolerance, settings.tilt_tolerance]
@@ -194,7 +196,7 @@ class FloorLocalizer:
             match_rate,
             float(state[3]),
             (float(state[4]), float(state[5])),
-            math.exp(max(best[0], -700.0)),
+            math.exp(max(search.best[0], -700.0)),
             used_prior,
         )
 
@@ -217,6 +219,15 @@ class FloorLocalizer:
         mirrored = view._replace(points=points, z=view.z.conj())
         search = self._new_search(view, float(len(self._floor.grid.points)))
         return search_constellations(self._floor.grid, self._floor.index, mirrored, search, _MIRROR_CELLS)
+
+
+def _level_state(pose: NDArray[np.float64], mount: CameraMount) -> NDArray[np.float64]:
+    """Return the state of the level robot, shape (6,), that puts the dots where a similarity of the search puts them."""
+    a, b = complex(pose[1], pose[2]), complex(pose[3], pose[4])
+    scale = abs(a) - 1.0
+    # Seen from higher up the view is larger about the camera's foot, in the similarity about the base.
+    base = b + scale * a / abs(a) * complex(mount.xyz[0], mount.xyz[1])
+    return np.array([base.real, base.imag, math.atan2(a.imag, a.real), scale, 0.0, 0.0])
 
 
 def _alike(search: Search) -> str:
