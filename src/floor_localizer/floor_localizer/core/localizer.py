@@ -132,13 +132,14 @@ class FloorLocalizer:
         search, used_prior = self._search(view, prior, thorough)
         if not is_accepted(search, search.best):
             return self._no_fix(view, search, dots, used_prior)
-        if (
-            not used_prior
-            and is_accepted(search, search.rival)
-            and search.rival[5] >= _LOOKS_SAME * search.best[5]
-        ):
-            return NoFix(NoFixReason.AMBIGUOUS, _alike(search), dots)
-        return self._fix(points, search, dots, used_prior)
+        poses = [search.best] if used_prior else _alike_poses(search)
+        if prior is not None and prior.must_hold:
+            poses = [pose for pose in poses if _is_in_area(pose, prior)]
+        if not poses:
+            return NoFix(NoFixReason.OUTSIDE_AREA, _place(search.best), dots)
+        if len(poses) > 1:
+            return NoFix(NoFixReason.AMBIGUOUS, ' and '.join(map(_place, poses)), dots)
+        return self._fix(points, poses[0], dots, used_prior)
 
     def _view(self, points: FloorPoints) -> ViewDots:
         xy = points.points
@@ -172,9 +173,11 @@ class FloorLocalizer:
         settings = self._settings
         return new_search(len(view.z), dots_in_scope, settings.chance_alignments_max, settings.match_rate_min)
 
-    def _fix(self, points: FloorPoints, search: Search, dots: DetectedDots, used_prior: bool) -> Fix | NoFix:
-        """Fit the whole model from where the search ended."""
-        settings, start = self._settings, _level_state(search.best, self._mount)
+    def _fix(
+        self, points: FloorPoints, pose: NDArray[np.float64], dots: DetectedDots, used_prior: bool
+    ) -> Fix | NoFix:
+        """Fit the whole model from a pose of the search."""
+        settings, start = self._settings, _level_state(pose, self._mount)
         # Uniform within the tolerance has the tolerance over sqrt(3) for its standard deviation.
         priors = np.array(
             [settings.scale_tolerance, settings.tilt_tolerance, settings.tilt_tolerance]
@@ -196,7 +199,7 @@ class FloorLocalizer:
             match_rate,
             float(state[3]),
             (float(state[4]), float(state[5])),
-            math.exp(max(search.best[0], -700.0)),
+            math.exp(max(pose[0], -700.0)),
             used_prior,
         )
 
@@ -230,12 +233,22 @@ def _level_state(pose: NDArray[np.float64], mount: CameraMount) -> NDArray[np.fl
     return np.array([base.real, base.imag, math.atan2(a.imag, a.real), scale, 0.0, 0.0])
 
 
-def _alike(search: Search) -> str:
-    best, rival = search.best, search.rival
-    return (
-        f'({best[3]:.2f}, {best[4]:.2f}) m matches {best[5]:.0f} dots '
-        f'and ({rival[3]:.2f}, {rival[4]:.2f}) m matches {rival[5]:.0f}'
-    )
+def _alike_poses(search: Search) -> list[NDArray[np.float64]]:
+    """Return the best pose of a search, and its rival if that looks the same."""
+    rival = search.rival
+    looks_same = is_accepted(search, rival) and rival[5] >= _LOOKS_SAME * search.best[5]
+    return [search.best, rival] if looks_same else [search.best]
+
+
+def _place(pose: NDArray[np.float64]) -> str:
+    return f'{pose[5]:.0f} dots match at ({pose[3]:.2f}, {pose[4]:.2f}) m'
+
+
+def _is_in_area(pose: NDArray[np.float64], prior: PosePrior) -> bool:
+    """Tell whether a pose of the search is where the prior allows it."""
+    found = PlanarPose(float(pose[3]), float(pose[4]), math.atan2(pose[2], pose[1]))
+    expected = prior.T_map_base
+    return found.distance_to(expected) <= prior.radius and abs(found.turn_to(expected)) <= prior.turn
 
 
 def _dots_near(floor: IndexedMap, prior: PosePrior) -> float:
