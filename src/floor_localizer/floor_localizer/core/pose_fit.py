@@ -101,7 +101,7 @@ def fit_pose(
         state -= step
         if math.hypot(step[0], step[1]) < 1e-8 and abs(step[2]) < 1e-8:
             break
-    return np.linalg.inv(normal)
+    return np.linalg.inv(normal).astype(np.float64)
 
 
 @njit(cache=True)
