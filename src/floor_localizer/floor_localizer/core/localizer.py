@@ -15,7 +15,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, wrap_angle
 
 from floor_localizer.core.constellation.alignment import ViewDots, order_neighbours
 from floor_localizer.core.constellation.constellation_search import (
@@ -34,6 +33,7 @@ from floor_localizer.core.floor_points import FloorPoints, join_points
 from floor_localizer.core.pose_fit import MountedRays
 from floor_localizer.core.refinement import refine
 from floor_localizer.core.settings import LocalizerSettings
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, wrap_angle
 
 _LEAST_DOTS = 5
 _NEIGHBOURS = 32
@@ -225,7 +225,7 @@ class FloorLocalizer:
 
 
 def _level_state(pose: NDArray[np.float64], mount: CameraMount) -> NDArray[np.float64]:
-    """Return the state of the level robot, shape (6,), that puts the dots where a similarity of the search puts them."""
+    """Return the state of the level robot, shape (6,), that puts the dots where a pose of the search puts them."""
     a, b = complex(pose[1], pose[2]), complex(pose[3], pose[4])
     scale = abs(a) - 1.0
     # Seen from higher up the view is larger about the camera's foot, in the similarity about the base.
