@@ -38,7 +38,7 @@ def smooth_background(
     step = 1 + len(coarse) // 80
     floor *= np.median(coarse[::step, ::step] / floor[::step, ::step], axis=(0, 1)).astype(np.float32)
     fine = cv2.resize(floor, (width, height), interpolation=cv2.INTER_LINEAR)
-    return np.asarray(fine, dtype=np.float32).reshape(height, width, channels)
+    return np.maximum(fine, np.float32(1.0)).reshape(height, width, channels)
 
 
 def _without_dots(image: NDArray[np.uint8], polarity: str, window: int) -> NDArray[np.uint8]:

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 Labels = NDArray[np.int32]
 """Image of labels, shape (h, w): 0 is the floor, blobs count from 1."""
 
+DISCARDED = -(2**31)
+"""Label of pixels that belong neither to the floor nor to a blob."""
+
 Boxes = NDArray[np.int32]
 """Bounding boxes of blobs, shape (n, 5): left, top, right (exclusive), bottom (exclusive), area [px].
 
