@@ -93,7 +93,9 @@ class FloorLocalizerNode(Node):
         super().__init__('floor_localizer', **options)
         self._settings = declare_parameters(self, NodeSettings)
         self._report = LocalizerReport(self._map_name())
-        self.get_logger().info('preparing the search; only the very first start compiles it, for half a minute')
+        self.get_logger().info(
+            'preparing the search; only the very first start compiles it, for half a minute'
+        )
         localizer = create_localizer(self._settings, declare_parameters(self, LocalizerSettings))
         self._create_tracker = partial(create_tracker, localizer, self._settings.tracker)
         self._tracker = self._create_tracker()

@@ -51,7 +51,9 @@ def log_chance_alignments(
         r = max(ordered[k - 1], smallest_residual)
         chance = min(density * math.pi * r * r, 1.0)
         pairs = density * 2.0 * math.pi * distance * (2.0 * scale_tolerance * distance + 4.0 * r)
-        log_tests = math.log(max(dots_in_map * pairs, 1.0)) + math.log((n - 2) * k * (k - 1) / 2.0) + log_choose
+        log_tests = (
+            math.log(max(dots_in_map * pairs, 1.0)) + math.log((n - 2) * k * (k - 1) / 2.0) + log_choose
+        )
         log_expected = log_tests + (k - 2) * math.log(chance)
         if k == 3 or log_expected < best:
             best = log_expected

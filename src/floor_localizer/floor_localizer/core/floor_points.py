@@ -46,5 +46,6 @@ def join_points(first: FloorPoints, second: FloorPoints) -> FloorPoints:
     distances, nearest = cKDTree(second.points).query(first.points)
     others = distances > _SAME * np.hypot(first.sigmas, second.sigmas[nearest])
     return FloorPoints(
-        np.vstack([second.points, first.points[others]]), np.concatenate([second.sigmas, first.sigmas[others]])
+        np.vstack([second.points, first.points[others]]),
+        np.concatenate([second.sigmas, first.sigmas[others]]),
     )

@@ -101,13 +101,18 @@ def fit_pose(
         state -= step
         if math.hypot(step[0], step[1]) < 1e-8 and abs(step[2]) < 1e-8:
             break
-    return np.linalg.inv(normal)
+    return np.linalg.inv(normal).astype(np.float64)
 
 
 @njit(cache=True)
 def _add_dot(
-    mounted: MountedRays, k: int, target: NDArray[np.float64], sigma: float, state: NDArray[np.float64],
-    normal: NDArray[np.float64], gradient: NDArray[np.float64],
+    mounted: MountedRays,
+    k: int,
+    target: NDArray[np.float64],
+    sigma: float,
+    state: NDArray[np.float64],
+    normal: NDArray[np.float64],
+    gradient: NDArray[np.float64],
 ) -> None:
     """Add one dot's residual to the normal equations."""
     jacobian = np.empty((2, UNKNOWNS))

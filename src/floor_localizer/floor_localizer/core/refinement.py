@@ -32,7 +32,10 @@ class Refinement(NamedTuple):
 
 @njit(cache=True)
 def refine(
-    grid: DotGrid, mounted: MountedRays, sigmas: NDArray[np.float64], start: NDArray[np.float64],
+    grid: DotGrid,
+    mounted: MountedRays,
+    sigmas: NDArray[np.float64],
+    start: NDArray[np.float64],
     prior_sigmas: NDArray[np.float64],
 ) -> Refinement:
     """Fit the whole model to all dots that match the map under it.

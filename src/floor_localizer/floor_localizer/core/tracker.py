@@ -94,11 +94,19 @@ class FloorTracker:
     def _needs_help(self, result: Fix | NoFix) -> bool:
         """Tell whether one view alone is not enough for a robot to drive by."""
         if isinstance(result, Fix):
-            return not result.used_prior and result.expected_chance_alignments > self._settings.chance_alignments_alone_max
+            return (
+                not result.used_prior
+                and result.expected_chance_alignments > self._settings.chance_alignments_alone_max
+            )
         return True
 
     def _with_earlier_views(
-        self, stamp: float, dots: DetectedDots, camera: PinholeCamera, prior: PosePrior | None, alone: Fix | NoFix
+        self,
+        stamp: float,
+        dots: DetectedDots,
+        camera: PinholeCamera,
+        prior: PosePrior | None,
+        alone: Fix | NoFix,
     ) -> Fix | NoFix:
         """Find the pose from this view and the earlier ones that odometry joins to it."""
         earlier = self._earlier_points(stamp)
@@ -117,5 +125,7 @@ class FloorTracker:
         for seen_stamp, points in self._seen:
             step = self._motion.between(seen_stamp, stamp)
             if step is not None:
-                joined = join_points(joined, move_points(points, step.inverse(), self._settings.odometry_error))
+                joined = join_points(
+                    joined, move_points(points, step.inverse(), self._settings.odometry_error)
+                )
         return joined if len(joined.points) else None

@@ -153,7 +153,12 @@ def _contains(seeds: NDArray[np.int64], dot: int) -> bool:
 
 @njit(cache=True)
 def match_view(
-    grid: DotGrid, view: ViewDots, a: complex, b: complex, matches: NDArray[np.int64], residuals: NDArray[np.float64]
+    grid: DotGrid,
+    view: ViewDots,
+    a: complex,
+    b: complex,
+    matches: NDArray[np.int64],
+    residuals: NDArray[np.float64],
 ) -> tuple[int, complex, complex]:
     """Match all dots of a view under a guess and fit the similarity to them, until the matches stay.
 
@@ -186,8 +191,13 @@ def match_view(
 
 @njit(cache=True)
 def _match_once(
-    grid: DotGrid, view: ViewDots, a: complex, b: complex, reach: float,
-    matches: NDArray[np.int64], residuals: NDArray[np.float64],
+    grid: DotGrid,
+    view: ViewDots,
+    a: complex,
+    b: complex,
+    reach: float,
+    matches: NDArray[np.int64],
+    residuals: NDArray[np.float64],
 ) -> int:
     matched = 0
     for k in range(len(view.z)):
@@ -200,9 +210,7 @@ def _match_once(
 
 
 @njit(cache=True)
-def _fit(
-    grid: DotGrid, view: ViewDots, matches: NDArray[np.int64], matched: int
-) -> tuple[complex, complex]:
+def _fit(grid: DotGrid, view: ViewDots, matches: NDArray[np.int64], matched: int) -> tuple[complex, complex]:
     """Return the least-squares similarity over all matched dots."""
     origin = complex(0.0, 0.0)
     sum_z, sum_m, sum_zm = complex(0.0, 0.0), complex(0.0, 0.0), complex(0.0, 0.0)

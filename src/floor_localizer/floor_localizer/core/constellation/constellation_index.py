@@ -186,9 +186,7 @@ def _key(
 
 
 @njit(cache=True)
-def _sort_into_buckets(
-    codes: NDArray[np.uint64], bits: int, starts: NDArray[np.uint32]
-) -> NDArray[np.int64]:
+def _sort_into_buckets(codes: NDArray[np.uint64], bits: int, starts: NDArray[np.uint32]) -> NDArray[np.int64]:
     """Fill ``starts`` and return the order that puts the codes bucket by bucket (a counting sort)."""
     cells = np.empty(LANES, dtype=np.int64)
     buckets = np.empty(len(codes), dtype=np.int64)

@@ -31,12 +31,18 @@ from floor_localizer.core.constellation.constellation_key import (
     turn_around,
 )
 from floor_localizer.core.constellation.dot_grid import DotGrid
-from floor_localizer.core.constellation.lens import MOST_GROUPS, MOST_IN_LENS, distance, dots_in_lens, groups_of_four
+from floor_localizer.core.constellation.lens import (
+    MOST_GROUPS,
+    MOST_IN_LENS,
+    distance,
+    dots_in_lens,
+    groups_of_four,
+)
 
 # Tolerance of a coordinate in standard deviations: wide enough to keep nine of ten true constellations.
 _KEY_GATE = 2.3
 # A base is too short to look up when its tolerance would be wider than this: nearly every key would be within.
-_WIDEST_TOLERANCE = 0.1
+_WIDEST_TOLERANCE = 0.08
 # The fitted scale may be off by this much more than the camera's height, for its own error.
 _SCALE_MARGIN = 1.3
 _ORDERS = np.array(list(itertools.permutations(range(OTHERS))))
@@ -48,7 +54,7 @@ class Search(NamedTuple):
     Attributes:
         best: shape (6,): logarithm of the expected chance alignments, a.real, a.imag, b.real, b.imag, matched dots.
         rival: shape (6,), the same of the best pose elsewhere.
-        counts: shape (3,): constellations looked up, guesses tried, guesses matched over the whole view.
+        counts: shape (3,): cells of the index opened, guesses tried, guesses matched over the whole view.
         matches: shape (n,), room for the matches of a guess.
         residuals: shape (n,), room for their residuals.
         dots_in_scope: number of map dots where the pose may be.
@@ -102,8 +108,12 @@ def judge(grid: DotGrid, view: ViewDots, search: Search, a: complex, b: complex)
     if matched < 3 or abs(abs(a) - 1.0) > _SCALE_MARGIN * view.scale_tolerance:
         return False
     chance = log_chance_alignments(
-        search.residuals, 0.5 * view.sigma, _widest(view, search.matches), search.dots_in_scope,
-        view.density, view.scale_tolerance,
+        search.residuals,
+        0.5 * view.sigma,
+        _widest(view, search.matches),
+        search.dots_in_scope,
+        view.density,
+        view.scale_tolerance,
     )
     pose = np.array([chance, a.real, a.imag, b.real, b.imag, float(matched)])
     if chance < search.best[0]:
@@ -137,7 +147,7 @@ def _widest(view: ViewDots, matches: NDArray[np.int64]) -> float:
 
 @njit(cache=True)
 def search_constellations(
-    grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search, most_lookups: int
+    grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search, most_cells: int
 ) -> bool:
     """Look up the view's constellations until a pose is accepted or the budget is spent."""
     lens = np.empty(MOST_IN_LENS, dtype=np.int64)
@@ -151,11 +161,10 @@ def search_constellations(
         found = groups_of_four(view.points, lens[:inside], longest, groups)
         for g in range(found):
             seeds[0], seeds[1], seeds[2:] = first, second, groups[g]
-            search.counts[0] += 1
             if _look_up(grid, index, view, search, lengths[b], seeds):
                 return True
-        if search.counts[0] >= most_lookups:
-            return False
+            if search.counts[0] >= most_cells:
+                return False
     return False
 
 
@@ -183,7 +192,9 @@ def _list_bases(
                 break
             if first > second or length < shortest:
                 continue
-            inside = dots_in_lens(view.points, first, second, view.nearest[first], length + 2.0 * view.sigma, lens)
+            inside = dots_in_lens(
+                view.points, first, second, view.nearest[first], length + 2.0 * view.sigma, lens
+            )
             if inside < OTHERS:
                 continue
             bases[count, 0], bases[count, 1] = first, second
@@ -205,7 +216,12 @@ def key_tolerance(sigma: float, length: float) -> float:
 
 @njit(cache=True)
 def _look_up(
-    grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search, length: float, seeds: NDArray[np.int64]
+    grid: DotGrid,
+    index: ConstellationIndex,
+    view: ViewDots,
+    search: Search,
+    length: float,
+    seeds: NDArray[np.int64],
 ) -> bool:
     """Look up one constellation, with either end first and in every order that noise allows.
 
@@ -242,8 +258,14 @@ def _is_order(xy: NDArray[np.float64], order: NDArray[np.int64], tie: float) -> 
 
 @njit(cache=True)
 def _probe(
-    grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search,
-    seeds: NDArray[np.int64], xy: NDArray[np.float64], order: NDArray[np.int64], tolerance: float,
+    grid: DotGrid,
+    index: ConstellationIndex,
+    view: ViewDots,
+    search: Search,
+    seeds: NDArray[np.int64],
+    xy: NDArray[np.float64],
+    order: NDArray[np.int64],
+    tolerance: float,
 ) -> None:
     """Try the indexed constellations whose eight coordinates are within the tolerance."""
     lower, first_cell = _limits(xy, order, -tolerance)
@@ -251,6 +273,7 @@ def _probe(
     cells = first_cell.copy()
     while True:
         bucket = bucket_of_cells(cells, index.bits)
+        search.counts[0] += 1
         for entry in range(index.starts[bucket], index.starts[bucket + 1]):
             if is_within(index.codes[entry], lower, upper):
                 search.counts[1] += 1

@@ -115,9 +115,7 @@ def nearest_dot(grid: DotGrid, x: float, y: float, reach: float) -> tuple[int, f
 
 
 @njit(cache=True)
-def dots_within(
-    grid: DotGrid, x: float, y: float, reach: float, found: NDArray[np.int64]
-) -> int:
+def dots_within(grid: DotGrid, x: float, y: float, reach: float, found: NDArray[np.int64]) -> int:
     """Write the indices of the dots within ``reach`` [m] of (x, y) to ``found`` and return their number.
 
     When there are more than ``found`` holds, the rest is left out.

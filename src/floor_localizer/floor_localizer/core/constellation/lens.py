@@ -27,7 +27,11 @@ def distance(points: NDArray[np.float64], i: int, j: int) -> float:
 
 @njit(cache=True)
 def dots_in_lens(
-    points: NDArray[np.float64], first: int, second: int, near: NDArray[np.int64], longest: float,
+    points: NDArray[np.float64],
+    first: int,
+    second: int,
+    near: NDArray[np.int64],
+    longest: float,
     lens: NDArray[np.int64],
 ) -> int:
     """Write the dots that are no farther than ``longest`` from both ends of a base, and return their number.

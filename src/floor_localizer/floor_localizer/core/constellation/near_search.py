@@ -20,7 +20,12 @@ _MOST_AROUND = 20000
 
 @njit(cache=True)
 def search_near(
-    grid: DotGrid, view: ViewDots, search: Search, expected: NDArray[np.float64], radius: float, turn: float,
+    grid: DotGrid,
+    view: ViewDots,
+    search: Search,
+    expected: NDArray[np.float64],
+    radius: float,
+    turn: float,
     most_pairs: int,
 ) -> bool:
     """Lay pairs of the view on the map dots around where they are expected, until a pose is accepted.
@@ -56,15 +61,19 @@ def search_near(
                 if abs(math.hypot(dx, dy) - length) > stretch:
                     continue
                 good, turned, shift = grow(grid, view, seeds, start, end)
-                if good and _is_near(a, b, turned, shift, radius, turn) and judge(grid, view, search, turned, shift):
+                if (
+                    good
+                    and _is_near(a, b, turned, shift, radius, turn)
+                    and judge(grid, view, search, turned, shift)
+                ):
                     return True
     return False
 
 
 @njit(cache=True)
-def _is_near(
-    a: complex, b: complex, found_a: complex, found_b: complex, radius: float, turn: float
-) -> bool:
+def _is_near(a: complex, b: complex, found_a: complex, found_b: complex, radius: float, turn: float) -> bool:
     """Tell whether a found similarity is within reach of the expected one, with room for its own error."""
     off = found_a * np.conj(a)
-    return abs(found_b - b) <= 1.5 * radius + 0.005 and abs(math.atan2(off.imag, off.real)) <= 1.5 * turn + 0.05
+    return (
+        abs(found_b - b) <= 1.5 * radius + 0.005 and abs(math.atan2(off.imag, off.real)) <= 1.5 * turn + 0.05
+    )

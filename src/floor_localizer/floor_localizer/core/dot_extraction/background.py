@@ -6,12 +6,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-# The floor varies slowly: a coarser image, in which the largest dot has about this size, shows it as well. Closing and
-# opening follow the edge of a shadow closely and take little time; a median does neither.
+# The floor varies slowly: a coarser image, in which the largest dot has about this size, shows it as well.
+# Closing and opening follow the edge of a shadow closely and take little time; a median does neither.
 _COARSE_DIAMETERS = {'dark': 24.0, 'light': 24.0, 'any': 12.0}
 
 
-def smooth_background(image: NDArray[np.uint8], polarity: str, largest_diameter: float) -> NDArray[np.float32]:
+def smooth_background(
+    image: NDArray[np.uint8], polarity: str, largest_diameter: float
+) -> NDArray[np.float32]:
     """Return the floor's luminance under and around the dots.
 
     Dots are replaced by what surrounds them: morphological closing takes out dark dots, opening light

@@ -17,7 +17,7 @@ from floor_localizer.core.dot_extraction.polarity import choose_polarity
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 from floor_localizer.core.dot_extraction.splitting import split_touching
 from floor_localizer.core.dot_extraction.surroundings import grow_labels
-from shirube_settings import check_settings
+from shirube_settings import SettingsError, check_settings
 
 SMALLEST_SIDE = 32
 """An image with a side shorter than this shows no pattern of dots [px]."""
@@ -39,6 +39,12 @@ class DotDetector:
         """
         self.settings = settings or DotDetectorSettings()
         check_settings(self.settings)
+        smallest, largest = self.settings.minimum_diameter, self.settings.maximum_diameter
+        if 0.0 < largest <= smallest:
+            raise SettingsError(
+                f'setting maximum_diameter is {largest:g} px, it must be more than '
+                f'minimum_diameter ({smallest:g} px), or 0'
+            )
 
     def detect(self, image: NDArray[np.uint8]) -> DetectedDots:
         """Find the dots of one image.
@@ -95,8 +101,11 @@ def check_image(image: NDArray[np.uint8]) -> None:
         kind = f'{image.dtype} values' if isinstance(image, np.ndarray) else type(image).__name__
         raise DotImageError(f'the image holds {kind}, it must be an array of uint8 (mono8 or bgr8)')
     if image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
-        raise DotImageError(f'the image has the shape {image.shape}, it must be (h, w) or (h, w, 3) (mono8 or bgr8)')
+        raise DotImageError(
+            f'the image has the shape {image.shape}, it must be (h, w) or (h, w, 3) (mono8 or bgr8)'
+        )
     if min(image.shape[:2]) < SMALLEST_SIDE:
         raise DotImageError(
-            f'the image is {image.shape[1]} x {image.shape[0]} px, each side must be at least {SMALLEST_SIDE} px'
+            f'the image is {image.shape[1]} x {image.shape[0]} px, '
+            f'each side must be at least {SMALLEST_SIDE} px'
         )

@@ -12,9 +12,9 @@ def distance_basins(
 ) -> tuple[NDArray[np.int32], int]:
     """Part a binary shape at its waists.
 
-    The distance transform of a convex shape has a single maximum. Pixels are flooded from the largest distance
-    down; where the floods of two maxima meet, the shape has a waist of that radius. It counts if it is
-    narrow against the smaller of the two maxima, else the floods become one.
+    The distance transform of a convex shape has a single maximum. Pixels are flooded from the largest
+    distance down; where the floods of two maxima meet, the shape has a waist of that radius. It counts if it
+    is narrow against the smaller of the two maxima, else the floods become one.
 
     Args:
         raster: shape (h, w), not zero inside the shape; its outer rows and columns are zero.
@@ -29,7 +29,7 @@ def distance_basins(
 
 
 @njit(cache=True)
-def _squared_distances(raster):  # type: ignore[no-untyped-def]
+def _squared_distances(raster: NDArray[np.uint8]) -> NDArray[np.int32]:
     # Squared Euclidean distance of each pixel inside to the nearest one outside: a whole number.
     height, width = raster.shape
     rows = np.zeros((height, width), np.int32)
@@ -44,7 +44,8 @@ def _squared_distances(raster):  # type: ignore[no-untyped-def]
         for u in range(width):
             best = rows[v, u] ** 2
             step = 1
-            # Columns further away than the best distance so far cannot hold a nearer pixel; the frame ends the search.
+            # Columns further away than the best distance so far cannot hold a nearer pixel; the frame of
+            # zeros ends the search.
             while step * step < best:
                 best = min(best, step * step + rows[v, u - step] ** 2, step * step + rows[v, u + step] ** 2)
                 step += 1
@@ -53,7 +54,9 @@ def _squared_distances(raster):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _flood(distances, largest_waist, smallest_radius):  # type: ignore[no-untyped-def]
+def _flood(
+    distances: NDArray[np.int32], largest_waist: float, smallest_radius: float
+) -> tuple[NDArray[np.int32], int]:
     # All lengths are squared.
     height, width = distances.shape
     flat = distances.ravel()
@@ -83,7 +86,7 @@ def _flood(distances, largest_waist, smallest_radius):  # type: ignore[no-untype
 
 
 @njit(cache=True)
-def _descending(values):  # type: ignore[no-untyped-def]
+def _descending(values: NDArray[np.int32]) -> NDArray[np.int64]:
     # Places of the positive values, greatest first; whole numbers are sorted by counting.
     starts = np.zeros(np.max(values) + 2, np.int64)
     for value in values:
@@ -100,14 +103,16 @@ def _descending(values):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _root(parents, node):  # type: ignore[no-untyped-def]
+def _root(parents: NDArray[np.int64], node: int) -> int:
     while parents[node] != node:
         node = parents[node]
     return node
 
 
 @njit(cache=True)
-def _numbered(owner, parents, height, width):  # type: ignore[no-untyped-def]
+def _numbered(
+    owner: NDArray[np.int64], parents: NDArray[np.int64], height: int, width: int
+) -> tuple[NDArray[np.int32], int]:
     numbers = np.zeros(owner.size, np.int32)
     basins = np.zeros(owner.size, np.int32)
     count = 0

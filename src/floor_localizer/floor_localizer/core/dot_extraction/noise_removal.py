@@ -34,10 +34,11 @@ def hair_width(boxes: Boxes, smallest: float, largest: float) -> int:
         smallest: diameter of the smallest dot [px].
         largest: diameter of the largest dot [px].
     """
-    return 2 * round(0.5 * _HAIR_WIDTH * typical_diameter(boxes[:, 4], smallest, largest)) | 1
+    typical = typical_diameter(boxes[:, 4].astype(np.float64), smallest, largest)
+    return 2 * max(1, round(0.5 * _HAIR_WIDTH * typical)) + 1
 
 
-def typical_diameter(areas: NDArray[np.generic], smallest: float, largest: float) -> float:
+def typical_diameter(areas: NDArray[np.float64], smallest: float, largest: float) -> float:
     """Return the diameter of the blob in which the median pixel of all blobs of a dot's size lies [px].
 
     Specks, which are many but small, do not sway it.

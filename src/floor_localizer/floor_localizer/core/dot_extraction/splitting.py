@@ -12,14 +12,15 @@ from floor_localizer.core.dot_extraction.labelling import Boxes, Labels, boundin
 
 # A convex chip has no waist at all; ragged outlines of single chips have waists above this.
 _LARGEST_WAIST = 0.88
-# Area over the area of the ellipse of equal moments: 1 for an ellipse, 0.90 for two equal discs side by side, 0.83
-# for three; two discs are also at least 1.9 times as long as wide.
+# Area over the area of the ellipse of equal moments: 1 for an ellipse, 0.90 for two equal discs side by side,
+# 0.83 for three; two discs are also at least 1.9 times as long as wide.
 _ELLIPTIC = 0.98
 _CLUSTERED = 0.88
 _SHORT = 1.4
 # Blobs of more area than this multiple of the median are looked at whatever their shape.
 _LARGE = 1.6
-# Contrast of the outline in which a waist is sought: the higher, the deeper blur may fill the gap between dots.
+# Contrast of the outline in which a waist is sought, as a part of the blob's: the higher, the deeper may blur
+# fill the gap between two dots.
 _OUTLINE = 0.67
 # Blobs are looked at on a raster on which they are about this many pixels wide.
 _RASTER = 22.0
@@ -71,7 +72,7 @@ def split_touching(
 
 
 @njit(cache=True)
-def _candidates(labels, boxes, smallest_area):  # type: ignore[no-untyped-def]
+def _candidates(labels: Labels, boxes: Boxes, smallest_area: float) -> NDArray[np.int64]:
     found = np.empty(len(boxes), np.int64)
     count = 0
     areas = boxes[boxes[:, 4] >= 0.5 * smallest_area, 4]
@@ -85,7 +86,7 @@ def _candidates(labels, boxes, smallest_area):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _is_single(labels, box, label):  # type: ignore[no-untyped-def]
+def _is_single(labels: Labels, box: NDArray[np.int32], label: int) -> bool:
     n = su = sv = suu = suv = svv = 0.0
     for v in range(box[3] - box[1]):
         for u in range(box[2] - box[0]):
@@ -107,7 +108,9 @@ def _is_single(labels, box, label):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _outline_raster(labels, label, contrast, scale):  # type: ignore[no-untyped-def]
+def _outline_raster(
+    labels: Labels, label: int, contrast: NDArray[np.float32], scale: int
+) -> NDArray[np.uint8]:
     rows, columns = labels.shape
     inside = np.empty(labels.size, np.float32)
     count = 0
@@ -130,7 +133,7 @@ def _outline_raster(labels, label, contrast, scale):  # type: ignore[no-untyped-
 
 
 @njit(cache=True)
-def _interpolated(values, y, x):  # type: ignore[no-untyped-def]
+def _interpolated(values: NDArray[np.float32], y: float, x: float) -> float:
     y, x = min(max(y, 0.0), values.shape[0] - 1.0), min(max(x, 0.0), values.shape[1] - 1.0)
     v, u = int(y), int(x)
     lower, right = min(v + 1, values.shape[0] - 1), min(u + 1, values.shape[1] - 1)
@@ -140,7 +143,7 @@ def _interpolated(values, y, x):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _relabel(labels, label, basins, scale, count):  # type: ignore[no-untyped-def]
+def _relabel(labels: Labels, label: int, basins: NDArray[np.int32], scale: int, count: int) -> None:
     # The first part keeps the blob's label; the others get the labels after the last one so far.
     for v in range(labels.shape[0]):
         for u in range(labels.shape[1]):
