@@ -38,7 +38,7 @@ def choose_topics(
     """Return the topics to use: those that are named, else the node's own, else the only one of the type.
 
     Raises:
-        BagError: a named topic is missing or of another type, or there is no image to choose or more than one.
+        BagError: a named topic is missing or of another type, or none or several are there to choose from.
     """
     return BagTopics(
         _choose(bag, image, (_IMAGE, _COMPRESSED), ('/image_raw', '/image_raw/compressed')),

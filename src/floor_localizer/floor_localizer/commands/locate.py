@@ -84,8 +84,8 @@ def locate_files(
         height, width = pixels.shape[:2]
         if (width, height) != (camera.width, camera.height):
             raise FloorLocalizerError(
-                f'{path}: is {width} x {height} px, the calibration is for {camera.width} x {camera.height} px; '
-                'calibrate at this resolution'
+                f'{path}: is {width} x {height} px, the calibration is for '
+                f'{camera.width} x {camera.height} px; calibrate at this resolution'
             )
         yield LocatedImage(str(path), number * 1_000_000_000, localizer.locate(pixels, camera))
 
