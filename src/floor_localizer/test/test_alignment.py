@@ -10,10 +10,12 @@ from scipy.spatial import cKDTree
 from search_scenes import SIGMA, scene, similarity
 
 from floor_localizer.core.constellation.alignment import (
+    add_match,
+    fit_similarity,
     grow,
     match_view,
+    no_matches,
     order_neighbours,
-    similarity_of_sums,
 )
 
 
@@ -29,9 +31,10 @@ def test_a_dot_has_no_more_neighbours_than_there_are_others(dots, columns):
 
 
 def fit(z, m):
-    return similarity_of_sums(
-        float(len(z)), np.sum(z), np.sum(m), np.sum(np.abs(z) ** 2), np.sum(np.conj(z) * m)
-    )
+    sums = no_matches()
+    for view_dot, map_dot in zip(z, m, strict=True):
+        sums = add_match(sums, complex(view_dot), complex(map_dot))
+    return fit_similarity(sums)
 
 
 def test_similarity_of_exact_dots_is_exact():
