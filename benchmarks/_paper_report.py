@@ -113,7 +113,7 @@ def print_table_5(scores: list[list[Score]]) -> None:
         lowest.append(
             min((100 * s.match_rate for s in cell_scores if s.verdict == 'right'), default=math.nan)
         )
-        highest.append(max(100 * s.rival_rate for s in cell_scores))
+        highest.append(max(100 * s.rival_rate for s in cell_scores if not math.isnan(s.rival_rate)))
         print(
             f'| {_percent(cell.missing)} | {_percent(cell.spurious)} '
             f'| {lowest[-1]:.1f} / {highest[-1]:.1f} | {lowest[-1] - highest[-1]:.1f} | {paper} |'
