@@ -14,11 +14,12 @@ _SIGNS = {'dark': -1.0, 'light': 1.0, 'any': 0.0}
 # Tiles, for which the noise of the floor is told, in diameters of the largest dot.
 _TILE = 1.6
 _SAMPLES_A_SIDE = 20
-# Dots lie in the upper part of the differences; the lower 40 % belong to the floor.
-_QUANTILE = 0.4
-_QUANTILE_OF_NORMAL = 0.5244
-# The same of the root mean square over three channels.
-_QUANTILE_OF_COLOUR = 0.789
+# Dots lie in the upper part of the differences, the rest belongs to the floor; and the mean square of that
+# part of normally distributed differences of variance 1.
+_FLOOR_SHARE = 0.8
+_MEAN_SQUARE_OF_FLOOR_SHARE = 0.438
+# The bare floor's contrast lies about 0; where noise or colour raise it, by less than so many deviations.
+_LARGEST_LEVEL = 2.5
 # A difference of 2 % from the floor is texture or dust, however little noise the camera has.
 _SMALLEST_CONTRAST = 0.02
 
@@ -55,8 +56,8 @@ def contrast_threshold(
     step = max(1, int(tile / _SAMPLES_A_SIDE))
     contrast = contrast_image(image[::step, ::step], background[::step, ::step], polarity)
     tiles = (max(1, round(height / tile)), max(1, round(width / tile)))
-    signed, channels = polarity != 'any', image.shape[2]
-    floor = settings.noise_sigmas * _floor_deviations(contrast, tiles, signed, channels)
+    rounding = 1.0 / background[::step, ::step].mean(axis=2)
+    floor = _floor_thresholds(contrast, rounding, tiles, settings.noise_sigmas)
     np.maximum(floor, _SMALLEST_CONTRAST, out=floor)
     of_dots = contrast[contrast > cv2.resize(floor, contrast.shape[::-1], interpolation=cv2.INTER_LINEAR)]
     typical = float(np.quantile(of_dots, 0.75)) if len(of_dots) else 0.0
@@ -84,19 +85,23 @@ def binarise(
     return np.asarray(_binarise(image[..., 0], background[..., 0], sign, threshold), dtype=np.uint8)
 
 
-def _floor_deviations(
-    contrast: NDArray[np.float32], tiles: tuple[int, int], signed: bool, channels: int
+def _floor_thresholds(
+    contrast: NDArray[np.float32], rounding: NDArray[np.float32], tiles: tuple[int, int], sigmas: float
 ) -> NDArray[np.float32]:
-    # Standard deviation of the bare floor's contrast in each tile. Differences between neighbours, unlike the
-    # values, hardly know of an edge or a giant chip in the tile; unsigned values have no other measure.
-    values = np.abs(np.diff(contrast, axis=1)) / np.float32(2.0**0.5) if signed else contrast
-    of_unit_noise = _QUANTILE_OF_NORMAL if channels == 1 else _QUANTILE_OF_COLOUR
-    deviations = np.empty(tiles, np.float32)
-    for row, band in enumerate(np.array_split(values, tiles[0], axis=0)):
-        for column, tile in enumerate(np.array_split(band, tiles[1], axis=1)):
-            rank = int(_QUANTILE * tile.size)
-            deviations[row, column] = np.partition(tile, rank, axis=None)[rank] / of_unit_noise
-    return deviations
+    # The contrast so many standard deviations above the bare floor's in each tile.
+    thresholds = np.empty(tiles, np.float32)
+    bands = np.array_split(contrast, tiles[0], axis=0), np.array_split(rounding, tiles[0], axis=0)
+    for row, (band, rounded) in enumerate(zip(*bands, strict=True)):
+        both = np.array_split(band, tiles[1], axis=1), np.array_split(rounded, tiles[1], axis=1)
+        for column, (tile, step) in enumerate(zip(*both, strict=True)):
+            # Differences between neighbours, unlike the values, hardly know of an edge or a giant chip.
+            squares = 0.5 * np.diff(tile, axis=1).ravel() ** 2
+            count = max(1, int(_FLOOR_SHARE * len(squares)))
+            variance = np.mean(np.partition(squares, count - 1)[:count]) / _MEAN_SQUARE_OF_FLOOR_SHARE
+            deviation = np.sqrt(variance + np.mean(step) ** 2 / 12.0)
+            level = np.partition(tile, tile.size // 2, axis=None)[tile.size // 2]
+            thresholds[row, column] = min(max(level, 0.0), _LARGEST_LEVEL * deviation) + sigmas * deviation
+    return thresholds
 
 
 @njit(cache=True)

@@ -12,7 +12,7 @@ from floor_localizer.core.dot_extraction.binarisation import binarise, contrast_
 from floor_localizer.core.dot_extraction.centroids import measure_blobs
 from floor_localizer.core.dot_extraction.dot_image_error import DotImageError
 from floor_localizer.core.dot_extraction.labelling import label_blobs
-from floor_localizer.core.dot_extraction.noise_removal import are_dots, remove_specks
+from floor_localizer.core.dot_extraction.noise_removal import are_dots, remove_specks, typical_diameter
 from floor_localizer.core.dot_extraction.polarity import choose_polarity
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 from floor_localizer.core.dot_extraction.splitting import split_touching
@@ -21,6 +21,9 @@ from shirube_settings import SettingsError, check_settings
 
 SMALLEST_SIDE = 32
 """An image with a side shorter than this shows no pattern of dots [px]."""
+
+SMALLEST_PART = 0.55
+"""A part of a blob is a dot of its own from this part of the typical dot's diameter on; hairs are thinner."""
 
 
 class DotDetector:
@@ -67,7 +70,10 @@ class DotDetector:
         mask = binarise(smooth, background, polarity, threshold)
         labels, boxes = label_blobs(mask)
         remove_specks(labels, boxes, smallest)
-        boxes, split = split_touching(labels, boxes, image, background, polarity, smallest, largest)
+        typical = typical_diameter(boxes[:, 4].astype(np.float64), smallest, largest)
+        boxes, split = split_touching(
+            labels, boxes, image, background, polarity, max(smallest, SMALLEST_PART * typical), largest
+        )
 
         grow_labels(labels, boxes)
         blobs = measure_blobs(image, background, mask, labels, boxes, split)

@@ -12,10 +12,11 @@ def distance_basins(
 ) -> tuple[NDArray[np.int32], int]:
     """Part a binary shape at its waists, without what is thin.
 
-    What a disc of ``thin`` times the radius of the shape's largest disc does not reach is left out (morphological
-    opening): hairs that touch a dot. The distance transform of a convex shape has a single maximum. Pixels are
-    flooded from the largest distance down; where the floods of two maxima meet, the shape has a waist of that
-    radius. It counts if it is narrow against the smaller of the two maxima, else the floods become one.
+    What a disc of ``thin`` times the radius of the shape's largest disc does not reach is left out
+    (morphological opening): hairs that touch a dot. The distance transform of a convex shape has a single
+    maximum. Pixels are flooded from the largest distance down; where the floods of two maxima meet, the shape
+    has a waist of that radius. It counts if it is narrow against the smaller of the two maxima, else the
+    floods become one.
 
     Args:
         raster: shape (h, w), not zero inside the shape; its outer rows and columns are zero.

@@ -54,7 +54,7 @@ def split_touching(
         image: shape (h, w, channels), grey levels, not smoothed.
         background: shape (h, w, channels), grey levels of the floor.
         polarity: ``dark``, ``light``, or ``any``.
-        smallest_diameter: diameter of the smallest dot [px].
+        smallest_diameter: diameter of the smallest dot that is split off [px].
         largest_diameter: diameter of the largest dot [px].
 
     Returns:
