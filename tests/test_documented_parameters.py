@@ -4,6 +4,7 @@ import importlib.util
 from pathlib import Path
 
 import yaml
+
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.node_settings import NodeSettings
 from shirube_settings import describe_settings

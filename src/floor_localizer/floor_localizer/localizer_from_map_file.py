@@ -16,6 +16,6 @@ def localizer_from_map_file(node_settings: NodeSettings, settings: LocalizerSett
     Raises:
         FloorLocalizerError: a map that is missing, malformed or not in metres.
     """
-    warm_up()
     floor = load_indexed_map(node_settings.map_path)
+    warm_up()
     return FloorLocalizer(floor, node_settings.mount, settings, DotDetector(node_settings.dots))

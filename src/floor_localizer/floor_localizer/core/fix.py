@@ -7,9 +7,9 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
-from shirube_geometry import PlanarPose
 
 from floor_localizer.core.detected_dots import DetectedDots
+from shirube_geometry import PlanarPose
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,9 @@ import bisect
 import math
 from collections import deque
 
-from shirube_geometry import PlanarPose
-
 from floor_localizer.core.fix import PosePrior
 from floor_localizer.core.settings import TrackerSettings
+from shirube_geometry import PlanarPose
 
 _KEPT = 4000
 # Odometry that is older than this beside an image says nothing about it [s].

@@ -7,7 +7,6 @@ from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
-from shirube_geometry import PinholeCamera, PlanarPose
 
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
@@ -15,6 +14,7 @@ from floor_localizer.core.floor_points import FloorPoints, join_points, move_poi
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.motion import Motion
 from floor_localizer.core.settings import TrackerSettings
+from shirube_geometry import PinholeCamera, PlanarPose
 
 # An area is searched out to this many standard deviations of the pose that was given.
 _AREA_SIGMAS = 3.0
@@ -116,7 +116,7 @@ class FloorTracker:
                 return joined
         if isinstance(alone, NoFix):
             return alone
-        detail = f'{alone.expected_chance_alignments:.1g} such places are expected by chance; the next view may confirm it'
+        detail = f'{alone.expected_chance_alignments:.1g} such places expected by chance; the next view may confirm it'
         return NoFix(NoFixReason.UNCERTAIN, detail, dots)
 
     def _earlier_points(self, stamp: float) -> FloorPoints | None:

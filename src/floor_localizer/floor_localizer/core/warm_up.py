@@ -11,7 +11,6 @@ import numpy as np
 
 from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.dot_extraction import DotDetector
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import PosePrior
 from floor_localizer.core.localizer import FloorLocalizer

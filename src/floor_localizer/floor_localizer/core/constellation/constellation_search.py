@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from floor_localizer.core.acceptance import log_chance_alignments
-from floor_localizer.core.constellation.alignment import ViewDots, _contains, grow, match_view
+from floor_localizer.core.constellation.alignment import ViewDots, grow, match_view
 from floor_localizer.core.constellation.constellation_index import ConstellationIndex
 from floor_localizer.core.constellation.constellation_key import (
     LANES,

@@ -31,6 +31,9 @@ def search_near(
     """Lay pairs of the view on the map dots around where they are expected, until a pose is accepted.
 
     Args:
+        grid: the map.
+        view: the view.
+        search: the state of the search.
         expected: shape (3,), x, y [m] and yaw [rad] of the base frame in the map.
         radius: how far the base may be from there [m].
         turn: how far its heading may be off [rad].

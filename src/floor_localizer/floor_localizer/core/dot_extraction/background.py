@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-# The floor varies slowly: a coarser image, in which the largest dot has about this size, shows it as well. Closing and
-# opening follow the edge of a shadow closely and take little time; a median does neither.
+# The floor varies slowly: a coarser image, in which the largest dot has about this size, shows it as well.
+# Closing and opening follow the edge of a shadow closely and take little time; a median does neither.
 _COARSE_DIAMETERS = {'dark': 24.0, 'light': 24.0, 'any': 12.0}
 
 
@@ -38,7 +38,7 @@ def smooth_background(
     step = 1 + len(coarse) // 80
     floor *= np.median(coarse[::step, ::step] / floor[::step, ::step], axis=(0, 1)).astype(np.float32)
     fine = cv2.resize(floor, (width, height), interpolation=cv2.INTER_LINEAR)
-    return np.asarray(fine, dtype=np.float32).reshape(height, width, channels)
+    return np.maximum(fine, np.float32(1.0)).reshape(height, width, channels)
 
 
 def _without_dots(image: NDArray[np.uint8], polarity: str, window: int) -> NDArray[np.uint8]:

@@ -13,8 +13,8 @@ class DotDetectorSettings:
 
     polarity: str = setting(
         'auto',
-        'which dots are sought: darker or lighter than the floor, any that differ from it in brightness or colour, '
-        'or auto to choose dark, light or any from each image',
+        'which dots are sought: darker or lighter than the floor, any that differ in brightness or colour, '
+        'or auto to choose one of these from each image',
         choices=('auto', 'dark', 'light', 'any'),
     )
     minimum_diameter: float = setting(
