@@ -1,7 +1,7 @@
 """Machine code of the compiled loops: made once after a build, and never older than its sources.
 
-Numba keeps machine code beside the sources and renews it when the file of a function changes, but not when a function
-that was compiled into it changes in another file. So each state of the sources gets a cache of its own.
+Numba keeps machine code beside the sources and renews it when the file of a function changes, but not when
+a function that was compiled into it changes in another file. So each state of the sources gets its own cache.
 """
 
 import shutil
@@ -15,18 +15,19 @@ from shirube_cli.error import CommandError
 
 
 def compile_loops(environment: dict[str, str]) -> None:
-    """Let the installed floor_localizer compile its loops, so that its nodes start in seconds from then on.
+    """Let floor_localizer compile its loops, so that whatever uses them starts in seconds from then on.
 
     Args:
-        environment: the one that its node is started with.
+        environment: the one that they will be used in.
 
     Raises:
         CommandError: the loops cannot be compiled; the messages stand above.
     """
     command = [sys.executable, '-m', 'floor_localizer.core.warm_up']
+    interval = 0.5 if sys.stderr.isatty() else 10.0
     with (
         subprocess.Popen(command, env=environment) as compiler,
-        tqdm(desc='Compiling the search (once)', bar_format='{desc}: {elapsed}') as bar,
+        tqdm(desc='Compiling the search (once)', bar_format='{desc}: {elapsed}', mininterval=interval) as bar,
     ):
         while compiler.poll() is None:
             bar.update()
