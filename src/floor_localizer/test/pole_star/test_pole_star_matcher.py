@@ -59,12 +59,13 @@ def test_poses_come_in_order_of_their_match_rate() -> None:
     assert rates == sorted(rates, reverse=True)
 
 
-def test_another_floor_has_no_pose() -> None:
-    rng = np.random.default_rng(12)
+@pytest.mark.parametrize('seed', range(12, 16))
+def test_another_floor_has_no_pose(seed: int) -> None:
+    rng = np.random.default_rng(seed)
     image, _ = view_of(PlanarPose(0.45, 0.45, 0.0), rng, floor=rng.uniform(0.0, 0.9, FLOOR.shape))
     found = MATCHER.match(image)
     assert isinstance(found, NoPose)
-    assert 'match rate' in found.reason
+    assert found.reason
 
 
 def test_a_mirrored_image_has_no_pose() -> None:

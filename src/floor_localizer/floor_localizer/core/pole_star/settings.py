@@ -17,16 +17,16 @@ class PoleStarSettings:
         0.00075, 'a distance votes for distances no further away', unit='m', minimum=1e-6, maximum=0.1
     )
     pairs_per_region: int = setting(
-        60, 'candidates by chance in a region, over all image dots', minimum=1, maximum=1000
+        90, 'candidates by chance in a region, over all image dots', minimum=1, maximum=1000
     )
     grid_pitch: float = setting(
         0.06, 'distance between the nodes where overlap is counted', unit='m', minimum=0.001, maximum=10.0
     )
-    overlap_min: int = setting(4, 'image dots that must allow a region', minimum=2, maximum=1000)
+    overlap_min: int = setting(5, 'image dots that must allow a region', minimum=2, maximum=1000)
     congruence_tolerance: float = setting(
         0.0016, 'largest difference of two equal distances', unit='m', minimum=1e-6, maximum=0.1
     )
-    congruent_min: int = setting(4, 'congruent pairs that make a pose', minimum=2, maximum=1000)
+    congruent_min: int = setting(5, 'congruent pairs that make a pose', minimum=2, maximum=1000)
     address_block: float = setting(
         0.0028, 'side of a block of the address matrix', unit='m', minimum=1e-4, maximum=0.1
     )
