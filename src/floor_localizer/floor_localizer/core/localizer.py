@@ -3,10 +3,11 @@
 The steps of Fukase & Kanamori with what makes each of them fast and safe:
 
 1. the dots of the image and where they lie on the floor (3.1);
-2. a place of the map that has the same dots: near the expected pose if there is one, else by constellations looked up
+2. a place of the map that has the same dots: near the expected pose if there is one, else by constellations
+looked up
    in an index of the map (2.2, in place of the pole-star table), else by pairs laid on the whole map;
-3. the match over the whole view, and whether it can be chance (2.3.3, with a bound that is computed, not tuned);
-4. the pose by least squares over all matched dots, with the camera's height and the robot's tilt.
+3. the match over the whole view, and whether it can be chance (2.3.3, with a bound that is computed, not
+tuned); 4. the pose by least squares over all matched dots, with the camera's height and the robot's tilt.
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, wrap_angle
 
 from floor_localizer.core.constellation.alignment import ViewDots, order_neighbours
 from floor_localizer.core.constellation.constellation_search import (
@@ -34,6 +34,7 @@ from floor_localizer.core.floor_points import FloorPoints, join_points
 from floor_localizer.core.pose_fit import MountedRays
 from floor_localizer.core.refinement import refine
 from floor_localizer.core.settings import LocalizerSettings
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, wrap_angle
 
 _LEAST_DOTS = 5
 _NEIGHBOURS = 32
@@ -88,7 +89,7 @@ class FloorLocalizer:
         return self._detector.detect(image)
 
     def floor_points(self, dots: DetectedDots, camera: PinholeCamera) -> FloorPoints:
-        """Return where dots lie on the floor for the camera as mounted; one beyond the horizon is left out."""
+        """Return where dots lie on the floor for the camera as mounted, without those beyond the horizon."""
         return self._on_floor(dots, camera)[1]
 
     def _on_floor(self, dots: DetectedDots, camera: PinholeCamera) -> tuple[DetectedDots, FloorPoints]:
@@ -138,7 +139,15 @@ class FloorLocalizer:
             and search.rival[5] >= _LOOKS_SAME * search.best[5]
         ):
             return NoFix(NoFixReason.AMBIGUOUS, _alike(search), dots)
-        return self._fix(points, search, dots, used_prior)
+        result = self._fix(points, search, dots, used_prior)
+        if (
+            isinstance(result, Fix)
+            and prior is not None
+            and prior.must_hold
+            and not _is_inside(prior, result)
+        ):
+            return NoFix(NoFixReason.OUTSIDE_AREA, f'({search.best[3]:.2f}, {search.best[4]:.2f}) m', dots)
+        return result
 
     def _view(self, points: FloorPoints) -> ViewDots:
         xy = points.points
@@ -222,12 +231,20 @@ class FloorLocalizer:
 
 
 def _level_state(pose: NDArray[np.float64], mount: CameraMount) -> NDArray[np.float64]:
-    """Return the state of the level robot, shape (6,), that puts the dots where a similarity of the search puts them."""
+    """Return the state of the level robot, shape (6,), that puts the dots where a similarity of the search
+    puts them.
+    """
     a, b = complex(pose[1], pose[2]), complex(pose[3], pose[4])
     scale = abs(a) - 1.0
     # Seen from higher up the view is larger about the camera's foot, in the similarity about the base.
     base = b + scale * a / abs(a) * complex(mount.xyz[0], mount.xyz[1])
     return np.array([base.real, base.imag, math.atan2(a.imag, a.real), scale, 0.0, 0.0])
+
+
+def _is_inside(area: PosePrior, fix: Fix) -> bool:
+    """Tell whether a pose lies in an area, with some room at its edge as in the search near a prior."""
+    off = area.T_map_base.distance_to(fix.T_map_base), abs(area.T_map_base.turn_to(fix.T_map_base))
+    return off[0] <= 1.5 * area.radius + 0.005 and off[1] <= 1.5 * area.turn + 0.05
 
 
 def _alike(search: Search) -> str:
@@ -239,6 +256,6 @@ def _alike(search: Search) -> str:
 
 
 def _dots_near(floor: IndexedMap, prior: PosePrior) -> float:
-    """Return how many map dots a dot of the view may be, counted by the prior's area and range of headings."""
+    """Return how many map dots a dot of the view may be, by the area and headings of the prior."""
     area = math.pi * (prior.radius + floor.grid.cell) ** 2
     return max(floor.density * area * min(prior.turn / math.pi, 1.0), 1.0)
