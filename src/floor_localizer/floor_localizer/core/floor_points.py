@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+
 from shirube_geometry import PlanarPose
 
 # Dots of two views that are nearer than this many standard deviations are the same dot.

@@ -1,4 +1,4 @@
-"""The localizer over time: the last pose and the odometry tell where to look, and sparse views help each other."""
+"""The localizer over time: the last pose and odometry tell where to look, sparse views help each other."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
-from shirube_geometry import PinholeCamera, PlanarPose
 
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
@@ -15,6 +14,7 @@ from floor_localizer.core.floor_points import FloorPoints, join_points, move_poi
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.motion import Motion
 from floor_localizer.core.settings import TrackerSettings
+from shirube_geometry import PinholeCamera, PlanarPose
 
 # An area is searched out to this many standard deviations of the pose that was given.
 _AREA_SIGMAS = 3.0
@@ -76,7 +76,7 @@ class FloorTracker:
     def track_dots(self, stamp: float, dots: DetectedDots, camera: PinholeCamera) -> Fix | NoFix:
         """Find the pose from the dots of the next image, as `track`."""
         prior = self._area or self._motion.expect(stamp)
-        # Laying pairs on the whole map takes so long that a camera would be outrun if every image asked for it.
+        # Laying pairs on the whole map takes too long to be done for every image of a camera.
         thorough = prior is None and stamp - self._last_thorough >= self._settings.thorough_interval
         if thorough:
             self._last_thorough = stamp
@@ -116,7 +116,9 @@ class FloorTracker:
                 return joined
         if isinstance(alone, NoFix):
             return alone
-        detail = f'{alone.expected_chance_alignments:.1g} such places are expected by chance; the next view may confirm it'
+        detail = (
+            f'{alone.expected_chance_alignments:.1g} such places expected by chance, the next view may tell'
+        )
         return NoFix(NoFixReason.UNCERTAIN, detail, dots)
 
     def _earlier_points(self, stamp: float) -> FloorPoints | None:

@@ -1,7 +1,8 @@
 """Grow a guess from a few dots to the whole view, or drop it as soon as it is hopeless.
 
-A similarity (turn, scale, shift) of the plane is a pair of complex numbers: a view dot z lies at ``a * z + b`` on the
-map. With every dot that is found where it should be, the fit over all of them gets better and reaches farther.
+A similarity (turn, scale, shift) of the plane is a pair of complex numbers: a view dot z lies at ``a * z +
+b`` on the map. With every dot that is found where it should be, the fit over all of them gets better and
+reaches farther.
 """
 
 from __future__ import annotations
@@ -17,11 +18,14 @@ from floor_localizer.core.constellation.dot_grid import DotGrid, nearest_dot
 
 # A dot is looked for within this many standard deviations of where it should be.
 GATE = 3.2
-# Share of a view's dots that a right guess finds at least: the middle between the worst right view and chance.
+# Share of a view's dots that a right guess finds at least: the middle between the worst right view and
+# chance.
 _SHARE_IF_RIGHT = 0.5
-# A guess is dropped when the dots tried so far are this many times likelier by chance (Wald's sequential test).
+# A guess is dropped when the dots tried so far are this many times likelier by chance (Wald's sequential
+# test).
 _LOG_HOPELESS = -math.log(10.0)
-# It is worth a look at the whole view when they are this many times likelier by truth, and tried no further beyond.
+# It is worth a look at the whole view when they are this many times likelier by truth, and tried no further
+# beyond.
 _LOG_WORTHY = math.log(30.0)
 _LOG_PLAIN = math.log(10000.0)
 
@@ -30,7 +34,8 @@ class ViewDots(NamedTuple):
     """The dots of one view, made ready for the search.
 
     Attributes:
-        points: shape (n, 2), where the dots lie on the floor in the base frame, for the camera as mounted [m].
+        points: shape (n, 2), where the dots lie on the floor in the base frame, for the camera as mounted
+            [m].
         z: shape (n,) complex, the same.
         nearest: shape (n, m), for each dot the others from near to far.
         sigma: standard deviation of a dot's place along each axis, in the image and in the map together [m].
@@ -90,8 +95,12 @@ def grow(
     """Grow the guess that the first two seeds are map_i and map_j through the neighbours of the last seed.
 
     Args:
-        seeds: shape (s,), s >= 2, view dots; those after the first two must be found on the map, and as they made the
-            guess they are no evidence for it.
+        grid: the map.
+        view: the dots in view.
+        seeds: shape (s,), s >= 2, view dots; those after the first two must be found on the map, and as they
+            made the guess they are no evidence for it.
+        map_i: map dot of the first seed.
+        map_j: map dot of the second.
 
     Returns:
         whether the guess is worth a look at the whole view, and its similarity (a, b).
@@ -145,7 +154,7 @@ def grow(
 @njit(cache=True)
 def _contains(seeds: NDArray[np.int64], dot: int) -> bool:
     """Tell whether a dot is one of the seeds."""
-    for seed in seeds:
+    for seed in seeds:  # noqa: SIM110 (the compiler knows no generators)
         if seed == dot:
             return True
     return False
@@ -163,6 +172,10 @@ def match_view(
     """Match all dots of a view under a guess and fit the similarity to them, until the matches stay.
 
     Args:
+        grid: the map.
+        view: the dots in view.
+        a: turn and scale of the guess.
+        b: its shift [m].
         matches: shape (n,), written: the index of each dot's map dot in the grid, or -1.
         residuals: shape (n,), written: its distance from there [m], infinite where there is none.
 

@@ -66,8 +66,9 @@ class Surroundings(NamedTuple):
 def build_constellation_index(grid: DotGrid) -> ConstellationIndex:
     """Index the smallest constellations around every dot, about sixteen each.
 
-    Few large constellations tell places apart as well as many small ones, and sixteen a dot leave some whole when half
-    of the dots are missing. The size follows the density around each dot, so sparse places are indexed like dense ones.
+    Few large constellations tell places apart as well as many small ones, and sixteen a dot leave some whole
+    when half of the dots are missing. The size follows the density around each dot, so sparse places are
+    indexed like dense ones.
     """
     codes, bases, reach = _list_constellations(grid, _WIDEST * grid.cell)
     bits = max(math.ceil(math.log2(max(len(codes), 2))), 1)
@@ -147,8 +148,8 @@ def _look_around(grid: DotGrid, first: int, widest: float, around: Surroundings)
 def _dots_in_lens(around: Surroundings, second: int, lens: NDArray[np.int64]) -> int:
     """Write the dots in the lens of the base from the middle dot to ``second``, and return their number.
 
-    As the dots are in order, only those before the second are near enough to the first. One more than may be indexed
-    is enough to know.
+    As the dots are in order, only those before the second are near enough to the first. One more than may be
+    indexed is enough to know.
     """
     x, y = around.points[second, 0], around.points[second, 1]
     found = 0
@@ -166,7 +167,8 @@ def _dots_in_lens(around: Surroundings, second: int, lens: NDArray[np.int64]) ->
 def _key(
     points: NDArray[np.float64], second: int, others: NDArray[np.int64], xy: NDArray[np.float64]
 ) -> tuple[np.uint64, int]:
-    """Return the key of one constellation in its canonical order: the others more on the side of the first end.
+    """Return the key of one constellation in its canonical order: the others more on the side of the first
+    end.
 
     Args:
         points: shape (n, 2), dots [m]; the first is one end of the base.

@@ -1,8 +1,8 @@
 """The invariants of six dots under shift, turn and scale: what the index stores and the search looks up.
 
-The two dots farthest apart are the base: the first is put at (0, 0), the second at (1, 0). The other four then have
-coordinates that neither shift, turn nor scale changes; in order of their x they make eight numbers, kept in eight
-lanes of one 64-bit word.
+The two dots farthest apart are the base: the first is put at (0, 0), the second at (1, 0). The other four
+then have coordinates that neither shift, turn nor scale changes; in order of their x they make eight numbers,
+kept in eight lanes of one 64-bit word.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ OTHERS = 4
 
 LANES = 2 * OTHERS
 
-# Inside the lens of points that are nearer to both ends of the base than its length, x is in 0..1 and y in +-0.866;
-# the rest is room for noise.
+# Inside the lens of points that are nearer to both ends of the base than its length, x is in 0..1 and y in
+# +-0.866; the rest is room for noise.
 X_LOWER, X_SPAN = -0.1, 1.2
 Y_LOWER, Y_SPAN = -1.0, 2.0
 _LARGEST = 127
@@ -122,7 +122,7 @@ def bucket_of_cells(cells: NDArray[np.int64], bits: int) -> int:
         number = number * np.uint64(_X_CELLS) + np.uint64(cells[2 * k])
         number = number * np.uint64(_Y_CELLS) + np.uint64(cells[2 * k + 1])
     # Fibonacci hashing: the upper bits of the product are well mixed.
-    return np.int64((number * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(64 - bits))
+    return int(np.int64((number * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(64 - bits)))
 
 
 @njit(cache=True)

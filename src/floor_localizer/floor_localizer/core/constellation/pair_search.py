@@ -1,6 +1,8 @@
-"""Lay pairs of view dots on every pair of map dots that is as far apart: slower than the index, but two dots suffice.
+"""Lay pairs of view dots on every pair of map dots that is as far apart: slower than the index, but two dots
+suffice.
 
-This finds what the constellation index cannot: views in which so many dots are missing that no constellation is whole.
+This finds what the constellation index cannot: views in which so many dots are missing that no constellation
+is whole.
 """
 
 from __future__ import annotations
@@ -17,9 +19,11 @@ from floor_localizer.core.constellation.constellation_search import Search, is_a
 from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.constellation.lens import distance
 
-# Bases in units of the mean spacing: shorter ones leave the turn too open, longer ones fit too many map pairs.
+# Bases in units of the mean spacing: shorter ones leave the turn too open, longer ones fit too many map
+# pairs.
 _SHORTEST, _LONGEST = 1.0, 2.0
-# Of the dots next to a pair so many are looked up at the most, and a guess is dropped when so many are not there.
+# Of the dots next to a pair so many are looked up at the most, and a guess is dropped when so many are not
+# there.
 _GLANCES, _MISSES = 6, 4
 
 
@@ -40,7 +44,9 @@ def search_pairs(
 
 @njit(cache=True)
 def choose_pairs(view: ViewDots, shortest: float, longest: float) -> NDArray[np.int64]:
-    """List the pairs of dots with a length in the given range [m], shape (p, 2), each dot once before any comes again."""
+    """List the pairs of dots with a length in the given range [m], shape (p, 2), each dot once before any
+    comes again.
+    """
     n, m = view.nearest.shape
     pairs = np.empty((n * m, 2), dtype=np.int64)
     uses = np.empty(n * m)
@@ -63,7 +69,9 @@ def choose_pairs(view: ViewDots, shortest: float, longest: float) -> NDArray[np.
 def _lay_on_map(
     grid: DotGrid, addresses: AddressGrid, view: ViewDots, search: Search, seeds: NDArray[np.int64]
 ) -> None:
-    """Lay one pair of the view on every map pair of its length, to the end, so that places that look alike are found."""
+    """Lay one pair of the view on every map pair of its length, to the end, so that places that look alike
+    are found.
+    """
     length = distance(view.points, seeds[0], seeds[1])
     slack = view.scale_tolerance * length + math.sqrt(2.0) * GATE * view.sigma
     glances = _glances(view, seeds)
@@ -105,7 +113,9 @@ def _glances(view: ViewDots, seeds: NDArray[np.int64]) -> NDArray[np.complex128]
 def _looks_right(
     addresses: AddressGrid, glances: NDArray[np.complex128], x: float, y: float, dx: float, dy: float
 ) -> bool:
-    """Tell whether enough of the dots next to a pair are on the map when the pair lies at (x, y) and (x+dx, y+dy)."""
+    """Tell whether enough of the dots next to a pair are on the map when the pair lies at (x, y) and (x+dx,
+    y+dy).
+    """
     misses = 0
     for g in glances:
         if not is_occupied(addresses, x + g.real * dx - g.imag * dy, y + g.imag * dx + g.real * dy):
