@@ -15,7 +15,7 @@ from shirube_ros.isolated_graph import IsolatedGraph, isolated_graph
 
 sys.path.insert(0, str(Path(__file__).parent))  # for the tests' own modules of results and of floors
 
-from floor_views import MOUNT, random_floor  # noqa: E402
+from floor_views import MOUNT, random_floor
 
 
 @pytest.fixture
