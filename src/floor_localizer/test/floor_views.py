@@ -1,4 +1,4 @@
-"""Random floors and what a camera over them sees, by a model of its own: rotation matrices and projected points."""
+"""Random floors and what a camera sees of them, by a model of its own: rotations and projected points."""
 
 from __future__ import annotations
 
@@ -36,7 +36,9 @@ def random_floor(seed: int, size: tuple[float, float] = SIZE, density: float = D
     return DotMap(points, np.full(len(points), 0.0025))
 
 
-def pose_over(rng: np.random.Generator, size: tuple[float, float] = SIZE, mount: CameraMount = MOUNT) -> PlanarPose:
+def pose_over(
+    rng: np.random.Generator, size: tuple[float, float] = SIZE, mount: CameraMount = MOUNT
+) -> PlanarPose:
     """A pose whose camera looks at the floor and nowhere beyond its edge."""
     at_camera = PlanarPose(*rng.uniform(0.08, np.array(size) - 0.08), rng.uniform(-math.pi, math.pi))
     return at_camera @ PlanarPose(*mount.xyz[:2], 0.0).inverse()
@@ -77,7 +79,9 @@ def dots_at(pixels: NDArray[np.float64], sigma: float = 0.1) -> DetectedDots:
 
 
 def first_dots(dots: DetectedDots, number: int) -> DetectedDots:
-    return replace(dots, pixels=dots.pixels[:number], diameters=dots.diameters[:number], sigmas=dots.sigmas[:number])
+    return replace(
+        dots, pixels=dots.pixels[:number], diameters=dots.diameters[:number], sigmas=dots.sigmas[:number]
+    )
 
 
 def mirrored(dots: DetectedDots, camera: PinholeCamera = CAMERA) -> DetectedDots:

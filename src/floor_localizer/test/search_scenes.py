@@ -21,7 +21,9 @@ def view_dots(points: NDArray[np.float64], density: float, sigma: float = SIGMA)
     return ViewDots(points, points @ (1.0, 1j), order_neighbours(points, 32), sigma, 0.27, 0.05, density)
 
 
-def scene(floor: DotMap, indexed: IndexedMap, seed: int, **disturbance: float) -> tuple[PlanarPose, View, ViewDots]:
+def scene(
+    floor: DotMap, indexed: IndexedMap, seed: int, **disturbance: float
+) -> tuple[PlanarPose, View, ViewDots]:
     rng = np.random.default_rng(seed)
     pose = pose_over(rng)
     view = see(floor, pose, rng, **disturbance)

@@ -73,7 +73,7 @@ def test_residuals_below_the_accuracy_are_no_better_than_it():
 
 
 def least_log_chance(rng, dots=60, seen=10, density=5384.0, scale=0.02):
-    """The best pose of a view of nothing on a floor of chance: all pairs laid on all pairs, as similarities."""
+    """The best pose of a view of nothing on a floor of chance: every pair laid on every pair."""
     side = math.sqrt(dots / density)
     floor = rng.uniform(0.0, side, (dots, 2)) @ (1.0, 1j)
     view = rng.uniform(0.0, math.sqrt(seen / density), (seen, 2)) @ (1.0, 1j)
@@ -87,7 +87,9 @@ def least_log_chance(rng, dots=60, seen=10, density=5384.0, scale=0.02):
             a = arms / (view[j] - view[i])
             fits = np.abs(np.abs(a) - 1.0) <= scale
             places = a[fits, None] * (view - view[i]) + floor[starts[fits], None]
-            residuals, _ = tree.query(np.stack([places.real, places.imag], axis=-1), distance_upper_bound=reach)
+            residuals, _ = tree.query(
+                np.stack([places.real, places.imag], axis=-1), distance_upper_bound=reach
+            )
             for row in residuals[np.isfinite(residuals).sum(axis=1) >= 4]:
                 matched = view[np.isfinite(row)]
                 widest = np.max(np.abs(matched[:, None] - matched))

@@ -13,6 +13,12 @@ from hypothesis.extra import numpy as hnp
 from floor_localizer.core.constellation.constellation_key import (
     LANES,
     OTHERS,
+    X_CELL,
+    X_LOWER,
+    X_STEPS,
+    Y_CELL,
+    Y_LOWER,
+    Y_STEPS,
     base_coordinates,
     bucket_of_cells,
     bucket_of_code,
@@ -23,12 +29,6 @@ from floor_localizer.core.constellation.constellation_key import (
     sort_by_x,
     to_steps,
     turn_around,
-    X_CELL,
-    X_LOWER,
-    X_STEPS,
-    Y_CELL,
-    Y_LOWER,
-    Y_STEPS,
 )
 
 # The first call compiles.
@@ -76,7 +76,9 @@ def test_shift_turn_and_scale_change_nothing(seed):
 
 def test_a_mirror_changes_the_sign_of_y():
     points = six_dots(np.random.default_rng(2))
-    np.testing.assert_allclose(coordinates(points * (1.0, -1.0)), coordinates(points) * (1.0, -1.0), atol=1e-12)
+    np.testing.assert_allclose(
+        coordinates(points * (1.0, -1.0)), coordinates(points) * (1.0, -1.0), atol=1e-12
+    )
 
 
 def test_turning_around_twice_is_nothing():

@@ -94,8 +94,7 @@ def test_tolerance_keeps_nine_of_ten_true_coordinates():
         return (dot - ends[0]) @ arm / (arm @ arm)
 
     off = [
-        x_of(base + rng.normal(0, SIGMA, (2, 2)), dot + rng.normal(0, SIGMA, 2)) - x_of(base, dot) for dot in dots
+        x_of(base + rng.normal(0, SIGMA, (2, 2)), dot + rng.normal(0, SIGMA, 2)) - x_of(base, dot)
+        for dot in dots
     ]
     assert np.mean(np.abs(off) <= key_tolerance(SIGMA, length)) > 0.95
-
-

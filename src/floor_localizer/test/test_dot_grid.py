@@ -119,7 +119,7 @@ def test_pair_density_is_higher_where_dots_crowd_together():
 def test_two_rooms_far_apart_are_as_dense_as_one():
     rng = np.random.default_rng(10)
     room = poisson_points(rng, 2000.0, 1.0)
-    rooms = np.vstack([room, poisson_points(rng, 2000.0, 1.0) + (9.0, 6.0)])
+    rooms = np.vstack([room, np.add(poisson_points(rng, 2000.0, 1.0), (9.0, 6.0))])
     assert typical_spacing(rooms) == pytest.approx(typical_spacing(room), rel=0.1)
     assert pair_density(build_dot_grid(rooms)[0]) == pytest.approx(2000.0, rel=0.15)
 

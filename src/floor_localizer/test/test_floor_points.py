@@ -22,7 +22,9 @@ def test_moved_points_stay_where_they_are_on_the_floor(points):
     T_map_old = PlanarPose(1.0, 2.0, 0.3)
     T_map_new = T_map_old @ STEP.inverse()
     moved = move_points(points, STEP, 0.05)
-    np.testing.assert_allclose(T_map_new.transform(moved.points), T_map_old.transform(points.points), atol=1e-12)
+    np.testing.assert_allclose(
+        T_map_new.transform(moved.points), T_map_old.transform(points.points), atol=1e-12
+    )
 
 
 def test_moving_makes_points_less_sure_by_the_way_driven(points):
@@ -45,7 +47,7 @@ def test_joining_with_itself_keeps_each_dot_once(points):
 
 
 def test_different_dots_are_all_kept_those_of_the_second_first(points):
-    others = FloorPoints(points.points + (2.0, 0.0), points.sigmas * 2.0)
+    others = FloorPoints(np.add(points.points, (2.0, 0.0)), points.sigmas * 2.0)
     joined = join_points(points, others)
     np.testing.assert_array_equal(joined.points, np.vstack([others.points, points.points]))
     np.testing.assert_array_equal(joined.sigmas, np.concatenate([others.sigmas, points.sigmas]))

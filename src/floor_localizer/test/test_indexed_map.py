@@ -11,7 +11,9 @@ from floor_localizer.core.constellation.address_grid import is_occupied
 
 def test_indexed_map_holds_every_dot(floor, indexed_floor):
     found = indexed_floor.grid.points
-    np.testing.assert_allclose(found[np.lexsort(found.T)], floor.points[np.lexsort(floor.points.astype(np.float32).T)], atol=1e-6)
+    np.testing.assert_allclose(
+        found[np.lexsort(found.T)], floor.points[np.lexsort(floor.points.astype(np.float32).T)], atol=1e-6
+    )
 
 
 def test_density_is_that_of_the_floor(indexed_floor):

@@ -39,7 +39,7 @@ def mounted(rays):
 
 def fitted(mounted, targets, *, sigmas=None, matched=None, priors=WIDE, start=None):
     number = len(targets)
-    state = STATE + (0.002, -0.002, 0.02, -0.03, -0.02, 0.015) if start is None else start.copy()
+    state = np.add(STATE, (0.002, -0.002, 0.02, -0.03, -0.02, 0.015)) if start is None else start.copy()
     covariance = fit_pose(
         mounted,
         targets,
@@ -67,7 +67,9 @@ def test_a_level_robot_sees_what_the_mount_says(mounted, rays):
 def test_length_of_a_ray_does_not_matter(rays):
     stretched = MountedRays(rays * 7.3, MOUNT.rotation, np.array(MOUNT.xyz))
     expected = targets_of(rays, STATE)
-    np.testing.assert_allclose([map_point(stretched, k, STATE) for k in range(len(rays))], expected, atol=1e-12)
+    np.testing.assert_allclose(
+        [map_point(stretched, k, STATE) for k in range(len(rays))], expected, atol=1e-12
+    )
 
 
 def test_exact_dots_give_back_pose_height_and_tilt(mounted, rays):

@@ -93,7 +93,7 @@ def test_relocalize_forgets_the_pose(floor, tracker):
 
 def sparse_views(floor, rng, number):
     """Views of a driving robot of which each shows a few dots only."""
-    poses = [START @ PlanarPose(0.03 * k, 0.0, 0.0) for k in range(number)]
+    poses = [START @ PlanarPose(0.006 * k, 0.0, 0.0) for k in range(number)]
     return [(pose, first_dots(see(floor, pose, rng).dots, 4)) for pose in poses]
 
 
@@ -132,14 +132,18 @@ def test_no_wrong_pose_from_ever_fewer_dots(floor, localizer):
             assert isinstance(result, NoFix) or is_right(result, pose, 0.003, 0.03)
 
 
-def test_a_weak_first_pose_waits_for_the_next_view(floor, localizer):
+def test_a_weak_first_pose_waits_until_the_next_view_confirms_it(floor, localizer):
     rng = np.random.default_rng(9)
     strict = FloorTracker(localizer, TrackerSettings(chance_alignments_alone_max=1e-12))
-    views = [first_dots(see(floor, START, rng).dots, 9) for _ in range(2)]
+    views = [first_dots(see(floor, START, rng).dots, 5) for _ in range(3)]
     alone = localizer.locate_dots(views[0], CAMERA)
     assert isinstance(alone, Fix)
     assert alone.expected_chance_alignments > 1e-12
+    for k in range(3):
+        strict.add_odometry(0.1 * k, PlanarPose(0.0, 0.0, 0.0))
     assert strict.track_dots(0.0, views[0], CAMERA).reason is NoFixReason.UNCERTAIN
+    results = [strict.track_dots(0.1 * k, views[k], CAMERA) for k in (1, 2)]
+    assert is_right(results[-1], START)
 
 
 def test_an_image_stamped_before_the_last_is_located_without_expectation(floor, tracker):

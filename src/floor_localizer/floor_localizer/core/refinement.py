@@ -1,4 +1,6 @@
-"""From a pose by similarity to the pose by the whole model: match again under it, fit again, until the matches stay."""
+"""From a pose by similarity to the pose by the whole model: match again under it, fit again, until the
+matches stay.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The localizer's settings: one set for every floor, because what depends on the floor is computed from its map."""
+"""The localizer's settings: one set for every floor, because what depends on the floor is computed from its
+map.
+"""
 
 from __future__ import annotations
 

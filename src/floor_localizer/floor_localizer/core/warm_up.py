@@ -1,4 +1,5 @@
-"""Runs every compiled kernel once on a tiny made-up floor, so that the first real image does not wait for a compiler.
+"""Runs every compiled kernel once on a tiny made-up floor, so that the first real image does not wait for a
+compiler.
 
 The kernels are compiled at their first use, which takes some ten seconds, and kept on disk from then on.
 """
@@ -22,7 +23,7 @@ _SEEN = 0.04  # half the width of the view [m]
 
 
 def warm_up() -> None:
-    """Index a floor, extract dots from an image of nothing much, and locate views with and without a prior."""
+    """Index a floor, extract dots from an image of nothing much, locate views with and without a prior."""
     rng = np.random.default_rng(0)
     floor = index_map(DotMap(rng.uniform(0.0, _SIDE, (_DOTS, 2)), np.full(_DOTS, math.nan)))
     mount, camera = CameraMount(), PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)

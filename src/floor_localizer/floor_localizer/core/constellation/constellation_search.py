@@ -41,7 +41,8 @@ from floor_localizer.core.constellation.lens import (
 
 # Tolerance of a coordinate in standard deviations: wide enough to keep nine of ten true constellations.
 _KEY_GATE = 2.3
-# A base is too short to look up when its tolerance would be wider than this: nearly every key would be within.
+# A base is too short to look up when its tolerance would be wider than this: nearly every key would be
+# within.
 _WIDEST_TOLERANCE = 0.08
 # The fitted scale may be off by this much more than the camera's height, for its own error.
 _SCALE_MARGIN = 1.3
@@ -52,7 +53,8 @@ class Search(NamedTuple):
     """State of a search, shared by its steps.
 
     Attributes:
-        best: shape (6,): logarithm of the expected chance alignments, a.real, a.imag, b.real, b.imag, matched dots.
+        best: shape (6,): logarithm of the expected chance alignments, a.real, a.imag, b.real, b.imag, matched
+            dots.
         rival: shape (6,), the same of the best pose elsewhere.
         counts: shape (3,): cells of the index opened, guesses tried, guesses matched over the whole view.
         matches: shape (n,), room for the matches of a guess.
@@ -102,7 +104,9 @@ def is_accepted(search: Search, pose: NDArray[np.float64]) -> bool:
 
 @njit(cache=True)
 def judge(grid: DotGrid, view: ViewDots, search: Search, a: complex, b: complex) -> bool:
-    """Match the whole view under a guess, keep the best pose and its rival, and tell whether the best is accepted."""
+    """Match the whole view under a guess, keep the best pose and its rival, and tell whether the best is
+    accepted.
+    """
     search.counts[2] += 1
     matched, a, b = match_view(grid, view, a, b, search.matches, search.residuals)
     if matched < 3 or abs(abs(a) - 1.0) > _SCALE_MARGIN * view.scale_tolerance:
@@ -175,8 +179,8 @@ def _list_bases(
     """List the bases of a view up to a length that have dots enough for a constellation.
 
     Returns:
-        their ends, shape (p, 2), their lengths [m], shape (p,), and the number of dots in their lenses, shape (p,),
-        less a fraction that puts the longer before the shorter.
+        their ends, shape (p, 2), their lengths [m], shape (p,), and the number of dots in their lenses, shape
+        (p,), less a fraction that puts the longer before the shorter.
     """
     n, m = view.nearest.shape
     shortest = key_tolerance(view.sigma, _WIDEST_TOLERANCE)
@@ -206,10 +210,11 @@ def _list_bases(
 
 @njit(cache=True)
 def key_tolerance(sigma: float, length: float) -> float:
-    """Return how far a coordinate of a key may be off for dots of standard deviation ``sigma`` [m] on a base [m].
+    """Return how far a coordinate of a key may be off for dots of standard deviation ``sigma`` [m] on a base
+    [m].
 
-    The dot's own noise and that of the base's ends add up to 1.25 sigma on average. Tolerance and length may change
-    places: the result for a given tolerance is the length that has it.
+    The dot's own noise and that of the base's ends add up to 1.25 sigma on average. Tolerance and length may
+    change places: the result for a given tolerance is the length that has it.
     """
     return _KEY_GATE * 1.25 * sigma / length
 
@@ -248,7 +253,9 @@ def _look_up(
 
 @njit(cache=True)
 def _is_order(xy: NDArray[np.float64], order: NDArray[np.int64], tie: float) -> bool:
-    """Tell whether the dots may be in this order of x, if two that are nearer than ``tie`` can be either way round."""
+    """Tell whether the dots may be in this order of x, if two that are nearer than ``tie`` can be either way
+    round.
+    """
     for k in range(OTHERS):
         for m in range(k):
             if xy[order[m], 0] > xy[order[k], 0] + tie:
@@ -293,7 +300,7 @@ def _probe(
 def _limits(
     xy: NDArray[np.float64], order: NDArray[np.int64], shift: float
 ) -> tuple[np.uint64, NDArray[np.int64]]:
-    """Return the packed steps and the hash cells, shape (8,), of coordinates that are shifted by a tolerance."""
+    """Return the packed steps and hash cells, shape (8,), of coordinates shifted by a tolerance."""
     steps = np.empty(LANES, dtype=np.int64)
     cells = np.empty(LANES, dtype=np.int64)
     for k in range(OTHERS):

@@ -62,7 +62,8 @@ def build_dot_grid(points: NDArray[np.float64]) -> tuple[DotGrid, NDArray[np.int
 def typical_spacing(points: NDArray[np.float64]) -> float:
     """Return the side of the square that holds one dot on average where there are dots [m].
 
-    Only the part of the bounding box that holds dots counts, so that a map of several rooms is as dense as its rooms.
+    Only the part of the bounding box that holds dots counts, so that a map of several rooms is as dense as
+    its rooms.
 
     Args:
         points: shape (N, 2), dots [m].

@@ -66,7 +66,7 @@ def search_near(
                 good, turned, shift = grow(grid, view, seeds, start, end)
                 if (
                     good
-                    and _is_near(a, b, turned, shift, radius, turn)
+                    and _is_near(view, a, b, turned, shift, radius, turn)
                     and judge(grid, view, search, turned, shift)
                 ):
                     return True
@@ -74,9 +74,11 @@ def search_near(
 
 
 @njit(cache=True)
-def _is_near(a: complex, b: complex, found_a: complex, found_b: complex, radius: float, turn: float) -> bool:
+def _is_near(
+    view: ViewDots, a: complex, b: complex, found_a: complex, found_b: complex, radius: float, turn: float
+) -> bool:
     """Tell whether a found similarity is within reach of the expected one, with room for its own error."""
     off = found_a * np.conj(a)
-    return (
-        abs(found_b - b) <= 1.5 * radius + 0.005 and abs(math.atan2(off.imag, off.real)) <= 1.5 * turn + 0.05
-    )
+    # A camera that hangs higher or lower puts the base off by that share of the way to the view.
+    room = 1.5 * radius + 0.005 + view.scale_tolerance * abs(view.z[0])
+    return abs(found_b - b) <= room and abs(math.atan2(off.imag, off.real)) <= 1.5 * turn + 0.05
