@@ -139,7 +139,9 @@ def test_a_reflection_is_no_light_dot():
 @pytest.mark.parametrize('polarity', ['auto', 'any'])
 def test_chips_of_the_same_brightness_are_told_by_colour(polarity):
     centres = scattered_centres(13)
-    image = photograph(disc_coverage(centres, 7.0), floor=(120.0, 120.0, 120.0), dot=(60.0, 125.0, 170.0), noise=1.0)
+    image = photograph(
+        disc_coverage(centres, 7.0), floor=(120.0, 120.0, 120.0), dot=(60.0, 125.0, 170.0), noise=1.0
+    )
     assert errors(detector(polarity=polarity).detect(image), centres) < 0.06
 
 
@@ -156,7 +158,9 @@ def test_grey_and_its_colour_copy_give_the_same_dots():
     np.testing.assert_array_equal(grey.pixels, colour.pixels)
 
 
-@pytest.mark.parametrize(('noise', 'floor', 'dot'), [(1.5, 160.0, 30.0), (5.0, 160.0, 30.0), (2.0, 40.0, 150.0)])
+@pytest.mark.parametrize(
+    ('noise', 'floor', 'dot'), [(1.5, 160.0, 30.0), (5.0, 160.0, 30.0), (2.0, 40.0, 150.0)]
+)
 def test_errors_are_as_large_as_their_sigmas_say(noise, floor, dot):
     normalised = []
     for seed in range(25):

@@ -57,7 +57,7 @@ def dots_in_lens(
 
 
 @njit(cache=True)
-def groups_of_four(  # noqa: C901 - four nested choices
+def groups_of_four(
     points: NDArray[np.float64], lens: NDArray[np.int64], longest: float, groups: NDArray[np.int64]
 ) -> int:
     """Write all groups of four dots of a lens of which no two are farther apart than ``longest``, return
