@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.tracker import FloorTracker
-from floor_localizer.floor_localizer_error import FloorLocalizerError
 from floor_localizer.located_image import LocatedImage
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.errors import BagError

@@ -19,12 +19,12 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from floor_localizer.core.fix import Fix, NoFix
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings, TrackerSettings
 from floor_localizer.core.tracker import FloorTracker
 from floor_localizer.debug_picture import debug_picture
 from floor_localizer.dot_markers import dot_markers, no_markers
-from floor_localizer.floor_localizer_error import FloorLocalizerError
 from floor_localizer.localizer_from_map_file import localizer_from_map_file
 from floor_localizer.localizer_report import LocalizerReport
 from floor_localizer.node_settings import NodeSettings

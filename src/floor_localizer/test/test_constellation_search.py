@@ -6,13 +6,8 @@ import numpy as np
 import pytest
 from search_scenes import SIGMA, found_pose, scene, search_of, similarity
 
-from floor_localizer.core.constellation.constellation_search import (
-    is_accepted,
-    judge,
-    key_tolerance,
-    new_search,
-    search_constellations,
-)
+from floor_localizer.core.constellation.constellation_search import key_tolerance, search_constellations
+from floor_localizer.core.constellation.search_state import is_accepted, judge, new_search
 
 CELLS = 400000
 

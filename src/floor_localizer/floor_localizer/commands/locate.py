@@ -13,13 +13,13 @@ from tqdm import tqdm
 
 from floor_localizer.bag_localization import BagLocalization, choose_topics
 from floor_localizer.core.fix import Fix
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.tracker import FloorTracker
 from floor_localizer.files.calibration_file import load_calibration
 from floor_localizer.files.image_files import list_images, load_image
 from floor_localizer.files.pose_table import save_pose_table
-from floor_localizer.floor_localizer_error import FloorLocalizerError
 from floor_localizer.localizer_from_map_file import localizer_from_map_file
 from floor_localizer.located_image import LocatedImage
 from floor_localizer.node_settings import NodeSettings

@@ -9,13 +9,15 @@ from numba import njit
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.alignment import GATE, ViewDots, grow
-from floor_localizer.core.constellation.constellation_search import Search, judge
 from floor_localizer.core.constellation.dot_grid import DotGrid, dots_within
 from floor_localizer.core.constellation.lens import distance
 from floor_localizer.core.constellation.pair_search import choose_pairs
+from floor_localizer.core.constellation.search_state import Search, judge
 
 _SHORTEST, _LONGEST = 1.2, 5.0
 _MOST_AROUND = 20000
+# With a turn this open [rad] the far end of a pair is looked for all around.
+_ANY_TURN = 0.5
 
 
 @njit(cache=True)
@@ -55,20 +57,16 @@ def search_near(
         arm = a * (view.z[second] - view.z[first])
         for start in around[:count]:
             x, y = np.float64(grid.points[start, 0]), np.float64(grid.points[start, 1])
-            if turn < 0.5:
+            if turn < _ANY_TURN:
                 found = dots_within(grid, x + arm.real, y + arm.imag, length * turn + stretch, ends)
             else:
                 found = dots_within(grid, x, y, length + stretch, ends)
             for end in ends[:found]:
-                dx, dy = grid.points[end, 0] - x, grid.points[end, 1] - y
-                if abs(math.hypot(dx, dy) - length) > stretch:
+                if abs(distance(grid.points, start, end) - length) > stretch:
                     continue
                 good, turned, shift = grow(grid, view, seeds, start, end)
-                if (
-                    good
-                    and _is_near(view, a, b, turned, shift, radius, turn)
-                    and judge(grid, view, search, turned, shift)
-                ):
+                near = good and _is_near(view, a, b, turned, shift, radius, turn)
+                if near and judge(grid, view, search, turned, shift):
                     return True
     return False
 

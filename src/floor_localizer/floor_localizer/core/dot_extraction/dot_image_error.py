@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from floor_localizer.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 
 
 class DotImageError(FloorLocalizerError):
