@@ -40,7 +40,11 @@ def photograph(
 
 
 def scattered_centres(
-    seed: int, count: int = 14, size: tuple[int, int] = (160, 160), distance: float = 22.0, margin: float = 14.0
+    seed: int,
+    count: int = 14,
+    size: tuple[int, int] = (160, 160),
+    distance: float = 22.0,
+    margin: float = 14.0,
 ) -> NDArray[np.float64]:
     """Random centres u, v, shape (count, 2), none nearer than the distance to another."""
     rng = np.random.default_rng(seed)

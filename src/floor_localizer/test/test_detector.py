@@ -104,13 +104,13 @@ def test_hairs_and_specks_are_no_dots_even_across_a_dot():
 @pytest.mark.parametrize('gap', [-0.5, 0.0, 1.0])
 @pytest.mark.parametrize('turn', [0.0, 0.6, 1.2])
 def test_two_touching_discs_are_two_dots(gap, turn):
-    apart = np.array([np.cos(turn), np.sin(turn)]) * (7.0 + gap) / 2
-    pair = np.array([[80.3, 75.6] - apart, [80.3, 75.6] + apart])
+    middle, apart = np.array([80.3, 75.6]), np.array([np.cos(turn), np.sin(turn)]) * (7.0 + gap) / 2
+    pair = [middle - apart, middle + apart]
     others = np.array([[25.0, 30.0], [130.0, 28.0], [30.0, 130.0], [125.0, 130.0]])
-    centres = np.vstack([pair, others])
+    centres = np.array([*pair, *others])
     dots = DETECTOR.detect(photograph(disc_coverage(centres, 7.0), noise=1.0))
     assert errors(dots, centres) < 0.35
-    of_pair = np.hypot(*(dots.pixels - (80.3, 75.6)).T) < 6.0
+    of_pair = np.hypot(*(dots.pixels - middle).T) < 6.0
     assert dots.sigmas[of_pair].min() > 3.0 * dots.sigmas[~of_pair].max()
 
 
@@ -139,7 +139,9 @@ def test_a_reflection_is_no_light_dot():
 @pytest.mark.parametrize('polarity', ['auto', 'any'])
 def test_chips_of_the_same_brightness_are_told_by_colour(polarity):
     centres = scattered_centres(13)
-    image = photograph(disc_coverage(centres, 7.0), floor=(120.0, 120.0, 120.0), dot=(60.0, 125.0, 170.0), noise=1.0)
+    image = photograph(
+        disc_coverage(centres, 7.0), floor=(120.0, 120.0, 120.0), dot=(60.0, 125.0, 170.0), noise=1.0
+    )
     assert errors(detector(polarity=polarity).detect(image), centres) < 0.06
 
 
@@ -156,7 +158,9 @@ def test_grey_and_its_colour_copy_give_the_same_dots():
     np.testing.assert_array_equal(grey.pixels, colour.pixels)
 
 
-@pytest.mark.parametrize(('noise', 'floor', 'dot'), [(1.5, 160.0, 30.0), (5.0, 160.0, 30.0), (2.0, 40.0, 150.0)])
+@pytest.mark.parametrize(
+    ('noise', 'floor', 'dot'), [(1.5, 160.0, 30.0), (5.0, 160.0, 30.0), (2.0, 40.0, 150.0)]
+)
 def test_errors_are_as_large_as_their_sigmas_say(noise, floor, dot):
     normalised = []
     for seed in range(25):
