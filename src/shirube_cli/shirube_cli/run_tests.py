@@ -14,8 +14,6 @@ def run_tests(arguments: Sequence[str]) -> int:
     root = find_root()
     cache = fresh_cache(root / 'out' / 'numba', digest_package(root / 'src' / 'floor_localizer'))
     os.environ.setdefault('NUMBA_CACHE_DIR', str(cache))
-    if not cache.exists():  # a test that waited for the compiler would run into its time limit
-        compile_loops(safe_environment())
     if all(argument.startswith('-') for argument in arguments):
         # The whole suite will need these, and the time of a single test is limited.
         build_workspace(root)
