@@ -1,6 +1,6 @@
 """What can be wrong with a file; each message is one line that names file, field and remedy."""
 
-from floor_localizer.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 
 
 class DotMapError(FloorLocalizerError):

@@ -147,8 +147,8 @@ def _look_around(grid: DotGrid, first: int, widest: float, around: Surroundings)
 def _dots_in_lens(around: Surroundings, second: int, lens: NDArray[np.int64]) -> int:
     """Write the dots in the lens of the base from the middle dot to ``second``, and return their number.
 
-    As the dots are in order, only those before the second are near enough to the first. One more than may be indexed
-    is enough to know.
+    As the dots are in order, only those before the second are near enough to the first. One more than may be
+    indexed is enough to know.
     """
     x, y = around.points[second, 0], around.points[second, 1]
     found = 0
@@ -166,7 +166,7 @@ def _dots_in_lens(around: Surroundings, second: int, lens: NDArray[np.int64]) ->
 def _key(
     points: NDArray[np.float64], second: int, others: NDArray[np.int64], xy: NDArray[np.float64]
 ) -> tuple[np.uint64, int]:
-    """Return the key of one constellation in its canonical order: the others more on the side of the first end.
+    """Return the key of one constellation with its ends so that the others are more on the first one's side.
 
     Args:
         points: shape (n, 2), dots [m]; the first is one end of the base.
@@ -186,9 +186,7 @@ def _key(
 
 
 @njit(cache=True)
-def _sort_into_buckets(
-    codes: NDArray[np.uint64], bits: int, starts: NDArray[np.uint32]
-) -> NDArray[np.int64]:
+def _sort_into_buckets(codes: NDArray[np.uint64], bits: int, starts: NDArray[np.uint32]) -> NDArray[np.int64]:
     """Fill ``starts`` and return the order that puts the codes bucket by bucket (a counting sort)."""
     cells = np.empty(LANES, dtype=np.int64)
     buckets = np.empty(len(codes), dtype=np.int64)

@@ -122,7 +122,7 @@ def bucket_of_cells(cells: NDArray[np.int64], bits: int) -> int:
         number = number * np.uint64(_X_CELLS) + np.uint64(cells[2 * k])
         number = number * np.uint64(_Y_CELLS) + np.uint64(cells[2 * k + 1])
     # Fibonacci hashing: the upper bits of the product are well mixed.
-    return np.int64((number * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(64 - bits))
+    return int((number * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(64 - bits))
 
 
 @njit(cache=True)

@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from floor_localizer.core.constellation.address_grid import AddressGrid, build_address_grid
-from floor_localizer.core.constellation.constellation_index import ConstellationIndex, build_constellation_index
+from floor_localizer.core.constellation.constellation_index import (
+    ConstellationIndex,
+    build_constellation_index,
+)
 from floor_localizer.core.constellation.dot_grid import DotGrid, build_dot_grid, pair_density
 from floor_localizer.core.dot_map import DotMap
 
