@@ -34,3 +34,10 @@ def test_both_kinds_or_colours_alone_make_any():
 
 def test_black_dots_are_dark_in_a_colour_image():
     assert chosen(photograph(COVERAGE, (130.0, 160.0, 180.0), (20.0, 20.0, 20.0))) == 'dark'
+
+
+def test_lamps_mirrored_by_the_floor_change_nothing():
+    v, u = np.mgrid[:160, :160]
+    lamps = sum(150.0 * np.exp(-0.5 * (np.hypot(u - x, v - 80.0) / 6.0) ** 2) for x in (30.0, 130.0))
+    image = np.minimum(photograph(COVERAGE, 70.0, 15.0, noise=1.0) + lamps, 255).astype(np.uint8)
+    assert chosen(image) == 'dark'
