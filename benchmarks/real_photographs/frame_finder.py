@@ -74,7 +74,10 @@ def find_frames(image: NDArray[np.uint8], camera_matrix: Array) -> list[FoundFra
         refined = refine_quad(image, quad)
         if refined is None or np.abs(refined.corners - quad).max() > REFINEMENT:
             continue
-        if _is_squarish(refined.corners, camera_matrix) and _white_share(image, refined.corners) > WHITE_SHARE:
+        if (
+            _is_squarish(refined.corners, camera_matrix)
+            and _white_share(image, refined.corners) > WHITE_SHARE
+        ):
             found.append(FoundFrame(refined.corners, refined.is_printed, inside))
     return [
         frame if frame.is_printed else replace(frame, corners=card_corners(image, frame.corners))
@@ -116,7 +119,9 @@ def _grown(piece: Array, pieces: Array) -> Array:
         while True:
             along = (piece[1] - piece[0]) / np.linalg.norm(piece[1] - piece[0])
             across = np.array([-along[1], along[0]])
-            on_line = (np.abs((pieces - piece[0]) @ across) < ON_LINE).all(axis=1) & (directions @ along > 0.98)
+            on_line = (np.abs((pieces - piece[0]) @ across) < ON_LINE).all(axis=1) & (
+                directions @ along > 0.98
+            )
             if forward:
                 gap = (pieces[:, 0] - piece[1]) @ along
             else:
@@ -201,7 +206,9 @@ def _is_squarish(corners: Array, camera_matrix: Array) -> bool:
     """Return whether a quadrilateral may be the image of a rectangle that is almost a square."""
     side = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).mean()
     for aspect in ASPECTS:
-        half = np.array([[-aspect, -1, 0], [aspect, -1, 0], [aspect, 1, 0], [-aspect, 1, 0]], dtype=np.float64)
+        half = np.array(
+            [[-aspect, -1, 0], [aspect, -1, 0], [aspect, 1, 0], [-aspect, 1, 0]], dtype=np.float64
+        )
         _, _, _, errors = cv2.solvePnPGeneric(half, corners, camera_matrix, None, flags=cv2.SOLVEPNP_IPPE)
         if len(errors) > 0 and np.min(errors) < MISFIT * side:
             return True

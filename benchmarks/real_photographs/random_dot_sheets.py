@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import yaml
 from numpy.typing import NDArray
+
 from shirube_geometry import PinholeCamera
 
 Array = NDArray[np.float64]

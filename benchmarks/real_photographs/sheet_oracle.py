@@ -51,7 +51,9 @@ def identify_sheet(corners: Array, frame: Array, dots: Array, sheets: list[Array
         dots: shape (n, 2), the dots seen in the image [px].
         sheets: the dots of each sheet, shape (30, 2) [m], x right and y up as printed.
     """
-    inside = [cv2.pointPolygonTest(corners.astype(np.float32), (float(u), float(v)), False) > 0 for u, v in dots]
+    inside = [
+        cv2.pointPolygonTest(corners.astype(np.float32), (float(u), float(v)), False) > 0 for u, v in dots
+    ]
     seen = dots[np.array(inside, dtype=bool)]
     if len(seen) < MINIMUM_MATCHES:
         return None
@@ -63,7 +65,9 @@ def identify_sheet(corners: Array, frame: Array, dots: Array, sheets: list[Array
         on_sheet = transformed(np.linalg.inv(start), seen)
         for index, sheet in enumerate(sheets):
             gap = np.linalg.norm(on_sheet[:, None] - sheet[None], axis=2)
-            tries.append((min((gap.min(axis=0) < COARSE).sum(), (gap.min(axis=1) < COARSE).sum()), index, start))
+            tries.append(
+                (min((gap.min(axis=0) < COARSE).sum(), (gap.min(axis=1) < COARSE).sum()), index, start)
+            )
     tries.sort(key=lambda a_try: -a_try[0])
     poses = [fit_sheet(index, sheets[index], start, seen) for _, index, start in tries[:8]]
     fits = sorted((pose for pose in poses if pose is not None), key=lambda pose: -pose.matches)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from floor_localizer.core.localizer import FloorLocalizer, LocalizerSettings
-from floor_localizer.files.dot_map_file import load_dot_map
+from floor_localizer.core.dot_extraction import DotDetector
+from floor_localizer.core.localizer import FloorLocalizer
+from floor_localizer.core.settings import LocalizerSettings
+from floor_localizer.core.warm_up import warm_up
+from floor_localizer.files.dot_map_file import load_indexed_map
 from floor_localizer.node_settings import NodeSettings
 
 
 def localizer_from_map_file(node_settings: NodeSettings, settings: LocalizerSettings) -> FloorLocalizer:
-    """Return a localizer for the map that the settings name.
+    """Return a localizer for the map that the settings name, compiled and ready for its first image.
 
     Raises:
         FloorLocalizerError: a map that is missing, malformed or not in metres.
     """
-    return FloorLocalizer(load_dot_map(node_settings.map_path), node_settings.mount, settings)
+    floor = load_indexed_map(node_settings.map_path)
+    warm_up()
+    return FloorLocalizer(floor, node_settings.mount, settings, DotDetector(node_settings.dots))

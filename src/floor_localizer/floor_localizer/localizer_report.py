@@ -70,6 +70,6 @@ def _fix_values(fix: Fix) -> dict[str, str]:
         'searched with a prior': 'yes' if fix.used_prior else 'no',
         'x, y, yaw': f'{pose.x:.4f} m, {pose.y:.4f} m, {pose.yaw:.4f} rad',
         'sigma x, y, yaw': f'{1e3 * sigma_x:.3f} mm, {1e3 * sigma_y:.3f} mm, {1e3 * sigma_yaw:.3f} mrad',
-        'scale': f'{fix.scale:.4f}',
+        'camera height over nominal': f'{100.0 * fix.scale:+.2f} %',
         'tilt': f'{1e3 * fix.tilt[0]:.2f} mrad, {1e3 * fix.tilt[1]:.2f} mrad',
     }

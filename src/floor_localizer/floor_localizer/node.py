@@ -19,11 +19,12 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from floor_localizer.core.fix import Fix, NoFix
-from floor_localizer.core.localizer import FloorLocalizer, LocalizerSettings
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.localizer import FloorLocalizer
+from floor_localizer.core.settings import LocalizerSettings, TrackerSettings
 from floor_localizer.core.tracker import FloorTracker
 from floor_localizer.debug_picture import debug_picture
 from floor_localizer.dot_markers import dot_markers, no_markers
-from floor_localizer.floor_localizer_error import FloorLocalizerError
 from floor_localizer.localizer_from_map_file import localizer_from_map_file
 from floor_localizer.localizer_report import LocalizerReport
 from floor_localizer.node_settings import NodeSettings
@@ -75,7 +76,7 @@ class FloorLocalizerNode(Node):
         create_localizer: Callable[
             [NodeSettings, LocalizerSettings], FloorLocalizer
         ] = localizer_from_map_file,
-        create_tracker: Callable[[FloorLocalizer], FloorTracker] = FloorTracker,
+        create_tracker: Callable[[FloorLocalizer, TrackerSettings], FloorTracker] = FloorTracker,
         **options: Any,
     ) -> None:
         """Load the map and subscribe.
@@ -91,11 +92,14 @@ class FloorLocalizerNode(Node):
         """
         super().__init__('floor_localizer', **options)
         self._settings = declare_parameters(self, NodeSettings)
+        self._report = LocalizerReport(self._map_name())
+        self.get_logger().info(
+            'preparing the search; only the very first start compiles it, for half a minute'
+        )
         localizer = create_localizer(self._settings, declare_parameters(self, LocalizerSettings))
-        self._create_tracker = partial(create_tracker, localizer)
+        self._create_tracker = partial(create_tracker, localizer, self._settings.tracker)
         self._tracker = self._create_tracker()
         self._stamps = StampOrder(self._start_again)
-        self._report = LocalizerReport(self._map_name())
         self._guard = MessageGuard(self, (FloorLocalizerError,))
         self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
         self._advertise()

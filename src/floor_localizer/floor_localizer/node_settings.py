@@ -1,10 +1,12 @@
-"""The node's own parameters; those of the method are the settings of the core."""
+"""The node's parameters besides those of the match, which are the core's LocalizerSettings."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
+from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
+from floor_localizer.core.settings import TrackerSettings
 from shirube_ros.camera_settings import CameraSettings
 from shirube_settings import setting
 
@@ -13,9 +15,11 @@ DEMO_MAP = Path(__file__).parent / 'maps' / 'demo_floor.csv'
 
 @dataclass(frozen=True)
 class NodeSettings(CameraSettings):
-    """Where the camera sits, which frames the poses connect, which map is used."""
+    """Where the camera sits, which frames the poses connect, which map; dots and tracking in groups."""
 
     map_file: str = setting('', 'dot map of the floor, CSV or binary; empty takes the demo floor')
+    dots: DotDetectorSettings = field(default_factory=DotDetectorSettings)
+    tracker: TrackerSettings = field(default_factory=TrackerSettings)
 
     @property
     def map_path(self) -> Path:

@@ -1,4 +1,4 @@
-"""A ROS graph for each test that wants one."""
+"""What tests share: a ROS graph for each that wants one, and one floor for all."""
 
 from __future__ import annotations
 
@@ -8,9 +8,14 @@ from pathlib import Path
 
 import pytest
 
+from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.localizer import FloorLocalizer
 from shirube_ros.isolated_graph import IsolatedGraph, isolated_graph
 
-sys.path.insert(0, str(Path(__file__).parent))  # for the tests' own module of results
+sys.path.insert(0, str(Path(__file__).parent))  # for the tests' own modules of results and of floors
+
+from floor_views import MOUNT, random_floor
 
 
 @pytest.fixture
@@ -18,3 +23,21 @@ def graph() -> Iterator[IsolatedGraph]:
     """Nodes that see only each other."""
     with isolated_graph() as opened:
         yield opened
+
+
+@pytest.fixture(scope='session')
+def floor() -> DotMap:
+    """A floor of about three thousand dots, as dense as the paper's."""
+    return random_floor(1)
+
+
+@pytest.fixture(scope='session')
+def indexed_floor(floor: DotMap) -> IndexedMap:
+    """The same floor, made ready for the search."""
+    return index_map(floor)
+
+
+@pytest.fixture(scope='session')
+def localizer(indexed_floor: IndexedMap) -> FloorLocalizer:
+    """A localizer on that floor."""
+    return FloorLocalizer(indexed_floor, MOUNT)

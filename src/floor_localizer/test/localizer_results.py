@@ -28,9 +28,10 @@ def a_fix(pose: PlanarPose = POSE) -> Fix:
         covariance=COVARIANCE,
         dots=dots_of((30.0, 40.0), (200.0, 60.0), (100.0, 210.0)),
         matched=np.array([True, False, True]),
+        map_points=np.array([[1.2, -0.5], [np.nan, np.nan], [1.3, -0.45]]),
         match_rate=0.67,
-        scale=1.01,
-        tilt=np.array([0.001, -0.002]),
+        scale=0.01,
+        tilt=(0.001, -0.002),
         used_prior=True,
         expected_chance_alignments=1e-9,
     )

@@ -29,6 +29,7 @@ def test_a_fix_is_fine_and_shows_its_quality() -> None:
     assert (status.level, status.message) == (Level.OK, 'fix')
     assert status.values['dots matched'] == '2'
     assert status.values['sigma x, y, yaw'] == '0.100 mm, 0.200 mm, 1.000 mrad'
+    assert status.values['camera height over nominal'] == '+1.00 %'
     assert status.values['time for the latest image [ms]'] == '12.3'
 
 

@@ -80,7 +80,7 @@ class Robot:
         assert graph.spin_until(self._is_connected)
 
     def _make_node(self, **options: Any) -> FloorLocalizerNode:
-        def create_tracker(_: object) -> FakeTracker:
+        def create_tracker(*_: object) -> FakeTracker:
             self.trackers.append(FakeTracker())
             return self.trackers[-1]
 

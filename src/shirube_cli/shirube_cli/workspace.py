@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from shirube_cli.error import CommandError
+from shirube_cli.kernel_cache import compile_loops
 from shirube_cli.project import safe_environment
 
 PYTHON = f'python{sys.version_info.major}.{sys.version_info.minor}'
@@ -40,6 +41,8 @@ def build_workspace(root: Path) -> None:
             shutil.rmtree(root / 'ros2_ws' / 'build' / name, ignore_errors=True)
             shutil.rmtree(root / 'ros2_ws' / 'install' / name, ignore_errors=True)
         _run_colcon(root, changed)
+        if 'floor_localizer' in changed:
+            compile_loops(overlay_environment(root))
         for name in changed:
             _stamp_path(root, name).write_text(digests[name])
 
@@ -79,6 +82,7 @@ def overlay_environment(root: Path) -> dict[str, str]:
     """Return the environment that sourcing the workspace makes, with the ROS of the wheels under it."""
     prefixes = [root / 'ros2_ws' / 'install' / name for name in find_packages(root)]
     environment = safe_environment()
+    environment.pop('NUMBA_CACHE_DIR', None)  # what is installed has its machine code beside it
     environment['AMENT_PREFIX_PATH'] = os.pathsep.join(map(str, [*prefixes, sys.prefix]))
     environment['PYTHONPATH'] = os.pathsep.join(str(p / 'lib' / PYTHON / 'site-packages') for p in prefixes)
     return environment

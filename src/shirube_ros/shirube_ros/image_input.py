@@ -31,8 +31,8 @@ class ImageInput:
     ``<info_topic>``       sensor_msgs/CameraInfo          always
     =====================  ==============================  ==========================================
 
-    With ``auto`` the kind that comes first is taken and the other left alone from then on, so that a camera which
-    publishes both gives each image once.
+    With ``auto`` the kind that comes first is taken and the other left alone from then on, so that a camera
+    which publishes both gives each image once.
     """
 
     def __init__(

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from types import FrameType
+from typing import Self
 
 import rclpy
 from rclpy._rclpy_pybind11 import InvalidHandle, RCLError
 from rclpy.exceptions import NameValidationException, ParameterException
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos_overriding_options import InvalidQosOverridesError
 
@@ -26,6 +27,7 @@ _START_ERRORS = (
     InvalidQosOverridesError,
 )
 _END_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_LONGEST_WAIT = 0.5  # a signal whose waking call was lost is seen after this time [s]
 
 
 def run_node(
@@ -41,49 +43,63 @@ def run_node(
     Returns:
         the exit code: 0 after SIGINT or SIGTERM, 1 after a start error, of which one line went to stderr.
     """
-    with _signals_noted() as signals:
+    with _EndSignals() as signals:
         try:
             rclpy.init()
         except RCLError as error:
             return _refuse(name, error)
         try:
-            node = create_node()
-            if not signals:
-                _spin(node)
+            _spin(create_node(), signals)
         except (*_START_ERRORS, *start_errors) as error:
-            if not signals:
+            if not signals.received:
                 return _refuse(name, error)
+        except KeyboardInterrupt:
+            pass
         finally:
             rclpy.try_shutdown()
     return 0
 
 
-@contextmanager
-def _signals_noted() -> Iterator[list[int]]:
-    """Note signals instead of raising KeyboardInterrupt, which could strike in the middle of the ending.
+class _EndSignals:
+    """Turns the first signal into a KeyboardInterrupt, which ends long work at once, and notes the others.
 
-    rclpy calls these handlers after its own, which shut the context down. Signals that come after the end
-    of the node are ignored, so that a second Ctrl-C cannot spoil the exit code.
+    rclpy calls this handler after its own, which shuts the context down. Once the node ends, signals only
+    count: a second Ctrl-C must not strike in the middle of the ending and spoil the exit code.
     """
-    noted: list[int] = []
-    for number in _END_SIGNALS:
-        signal.signal(number, lambda received, _: noted.append(received))
-    try:
-        yield noted
-    finally:
+
+    def __init__(self) -> None:
+        self.received = 0
+        self.may_interrupt = True
+
+    def __enter__(self) -> Self:
+        for number in _END_SIGNALS:
+            signal.signal(number, self._handle)
+        return self
+
+    def __exit__(self, *_: object) -> None:
         for number in _END_SIGNALS:
             signal.signal(number, signal.SIG_IGN)
 
+    def _handle(self, _number: int, _frame: FrameType | None) -> None:
+        self.received += 1
+        if self.may_interrupt:
+            self.may_interrupt = False
+            raise KeyboardInterrupt
 
-def _spin(node: Node) -> None:
+
+def _spin(node: Node, signals: _EndSignals) -> None:
     try:
-        rclpy.spin(node)
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        while not signals.received and rclpy.ok():
+            executor.spin_once(timeout_sec=_LONGEST_WAIT)
     except ExternalShutdownException:
         pass
     except (RCLError, InvalidHandle):
         if rclpy.ok():
             raise  # else a signal took the context away in the middle of a call
     finally:
+        signals.may_interrupt = False
         node.destroy_node()
 
 

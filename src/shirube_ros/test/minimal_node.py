@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,6 +34,10 @@ class MinimalNode(Node):
             raise FloorError('map.csv is empty;\nbuild a map')
         if settings.fault == 'program':
             raise ZeroDivisionError('a mistake')
+        if settings.fault == 'slow':
+            sys.stdout.write('alive\n')
+            sys.stdout.flush()
+            time.sleep(60.0)
         self.create_timer(0.05, lambda: sys.stdout.write('alive\n') and sys.stdout.flush())
 
 

@@ -35,8 +35,11 @@ def start(environment: dict[str, str], *arguments: str) -> subprocess.Popen[str]
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize('times', [1, 2])
-def test_a_signal_ends_the_node_cleanly(environment: dict[str, str], number: int, times: int) -> None:
-    program = start(environment)
+@pytest.mark.parametrize('fault', [[], ['--ros-args', '-p', 'fault:=slow']])
+def test_a_signal_ends_the_node_cleanly_also_while_it_starts(
+    environment: dict[str, str], number: int, times: int, fault: list[str]
+) -> None:
+    program = start(environment, *fault)
     assert program.stdout is not None
     assert program.stdout.readline() == 'alive\n'
     for _ in range(times):

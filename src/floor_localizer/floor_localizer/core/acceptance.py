@@ -1,15 +1,18 @@
-"""When a match is more than chance: the expected number of chance alignments, from the map's density and size.
+"""When a match is more than chance: the expected number of chance alignments, from the map's density and
+size.
 
-An a-contrario test (Moisan & Stival, "A probabilistic criterion to detect rigid point matches between two images",
-2004), here for a view of a floor. Two view dots can be laid on every pair of map dots that is as far apart, up to the
-tolerance of the scale; each such pair is one pose. Under a pose, another view dot has a map dot within r of it by
-chance with p = density * pi * r^2. Any two of k matched dots may be the pair, and k may be any of 3..n, so
+An a-contrario test (Moisan & Stival, "A probabilistic criterion to detect rigid point matches between two
+images", 2004), here for a view of a floor. Two view dots can be laid on every pair of map dots that is as far
+apart, up to the tolerance of the scale; each such pair is one pose. Under a pose, another view dot has a map
+dot within r of it by chance with p = density * pi * r^2. Any two of k matched dots may be the pair, and k may
+be any of 3..n, so
 
     E(k, r) = N density 2 pi d (2 s d + 4 r) * (n - 2) C(n, k) C(k, 2) * p(r)^(k - 2)
 
-bounds how many poses of the whole map are expected to match k of n view dots within r by chance, where N is the number
-of map dots, d the distance of the two farthest matched dots and s the share by which the scale may be off. r is the
-largest residual of the k. The smallest E over k is the evidence of a match: no number in it is tuned to a floor.
+bounds how many poses of the whole map are expected to match k of n view dots within r by chance, where N is
+the number of map dots, d the distance of the two farthest matched dots and s the share by which the scale may
+be off. r is the largest residual of the k. The smallest E over k is the evidence of a match: no number in it
+is tuned to a floor.
 """
 
 from __future__ import annotations
@@ -30,7 +33,8 @@ def log_chance_alignments(
     density: float,
     scale_tolerance: float,
 ) -> float:
-    """Return the logarithm of how many poses as good as this one are expected by chance, infinite without a match.
+    """Return the logarithm of how many poses as good as this one are expected by chance, infinite without a
+    match.
 
     Args:
         residuals: shape (n,), distance of each view dot from its map dot [m], infinite where there is none.
@@ -51,7 +55,9 @@ def log_chance_alignments(
         r = max(ordered[k - 1], smallest_residual)
         chance = min(density * math.pi * r * r, 1.0)
         pairs = density * 2.0 * math.pi * distance * (2.0 * scale_tolerance * distance + 4.0 * r)
-        log_tests = math.log(max(dots_in_map * pairs, 1.0)) + math.log((n - 2) * k * (k - 1) / 2.0) + log_choose
+        log_tests = (
+            math.log(max(dots_in_map * pairs, 1.0)) + math.log((n - 2) * k * (k - 1) / 2.0) + log_choose
+        )
         log_expected = log_tests + (k - 2) * math.log(chance)
         if k == 3 or log_expected < best:
             best = log_expected

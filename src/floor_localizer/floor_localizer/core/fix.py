@@ -7,9 +7,9 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
-from shirube_geometry import PlanarPose
 
 from floor_localizer.core.detected_dots import DetectedDots
+from shirube_geometry import PlanarPose
 
 
 @dataclass(frozen=True)
@@ -20,8 +20,8 @@ class PosePrior:
         T_map_base: the expected pose.
         radius: the robot is no farther from it than this [m].
         turn: and its heading is no farther off than this [rad]; pi where nothing is known.
-        must_hold: whether a pose elsewhere is refused (an area given from outside), or looked for when there is none
-            here (an expectation from the last pose, which a kidnapping breaks).
+        must_hold: whether a pose elsewhere is refused (an area given from outside), or looked for when there
+            is none here (an expectation from the last pose, which a kidnapping breaks).
     """
 
     T_map_base: PlanarPose

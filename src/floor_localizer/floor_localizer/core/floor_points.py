@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+
 from shirube_geometry import PlanarPose
 
 # Dots of two views that are nearer than this many standard deviations are the same dot.
@@ -46,5 +47,6 @@ def join_points(first: FloorPoints, second: FloorPoints) -> FloorPoints:
     distances, nearest = cKDTree(second.points).query(first.points)
     others = distances > _SAME * np.hypot(first.sigmas, second.sigmas[nearest])
     return FloorPoints(
-        np.vstack([second.points, first.points[others]]), np.concatenate([second.sigmas, first.sigmas[others]])
+        np.vstack([second.points, first.points[others]]),
+        np.concatenate([second.sigmas, first.sigmas[others]]),
     )

@@ -15,18 +15,13 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, wrap_angle
 
 from floor_localizer.core.constellation.alignment import ViewDots, order_neighbours
-from floor_localizer.core.constellation.constellation_search import (
-    Search,
-    is_accepted,
-    new_search,
-    search_constellations,
-)
+from floor_localizer.core.constellation.constellation_search import search_constellations
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.constellation.near_search import search_near
 from floor_localizer.core.constellation.pair_search import search_pairs
+from floor_localizer.core.constellation.search_state import Search, is_accepted, new_search
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_extraction import DotDetector
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
@@ -34,11 +29,12 @@ from floor_localizer.core.floor_points import FloorPoints, join_points
 from floor_localizer.core.pose_fit import MountedRays
 from floor_localizer.core.refinement import refine
 from floor_localizer.core.settings import LocalizerSettings
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, wrap_angle
 
 _LEAST_DOTS = 5
 _NEIGHBOURS = 32
 _NEAR_PAIRS = 12
-_MIRROR_LOOKUPS = 300
+_MIRROR_CELLS = 40000
 # A place that matches this share of what the best place matches looks the same.
 _LOOKS_SAME = 0.8
 # An area wider than this [m] is searched by way of the whole map.
@@ -89,10 +85,17 @@ class FloorLocalizer:
 
     def floor_points(self, dots: DetectedDots, camera: PinholeCamera) -> FloorPoints:
         """Return where dots lie on the floor for the camera as mounted; one beyond the horizon is left out."""
+        return self._on_floor(dots, camera)[1]
+
+    def _on_floor(self, dots: DetectedDots, camera: PinholeCamera) -> tuple[DetectedDots, FloorPoints]:
+        """Return the dots that are not beyond the horizon, and where they lie on the floor."""
         points = self._mount.floor_points_from_rays(camera.rays_from_pixels(dots.pixels))
-        metres_per_pixel = self._mount.xyz[2] / math.sqrt(camera.fx * camera.fy)
         below = np.isfinite(points).all(axis=1)
-        return FloorPoints(points[below], np.hypot(dots.sigmas * metres_per_pixel, self._settings.map_sigma)[below])
+        dots = DetectedDots(dots.pixels[below], dots.diameters[below], dots.sigmas[below])
+        metres_per_pixel = self._mount.xyz[2] / math.sqrt(camera.fx * camera.fy)
+        return dots, FloorPoints(
+            points[below], np.hypot(dots.sigmas * metres_per_pixel, self._settings.map_sigma)
+        )
 
     def locate_dots(
         self,
@@ -112,20 +115,27 @@ class FloorLocalizer:
             earlier: dots of earlier views in the base frame of now, that help when these are too few.
             thorough: whether to lay pairs on the whole map when no constellation matches.
         """
+        dots, points = self._on_floor(dots, camera)
         if len(dots) == 0:
             return NoFix(NoFixReason.NO_DOTS, 'the image shows none', dots)
-        points = self.floor_points(dots, camera)
         if earlier is not None:
             points = join_points(earlier, points)
         if len(points.points) < _LEAST_DOTS:
-            return NoFix(NoFixReason.TOO_FEW_DOTS, f'{len(dots)} dots, at least {_LEAST_DOTS} are needed', dots)
+            return NoFix(
+                NoFixReason.TOO_FEW_DOTS, f'{len(dots)} dots, at least {_LEAST_DOTS} are needed', dots
+            )
         view = self._view(points)
         search, used_prior = self._search(view, prior, thorough)
         if not is_accepted(search, search.best):
             return self._no_fix(view, search, dots, used_prior)
-        if not used_prior and is_accepted(search, search.rival) and search.rival[5] >= _LOOKS_SAME * search.best[5]:
-            return NoFix(NoFixReason.AMBIGUOUS, _alike(search), dots)
-        return self._fix(points, search, dots, used_prior)
+        poses = [search.best] if used_prior else _alike_poses(search)
+        if prior is not None and prior.must_hold:
+            poses = [pose for pose in poses if _is_in_area(pose, prior)]
+        if not poses:
+            return NoFix(NoFixReason.OUTSIDE_AREA, _place(search.best), dots)
+        if len(poses) > 1:
+            return NoFix(NoFixReason.AMBIGUOUS, ' and '.join(map(_place, poses)), dots)
+        return self._fix(points, poses[0], dots, used_prior)
 
     def _view(self, points: FloorPoints) -> ViewDots:
         xy = points.points
@@ -150,7 +160,7 @@ class FloorLocalizer:
             if prior.must_hold:
                 return search, True
         search = self._new_search(view, float(len(floor.grid.points)))
-        found = search_constellations(floor.grid, floor.index, view, search, settings.lookups_max)
+        found = search_constellations(floor.grid, floor.index, view, search, settings.cells_max)
         if thorough and not found:
             search_pairs(floor.grid, floor.addresses, view, search, settings.pairs_max)
         return search, False
@@ -159,12 +169,15 @@ class FloorLocalizer:
         settings = self._settings
         return new_search(len(view.z), dots_in_scope, settings.chance_alignments_max, settings.match_rate_min)
 
-    def _fix(self, points: FloorPoints, search: Search, dots: DetectedDots, used_prior: bool) -> Fix | NoFix:
-        """Fit the whole model from where the search ended."""
-        settings, best = self._settings, search.best
-        start = np.array([best[3], best[4], math.atan2(best[2], best[1]), math.hypot(best[1], best[2]) - 1.0, 0.0, 0.0])
+    def _fix(
+        self, points: FloorPoints, pose: NDArray[np.float64], dots: DetectedDots, used_prior: bool
+    ) -> Fix | NoFix:
+        """Fit the whole model from a pose of the search."""
+        settings, start = self._settings, _level_state(pose, self._mount)
         # Uniform within the tolerance has the tolerance over sqrt(3) for its standard deviation.
-        priors = np.array([settings.scale_tolerance, settings.tilt_tolerance, settings.tilt_tolerance]) / math.sqrt(3.0)
+        priors = np.array(
+            [settings.scale_tolerance, settings.tilt_tolerance, settings.tilt_tolerance]
+        ) / math.sqrt(3.0)
         rays = self._mount.camera_points_from_floor(points.points)
         mounted = MountedRays(rays, self._mount.rotation, np.array(self._mount.xyz))
         state, covariance, matches = refine(self._floor.grid, mounted, points.sigmas, start, priors)
@@ -182,7 +195,7 @@ class FloorLocalizer:
             match_rate,
             float(state[3]),
             (float(state[4]), float(state[5])),
-            math.exp(max(best[0], -700.0)),
+            math.exp(max(pose[0], -700.0)),
             used_prior,
         )
 
@@ -204,15 +217,34 @@ class FloorLocalizer:
         points = view.points * (1.0, -1.0)
         mirrored = view._replace(points=points, z=view.z.conj())
         search = self._new_search(view, float(len(self._floor.grid.points)))
-        return search_constellations(self._floor.grid, self._floor.index, mirrored, search, _MIRROR_LOOKUPS)
+        return search_constellations(self._floor.grid, self._floor.index, mirrored, search, _MIRROR_CELLS)
 
 
-def _alike(search: Search) -> str:
-    best, rival = search.best, search.rival
-    return (
-        f'({best[3]:.2f}, {best[4]:.2f}) m matches {best[5]:.0f} dots '
-        f'and ({rival[3]:.2f}, {rival[4]:.2f}) m matches {rival[5]:.0f}'
-    )
+def _level_state(pose: NDArray[np.float64], mount: CameraMount) -> NDArray[np.float64]:
+    """Return the state of the level robot, shape (6,), that puts the dots where a pose of the search puts them."""
+    a, b = complex(pose[1], pose[2]), complex(pose[3], pose[4])
+    scale = abs(a) - 1.0
+    # Seen from higher up the view is larger about the camera's foot, in the similarity about the base.
+    base = b + scale * a / abs(a) * complex(mount.xyz[0], mount.xyz[1])
+    return np.array([base.real, base.imag, math.atan2(a.imag, a.real), scale, 0.0, 0.0])
+
+
+def _alike_poses(search: Search) -> list[NDArray[np.float64]]:
+    """Return the best pose of a search, and its rival if that looks the same."""
+    rival = search.rival
+    looks_same = is_accepted(search, rival) and rival[5] >= _LOOKS_SAME * search.best[5]
+    return [search.best, rival] if looks_same else [search.best]
+
+
+def _place(pose: NDArray[np.float64]) -> str:
+    return f'{pose[5]:.0f} dots match at ({pose[3]:.2f}, {pose[4]:.2f}) m'
+
+
+def _is_in_area(pose: NDArray[np.float64], prior: PosePrior) -> bool:
+    """Tell whether a pose of the search is where the prior allows it."""
+    found = PlanarPose(float(pose[3]), float(pose[4]), math.atan2(pose[2], pose[1]))
+    expected = prior.T_map_base
+    return found.distance_to(expected) <= prior.radius and abs(found.turn_to(expected)) <= prior.turn
 
 
 def _dots_near(floor: IndexedMap, prior: PosePrior) -> float:

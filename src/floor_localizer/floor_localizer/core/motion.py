@@ -6,10 +6,9 @@ import bisect
 import math
 from collections import deque
 
-from shirube_geometry import PlanarPose
-
 from floor_localizer.core.fix import PosePrior
 from floor_localizer.core.settings import TrackerSettings
+from shirube_geometry import PlanarPose
 
 _KEPT = 4000
 # Odometry that is older than this beside an image says nothing about it [s].
@@ -43,7 +42,9 @@ class Motion:
         self._poses.clear()
 
     def odometry_at(self, stamp: float) -> PlanarPose | None:
-        """Return ``T_odom_base`` at a time, interpolated or from the nearest message, None when there is none near."""
+        """Return ``T_odom_base`` at a time, interpolated or from the nearest message, None when there is none
+        near.
+        """
         if not self._odometry:
             return None
         k = bisect.bisect_left(self._odometry, stamp, key=lambda entry: entry[0])
@@ -57,7 +58,9 @@ class Motion:
         return before[1] @ PlanarPose(share * step.x, share * step.y, share * step.yaw)
 
     def between(self, earlier: float, later: float) -> PlanarPose | None:
-        """Return the pose at ``later`` in the base frame at ``earlier`` by odometry, None where it is not known."""
+        """Return the pose at ``later`` in the base frame at ``earlier`` by odometry, None where it is not
+        known.
+        """
         start, end = self.odometry_at(earlier), self.odometry_at(later)
         return None if start is None or end is None else start.inverse() @ end
 
@@ -81,7 +84,7 @@ class Motion:
         )
 
     def _by_velocity(self, stamp: float) -> PosePrior:
-        """Expect the same velocity as between the last two poses, or any up to what the acceleration allows."""
+        """Expect the velocity between the last two poses, or any up to what the acceleration allows."""
         settings = self._settings
         last_stamp, last = self._poses[-1]
         dt = stamp - last_stamp

@@ -3,7 +3,8 @@
 The robot is a rigid body on soft wheels: it lifts by a share of the camera's height and tilts about ``base_link``, and
 the camera with its mount (c, R) goes along. With the ray v_i of a dot in the optical frame,
 
-    d_i = Tilt R v_i,   o = Tilt c + (0, 0, scale c_z),   p_i = o_xy - o_z / d_iz * d_ixy,   m_i = T_map_base p_i + noise
+    d_i = Tilt R v_i,   o = Tilt c + (0, 0, scale c_z),   p_i = o_xy - o_z / d_iz * d_ixy,
+    m_i = T_map_base p_i + noise
 
 The six unknowns (x, y, yaw, scale, roll, pitch) minimise the sum of squared residuals over the dots' variances plus the
 squared scale and tilts over theirs: what suspension and load leave open. The covariance is the inverse of the normal
@@ -42,6 +43,8 @@ def map_point(mounted: MountedRays, k: int, state: NDArray[np.float64]) -> tuple
     """Return where the ray of dot ``k`` meets the floor in the map frame [m].
 
     Args:
+        mounted: the rays and the camera's mount.
+        k: index of the dot.
         state: shape (6,), x, y [m], yaw [rad], scale (share of the height), roll and pitch [rad].
     """
     v, r = mounted.rays[k], mounted.rotation
@@ -101,13 +104,18 @@ def fit_pose(
         state -= step
         if math.hypot(step[0], step[1]) < 1e-8 and abs(step[2]) < 1e-8:
             break
-    return np.linalg.inv(normal)
+    return np.linalg.inv(normal).astype(np.float64)
 
 
 @njit(cache=True)
 def _add_dot(
-    mounted: MountedRays, k: int, target: NDArray[np.float64], sigma: float, state: NDArray[np.float64],
-    normal: NDArray[np.float64], gradient: NDArray[np.float64],
+    mounted: MountedRays,
+    k: int,
+    target: NDArray[np.float64],
+    sigma: float,
+    state: NDArray[np.float64],
+    normal: NDArray[np.float64],
+    gradient: NDArray[np.float64],
 ) -> None:
     """Add one dot's residual to the normal equations."""
     jacobian = np.empty((2, UNKNOWNS))

@@ -1,4 +1,6 @@
-"""From a pose by similarity to the pose by the whole model: match again under it, fit again, until the matches stay."""
+"""From a pose by similarity to the pose by the whole model: match again under it, fit again, until the
+matches stay.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,10 @@ class Refinement(NamedTuple):
 
 @njit(cache=True)
 def refine(
-    grid: DotGrid, mounted: MountedRays, sigmas: NDArray[np.float64], start: NDArray[np.float64],
+    grid: DotGrid,
+    mounted: MountedRays,
+    sigmas: NDArray[np.float64],
+    start: NDArray[np.float64],
     prior_sigmas: NDArray[np.float64],
 ) -> Refinement:
     """Fit the whole model to all dots that match the map under it.

@@ -1,4 +1,6 @@
-"""The localizer's settings: one set for every floor, because what depends on the floor is computed from its map."""
+"""The localizer's settings: one set for every floor, because what depends on the floor is computed from its
+map.
+"""
 
 from __future__ import annotations
 
@@ -36,11 +38,17 @@ class LocalizerSettings:
         minimum=0.0,
         maximum=0.01,
     )
-    lookups_max: int = setting(
-        3000, 'constellations of one view that are looked up before pairs are tried', minimum=0, maximum=1000000
+    cells_max: int = setting(
+        400000,
+        'cells of the index that are opened for one view before pairs are tried',
+        minimum=0,
+        maximum=100000000,
     )
     pairs_max: int = setting(
-        24, 'pairs of one view that are laid on the whole map when no constellation matched', minimum=0, maximum=10000
+        24,
+        'pairs of one view that are laid on the whole map when no constellation matched',
+        minimum=0,
+        maximum=10000,
     )
 
 
@@ -49,16 +57,27 @@ class TrackerSettings:
     """How far the robot may be from where it is expected."""
 
     odometry_error: float = setting(
-        0.05, 'error of the odometry as a share of the distance driven, and in rad/m', minimum=0.0, maximum=1.0
+        0.05,
+        'error of the odometry as a share of the distance driven, and in rad/m',
+        minimum=0.0,
+        maximum=1.0,
     )
     still_radius: float = setting(
-        0.003, 'search radius around the expected pose with odometry at hand', unit='m', minimum=0.0001, maximum=1.0
+        0.003,
+        'search radius around the expected pose with odometry at hand',
+        unit='m',
+        minimum=0.0001,
+        maximum=1.0,
     )
     still_turn: float = setting(
         0.02, 'search range of the heading with odometry at hand', unit='rad', minimum=0.0001, maximum=3.2
     )
     acceleration_max: float = setting(
-        3.0, 'acceleration that the robot does not exceed, used without odometry', unit='m/s^2', minimum=0.01, maximum=50.0
+        3.0,
+        'acceleration that the robot does not exceed, used without odometry',
+        unit='m/s^2',
+        minimum=0.01,
+        maximum=50.0,
     )
     turn_acceleration_max: float = setting(
         10.0, 'angular acceleration that it does not exceed', unit='rad/s^2', minimum=0.01, maximum=500.0
@@ -73,7 +92,11 @@ class TrackerSettings:
         maximum=0.1,
     )
     thorough_interval: float = setting(
-        1.0, 'time between searches of the whole map by pairs while the robot is lost', unit='s', minimum=0.0, maximum=60.0
+        1.0,
+        'time between searches of the whole map by pairs while the robot is lost',
+        unit='s',
+        minimum=0.0,
+        maximum=60.0,
     )
     joined_views: int = setting(
         4, 'so many views are joined by odometry when one alone has too few dots', minimum=1, maximum=20

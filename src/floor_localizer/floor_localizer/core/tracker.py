@@ -7,7 +7,6 @@ from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
-from shirube_geometry import PinholeCamera, PlanarPose
 
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
@@ -15,6 +14,7 @@ from floor_localizer.core.floor_points import FloorPoints, join_points, move_poi
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.motion import Motion
 from floor_localizer.core.settings import TrackerSettings
+from shirube_geometry import PinholeCamera, PlanarPose
 
 # An area is searched out to this many standard deviations of the pose that was given.
 _AREA_SIGMAS = 3.0
@@ -94,11 +94,19 @@ class FloorTracker:
     def _needs_help(self, result: Fix | NoFix) -> bool:
         """Tell whether one view alone is not enough for a robot to drive by."""
         if isinstance(result, Fix):
-            return not result.used_prior and result.expected_chance_alignments > self._settings.chance_alignments_alone_max
+            return (
+                not result.used_prior
+                and result.expected_chance_alignments > self._settings.chance_alignments_alone_max
+            )
         return True
 
     def _with_earlier_views(
-        self, stamp: float, dots: DetectedDots, camera: PinholeCamera, prior: PosePrior | None, alone: Fix | NoFix
+        self,
+        stamp: float,
+        dots: DetectedDots,
+        camera: PinholeCamera,
+        prior: PosePrior | None,
+        alone: Fix | NoFix,
     ) -> Fix | NoFix:
         """Find the pose from this view and the earlier ones that odometry joins to it."""
         earlier = self._earlier_points(stamp)
@@ -108,7 +116,7 @@ class FloorTracker:
                 return joined
         if isinstance(alone, NoFix):
             return alone
-        detail = f'{alone.expected_chance_alignments:.1g} such places are expected by chance; the next view may confirm it'
+        detail = f'{alone.expected_chance_alignments:.1g} such places expected by chance; the next view may confirm it'
         return NoFix(NoFixReason.UNCERTAIN, detail, dots)
 
     def _earlier_points(self, stamp: float) -> FloorPoints | None:
@@ -117,5 +125,7 @@ class FloorTracker:
         for seen_stamp, points in self._seen:
             step = self._motion.between(seen_stamp, stamp)
             if step is not None:
-                joined = join_points(joined, move_points(points, step.inverse(), self._settings.odometry_error))
+                joined = join_points(
+                    joined, move_points(points, step.inverse(), self._settings.odometry_error)
+                )
         return joined if len(joined.points) else None

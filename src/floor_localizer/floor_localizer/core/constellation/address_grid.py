@@ -1,6 +1,6 @@
 """The paper's matching address matrix (2.3.3), one bit a block: is there a map dot at this place?
 
-A glance at one bit tells what a search for the nearest dot tells ten times slower, which is enough to drop a wrong guess.
+A glance at one bit tells what a search for the nearest dot tells ten times slower: enough to drop a wrong guess.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class AddressGrid(NamedTuple):
 def build_address_grid(grid: DotGrid) -> AddressGrid:
     """Mark the blocks whose centres are near a dot."""
     block, reach = _BLOCK * grid.cell, _REACH * grid.cell
-    columns = int(math.ceil(grid.columns / _BLOCK)) + 8
-    rows = int(math.ceil(grid.rows / _BLOCK)) + 8
+    columns = math.ceil(grid.columns / _BLOCK) + 8
+    rows = math.ceil(grid.rows / _BLOCK) + 8
     bits = np.zeros((rows, columns // 8 + 1), dtype=np.uint8)
     margin = 4 * block
     x0, y0 = grid.x0 - margin, grid.y0 - margin

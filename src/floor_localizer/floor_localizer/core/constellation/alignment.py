@@ -17,6 +17,8 @@ from floor_localizer.core.constellation.dot_grid import DotGrid, nearest_dot
 
 # A dot is looked for within this many standard deviations of where it should be.
 GATE = 3.2
+# and never farther than this, in units of the mean spacing: beyond, a dot is found by chance.
+_FARTHEST = 0.25
 # Share of a view's dots that a right guess finds at least: the middle between the worst right view and chance.
 _SHARE_IF_RIGHT = 0.5
 # A guess is dropped when the dots tried so far are this many times likelier by chance (Wald's sequential test).
@@ -65,99 +67,148 @@ def order_neighbours(points: NDArray[np.float64], most: int) -> NDArray[np.int64
     return nearest
 
 
-@njit(cache=True)
-def similarity_of_sums(
-    count: float, sum_z: complex, sum_m: complex, sum_zz: float, sum_zm: complex
-) -> tuple[complex, complex, float]:
-    """Return the least-squares similarity (a, b) of matched dots and the spread of the view dots [m^2].
+class MatchSums(NamedTuple):
+    """Sums over matched dots from which their least-squares similarity follows.
 
-    Args:
-        count: number of matched dots.
-        sum_z: sum of the view dots.
-        sum_m: sum of the map dots.
-        sum_zz: sum of squared magnitudes of the view dots.
-        sum_zm: sum of conj(view dot) * map dot.
+    Attributes:
+        number: of matched dots.
+        z: sum of the view dots.
+        m: sum of the map dots.
+        zz: sum of squared magnitudes of the view dots.
+        zm: sum of conj(view dot) * map dot.
     """
-    spread = sum_zz - (sum_z.real * sum_z.real + sum_z.imag * sum_z.imag) / count
-    a = (sum_zm - np.conj(sum_z) * sum_m / count) / spread
-    return a, (sum_m - a * sum_z) / count, spread
+
+    number: float
+    z: complex
+    m: complex
+    zz: float
+    zm: complex
+
+
+@njit(cache=True)
+def no_matches() -> MatchSums:
+    """Return the sums over nothing."""
+    return MatchSums(0.0, complex(0.0, 0.0), complex(0.0, 0.0), 0.0, complex(0.0, 0.0))
+
+
+@njit(cache=True)
+def add_match(sums: MatchSums, z: complex, m: complex) -> MatchSums:
+    """Return the sums with one more match of view dot ``z`` and map dot ``m``."""
+    squared = z.real * z.real + z.imag * z.imag
+    return MatchSums(sums.number + 1.0, sums.z + z, sums.m + m, sums.zz + squared, sums.zm + np.conj(z) * m)
+
+
+@njit(cache=True)
+def fit_similarity(sums: MatchSums) -> tuple[complex, complex, float]:
+    """Return the least-squares similarity (a, b) of two or more matches and the spread of their view dots [m^2]."""
+    spread = sums.zz - (sums.z.real * sums.z.real + sums.z.imag * sums.z.imag) / sums.number
+    a = (sums.zm - np.conj(sums.z) * sums.m / sums.number) / spread
+    return a, (sums.m - a * sums.z) / sums.number, spread
 
 
 @njit(cache=True)
 def grow(
     grid: DotGrid, view: ViewDots, seeds: NDArray[np.int64], map_i: int, map_j: int
 ) -> tuple[bool, complex, complex]:
-    """Grow the guess that the first two seeds are map_i and map_j through the neighbours of the last seed.
+    """Grow the guess that the first two seeds are two map dots through the neighbours of the last seed.
 
     Args:
+        grid: the map.
+        view: the view.
         seeds: shape (s,), s >= 2, view dots; those after the first two must be found on the map, and as they made the
             guess they are no evidence for it.
+        map_i: the map dot of the first seed.
+        map_j: the map dot of the second.
 
     Returns:
         whether the guess is worth a look at the whole view, and its similarity (a, b).
     """
+    # Sums about a dot of the map keep their digits far from the map's origin.
     origin = complex(grid.points[map_i, 0], grid.points[map_i, 1])
     end = complex(grid.points[map_j, 0], grid.points[map_j, 1]) - origin
-    zi, zj = view.z[seeds[0]], view.z[seeds[1]]
-    count = 2.0
-    sum_z, sum_m = zi + zj, end
-    sum_zz = zi.real * zi.real + zi.imag * zi.imag + zj.real * zj.real + zj.imag * zj.imag
-    sum_zm = np.conj(zj) * end
-    a, b, spread = similarity_of_sums(count, sum_z, sum_m, sum_zz, sum_zm)
+    sums = add_match(no_matches(), view.z[seeds[0]], complex(0.0, 0.0))
+    sums = add_match(sums, view.z[seeds[1]], end)
+    a, b, spread = fit_similarity(sums)
     slack = view.scale_tolerance + 2.0 * view.sigma * GATE / math.sqrt(2.0 * spread)
     if abs(abs(a) - 1.0) > slack:
         return False, a, b
-    evidence = 0.0
-    pivot = seeds[-1]
-    for m in range(2 - len(seeds), view.nearest.shape[1]):
-        k = seeds[len(seeds) + m] if m < 0 else view.nearest[pivot, m]
-        if m >= 0 and _contains(seeds, k):
-            continue
-        z = view.z[k]
-        off = z - sum_z / count
-        squared = off.real * off.real + off.imag * off.imag
-        reach = GATE * view.sigma * math.sqrt(1.0 + 1.0 / count + squared / spread) + view.bend * squared
-        reach = min(reach, 0.25 * grid.cell)
-        place = a * z + b + origin
-        found, _ = nearest_dot(grid, place.real, place.imag, reach)
-        if m < 0 and found < 0:
+    for seed in seeds[2:]:
+        found, _ = _find(grid, view, sums, origin, view.z[seed])
+        if found < 0:
             return False, a, b
-        if m >= 0:
-            chance = view.density * math.pi * reach * reach
-            if found < 0:
-                evidence += math.log((1.0 - _SHARE_IF_RIGHT) / (1.0 - chance))
-                if evidence < _LOG_HOPELESS:
-                    return False, a, b
-                continue
-            evidence += math.log(_SHARE_IF_RIGHT / chance)
-        dot = complex(grid.points[found, 0], grid.points[found, 1]) - origin
-        count += 1.0
-        sum_z += z
-        sum_m += dot
-        sum_zz += z.real * z.real + z.imag * z.imag
-        sum_zm += np.conj(z) * dot
-        a, b, spread = similarity_of_sums(count, sum_z, sum_m, sum_zz, sum_zm)
-        if evidence > _LOG_PLAIN:
-            break
+        sums = add_match(sums, view.z[seed], _map_dot(grid, found) - origin)
+    evidence, sums = _weigh_neighbours(grid, view, sums, origin, seeds)
+    a, b, _ = fit_similarity(sums)
     return evidence > _LOG_WORTHY, a, b + origin
 
 
 @njit(cache=True)
-def _contains(seeds: NDArray[np.int64], dot: int) -> bool:
-    """Tell whether a dot is one of the seeds."""
-    for seed in seeds:
-        if seed == dot:
+def _weigh_neighbours(
+    grid: DotGrid, view: ViewDots, sums: MatchSums, origin: complex, seeds: NDArray[np.int64]
+) -> tuple[float, MatchSums]:
+    """Try the neighbours of the last seed from near to far until the guess is hopeless or plain.
+
+    Returns:
+        the logarithm of how much likelier they are by truth than by chance, and the sums with those that were found.
+    """
+    evidence = 0.0
+    for k in view.nearest[seeds[-1]]:
+        if contains(seeds, k):
+            continue
+        found, reach = _find(grid, view, sums, origin, view.z[k])
+        chance = view.density * math.pi * reach * reach
+        if found >= 0:
+            evidence += math.log(_SHARE_IF_RIGHT / chance)
+            sums = add_match(sums, view.z[k], _map_dot(grid, found) - origin)
+        else:
+            evidence += math.log((1.0 - _SHARE_IF_RIGHT) / (1.0 - chance))
+        if evidence < _LOG_HOPELESS or evidence > _LOG_PLAIN:
+            break
+    return evidence, sums
+
+
+@njit(cache=True)
+def _find(grid: DotGrid, view: ViewDots, sums: MatchSums, origin: complex, z: complex) -> tuple[int, float]:
+    """Return the map dot where a view dot should be by the matches so far, or -1, and how far it was looked for [m]."""
+    a, b, spread = fit_similarity(sums)
+    off = z - sums.z / sums.number
+    squared = off.real * off.real + off.imag * off.imag
+    reach = GATE * view.sigma * math.sqrt(1.0 + 1.0 / sums.number + squared / spread) + view.bend * squared
+    reach = min(reach, _FARTHEST * grid.cell)
+    place = a * z + b + origin
+    return nearest_dot(grid, place.real, place.imag, reach)[0], reach
+
+
+@njit(cache=True)
+def _map_dot(grid: DotGrid, i: int) -> complex:
+    return complex(grid.points[i, 0], grid.points[i, 1])
+
+
+@njit(cache=True)
+def contains(dots: NDArray[np.int64], dot: int) -> bool:
+    """Tell whether a dot is among others."""
+    for other in dots:  # noqa: SIM110 - numba compiles no any() over a generator
+        if other == dot:
             return True
     return False
 
 
 @njit(cache=True)
 def match_view(
-    grid: DotGrid, view: ViewDots, a: complex, b: complex, matches: NDArray[np.int64], residuals: NDArray[np.float64]
+    grid: DotGrid,
+    view: ViewDots,
+    a: complex,
+    b: complex,
+    matches: NDArray[np.int64],
+    residuals: NDArray[np.float64],
 ) -> tuple[int, complex, complex]:
     """Match all dots of a view under a guess and fit the similarity to them, until the matches stay.
 
     Args:
+        grid: the map.
+        view: the view.
+        a: turn and scale of the guess.
+        b: its shift [m].
         matches: shape (n,), written: the index of each dot's map dot in the grid, or -1.
         residuals: shape (n,), written: its distance from there [m], infinite where there is none.
 
@@ -177,7 +228,7 @@ def match_view(
         matched = _match_once(grid, view, a, b, reach, matches, residuals)
         if matched < 3:
             return matched, a, b
-        a, b = _fit(grid, view, matches, matched)
+        a, b = _fit(grid, view, matches)
         if matched == previous:
             break
         previous = matched
@@ -186,8 +237,13 @@ def match_view(
 
 @njit(cache=True)
 def _match_once(
-    grid: DotGrid, view: ViewDots, a: complex, b: complex, reach: float,
-    matches: NDArray[np.int64], residuals: NDArray[np.float64],
+    grid: DotGrid,
+    view: ViewDots,
+    a: complex,
+    b: complex,
+    reach: float,
+    matches: NDArray[np.int64],
+    residuals: NDArray[np.float64],
 ) -> int:
     matched = 0
     for k in range(len(view.z)):
@@ -200,26 +256,15 @@ def _match_once(
 
 
 @njit(cache=True)
-def _fit(
-    grid: DotGrid, view: ViewDots, matches: NDArray[np.int64], matched: int
-) -> tuple[complex, complex]:
+def _fit(grid: DotGrid, view: ViewDots, matches: NDArray[np.int64]) -> tuple[complex, complex]:
     """Return the least-squares similarity over all matched dots."""
     origin = complex(0.0, 0.0)
-    sum_z, sum_m, sum_zm = complex(0.0, 0.0), complex(0.0, 0.0), complex(0.0, 0.0)
-    sum_zz = 0.0
-    first = True
+    sums = no_matches()
     for k in range(len(matches)):
         if matches[k] < 0:
             continue
-        dot = complex(grid.points[matches[k], 0], grid.points[matches[k], 1])
-        if first:
-            origin = dot
-            first = False
-        dot -= origin
-        z = view.z[k]
-        sum_z += z
-        sum_m += dot
-        sum_zz += z.real * z.real + z.imag * z.imag
-        sum_zm += np.conj(z) * dot
-    a, b, _ = similarity_of_sums(float(matched), sum_z, sum_m, sum_zz, sum_zm)
+        if sums.number == 0.0:
+            origin = _map_dot(grid, matches[k])
+        sums = add_match(sums, view.z[k], _map_dot(grid, matches[k]) - origin)
+    a, b, _ = fit_similarity(sums)
     return a, b + origin

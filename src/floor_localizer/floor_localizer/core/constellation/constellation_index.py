@@ -12,25 +12,23 @@ from numpy.typing import NDArray
 from floor_localizer.core.constellation.constellation_key import (
     LANES,
     OTHERS,
-    X_LOWER,
-    X_STEPS,
-    Y_LOWER,
-    Y_STEPS,
     base_coordinates,
     bucket_of_code,
     imbalance,
-    pack,
-    to_steps,
+    pack_coordinates,
+    sort_by_x,
     turn_around,
 )
 from floor_localizer.core.constellation.dot_grid import DotGrid, dots_within
-from floor_localizer.core.constellation.lens import MOST_GROUPS, MOST_IN_LENS, distance, dots_in_lens, groups_of_four
+from floor_localizer.core.constellation.lens import MOST_GROUPS, groups_of_four
 
 # A base is indexed when at most this many dots are in its lens.
 MOST_INDEXED = 6
 # Longest base in units of the mean spacing of dots.
 _WIDEST = 3.0
 _NEIGHBOURS = 64
+# Room for so many constellations a dot is made at first.
+_ROOM = 18
 
 
 class ConstellationIndex(NamedTuple):
@@ -51,20 +49,27 @@ class ConstellationIndex(NamedTuple):
     reach: float
 
 
+class Surroundings(NamedTuple):
+    """A dot and those around it.
+
+    Attributes:
+        dots: shape (64,), indices in the grid.
+        points: shape (64, 2), from the first dot [m].
+        squared: shape (64,), squared distances from it [m^2].
+    """
+
+    dots: NDArray[np.int64]
+    points: NDArray[np.float64]
+    squared: NDArray[np.float64]
+
+
 def build_constellation_index(grid: DotGrid) -> ConstellationIndex:
     """Index the smallest constellations around every dot, about sixteen each.
 
     Few large constellations tell places apart as well as many small ones, and sixteen a dot leave some whole when half
     of the dots are missing. The size follows the density around each dot, so sparse places are indexed like dense ones.
     """
-    widest = _WIDEST * grid.cell
-    counts = np.zeros(len(grid.points), dtype=np.int64)
-    none = np.empty(0, dtype=np.uint64), np.empty((0, 2), dtype=np.uint32)
-    _list_constellations(grid, widest, counts, *none)
-    places = np.concatenate([[0], np.cumsum(counts)])
-    codes = np.empty(places[-1], dtype=np.uint64)
-    bases = np.empty((places[-1], 2), dtype=np.uint32)
-    reach = _list_constellations(grid, widest, places[:-1].copy(), codes, bases)
+    codes, bases, reach = _list_constellations(grid, _WIDEST * grid.cell)
     bits = max(math.ceil(math.log2(max(len(codes), 2))), 1)
     starts = np.zeros((1 << bits) + 1, dtype=np.uint32)
     order = _sort_into_buckets(codes, bits, starts)
@@ -76,66 +81,112 @@ def build_constellation_index(grid: DotGrid) -> ConstellationIndex:
 
 @njit(cache=True)
 def _list_constellations(
-    grid: DotGrid, widest: float, places: NDArray[np.int64], codes: NDArray[np.uint64], bases: NDArray[np.uint32]
-) -> float:
-    """Count the constellations whose base begins at each dot, and write them where there is room for them.
-
-    Args:
-        places: shape (N,), where each dot's constellations go in ``codes``; advanced by their number.
-        codes: shape (M,), the keys, or empty to count only.
-        bases: shape (M, 2), their bases.
+    grid: DotGrid, widest: float
+) -> tuple[NDArray[np.uint64], NDArray[np.uint32], float]:
+    """List the constellations of all dots with bases no longer than ``widest`` [m].
 
     Returns:
-        the longest base [m].
+        their keys, shape (M,), their bases, shape (M, 2), and the longest base [m].
     """
-    near = np.empty(_NEIGHBOURS, dtype=np.int64)
-    lens = np.empty(MOST_IN_LENS, dtype=np.int64)
+    around = Surroundings(
+        np.empty(_NEIGHBOURS, dtype=np.int64), np.zeros((_NEIGHBOURS, 2)), np.zeros(_NEIGHBOURS)
+    )
+    lens = np.empty(MOST_INDEXED + 1, dtype=np.int64)
     groups = np.empty((MOST_GROUPS, OTHERS), dtype=np.int64)
-    reach = 0.0
+    xy = np.empty((OTHERS, 2))
+    codes = np.empty(_ROOM * len(grid.points) + MOST_GROUPS, dtype=np.uint64)
+    bases = np.empty((len(codes), 2), dtype=np.uint32)
+    total, reach = 0, 0.0
     for first in range(len(grid.points)):
-        count = dots_within(grid, grid.points[first, 0], grid.points[first, 1], widest, near)
-        for second in near[:count]:
-            if second <= first:
+        count = _look_around(grid, first, widest, around)
+        for second in range(OTHERS + 1, count):
+            if around.dots[second] <= first:
                 continue
-            length = distance(grid.points, first, second)
-            inside = dots_in_lens(grid.points, first, second, near[:count], length, lens)
+            inside = _dots_in_lens(around, second, lens)
             if inside < OTHERS or inside > MOST_INDEXED:
                 continue
-            found = groups_of_four(grid.points, lens[:inside], length, groups)
+            length = math.sqrt(around.squared[second])
+            found = groups_of_four(around.points, lens[:inside], length, groups)
+            if total + found > len(codes):
+                codes = np.concatenate((codes, np.empty_like(codes)))
+                bases = np.concatenate((bases, np.empty_like(bases)))
+            for g in range(found):
+                codes[total], swapped = _key(around.points, second, groups[g], xy)
+                bases[total, swapped], bases[total, 1 - swapped] = first, around.dots[second]
+                total += 1
             if found > 0:
                 reach = max(reach, length)
-            if len(codes) > 0:
-                for g in range(found):
-                    _write_constellation(grid.points, first, second, groups[g], codes, bases, places[first] + g)
-            places[first] += found
-    return reach
+    return codes[:total].copy(), bases[:total].copy(), reach
 
 
 @njit(cache=True)
-def _write_constellation(
-    points: NDArray[np.float32], first: int, second: int, others: NDArray[np.int64],
-    codes: NDArray[np.uint64], bases: NDArray[np.uint32], place: int,
-) -> None:
-    """Write one constellation in its canonical order: the others more on the side of the first end, sorted by x."""
-    xy = np.empty((OTHERS, 2))
-    steps = np.empty(LANES, dtype=np.int64)
-    base_coordinates(points, first, second, others, xy)
-    if imbalance(xy) > 0.0:
+def _look_around(grid: DotGrid, first: int, widest: float, around: Surroundings) -> int:
+    """Write the dots around one, itself first and the others from near to far, and return their number."""
+    x, y = np.float64(grid.points[first, 0]), np.float64(grid.points[first, 1])
+    count = dots_within(grid, x, y, widest, around.dots)
+    near = around.dots[:count].copy()
+    around.dots[0] = first
+    filled = 1
+    for dot in near:
+        if dot == first:
+            continue
+        dx, dy = np.float64(grid.points[dot, 0]) - x, np.float64(grid.points[dot, 1]) - y
+        squared = dx * dx + dy * dy
+        k = filled
+        while k > 1 and around.squared[k - 1] > squared:
+            around.dots[k], around.squared[k] = around.dots[k - 1], around.squared[k - 1]
+            around.points[k] = around.points[k - 1]
+            k -= 1
+        around.dots[k], around.squared[k] = dot, squared
+        around.points[k, 0], around.points[k, 1] = dx, dy
+        filled += 1
+    return filled
+
+
+@njit(cache=True)
+def _dots_in_lens(around: Surroundings, second: int, lens: NDArray[np.int64]) -> int:
+    """Write the dots in the lens of the base from the middle dot to ``second``, and return their number.
+
+    As the dots are in order, only those before the second are near enough to the first. One more than may be
+    indexed is enough to know.
+    """
+    x, y = around.points[second, 0], around.points[second, 1]
+    found = 0
+    for k in range(1, second):
+        dx, dy = around.points[k, 0] - x, around.points[k, 1] - y
+        if dx * dx + dy * dy <= around.squared[second]:
+            lens[found] = k
+            found += 1
+            if found == len(lens):
+                break
+    return found
+
+
+@njit(cache=True)
+def _key(
+    points: NDArray[np.float64], second: int, others: NDArray[np.int64], xy: NDArray[np.float64]
+) -> tuple[np.uint64, int]:
+    """Return the key of one constellation with its ends so that the others are more on the first one's side.
+
+    Args:
+        points: shape (n, 2), dots [m]; the first is one end of the base.
+        second: the other end.
+        others: shape (4,), the other dots.
+        xy: shape (4, 2), room to work in.
+
+    Returns:
+        the key, and 1 if the ends changed places in it.
+    """
+    base_coordinates(points, 0, second, others, xy)
+    swapped = 1 if imbalance(xy) > 0.0 else 0
+    if swapped:
         turn_around(xy)
-        first, second = second, first
-    order = np.argsort(xy[:, 0])
-    for k in range(OTHERS):
-        steps[2 * k] = to_steps(xy[order[k], 0], X_LOWER, X_STEPS)
-        steps[2 * k + 1] = to_steps(xy[order[k], 1], Y_LOWER, Y_STEPS)
-    codes[place] = pack(steps)
-    bases[place, 0] = first
-    bases[place, 1] = second
+    sort_by_x(xy)
+    return pack_coordinates(xy), swapped
 
 
 @njit(cache=True)
-def _sort_into_buckets(
-    codes: NDArray[np.uint64], bits: int, starts: NDArray[np.uint32]
-) -> NDArray[np.int64]:
+def _sort_into_buckets(codes: NDArray[np.uint64], bits: int, starts: NDArray[np.uint32]) -> NDArray[np.int64]:
     """Fill ``starts`` and return the order that puts the codes bucket by bucket (a counting sort)."""
     cells = np.empty(LANES, dtype=np.int64)
     buckets = np.empty(len(codes), dtype=np.int64)

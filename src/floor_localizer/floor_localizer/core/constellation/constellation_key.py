@@ -78,6 +78,28 @@ def turn_around(xy: NDArray[np.float64]) -> None:
 
 
 @njit(cache=True)
+def sort_by_x(xy: NDArray[np.float64]) -> None:
+    """Put the others, shape (4, 2), in order of their x, in place."""
+    for k in range(1, OTHERS):
+        x, y = xy[k, 0], xy[k, 1]
+        m = k
+        while m > 0 and xy[m - 1, 0] > x:
+            xy[m, 0], xy[m, 1] = xy[m - 1, 0], xy[m - 1, 1]
+            m -= 1
+        xy[m, 0], xy[m, 1] = x, y
+
+
+@njit(cache=True)
+def pack_coordinates(xy: NDArray[np.float64]) -> np.uint64:
+    """Return the coordinates of the others, shape (4, 2), as one number."""
+    code = np.uint64(0)
+    for k in range(OTHERS):
+        code = (code << _LANE) | np.uint64(to_steps(xy[k, 0], X_LOWER, X_STEPS))
+        code = (code << _LANE) | np.uint64(to_steps(xy[k, 1], Y_LOWER, Y_STEPS))
+    return code
+
+
+@njit(cache=True)
 def pack(steps: NDArray[np.int64]) -> np.uint64:
     """Return eight steps in 0..127, shape (8,) in the order x y x y ..., as one number."""
     code = np.uint64(0)
@@ -100,7 +122,7 @@ def bucket_of_cells(cells: NDArray[np.int64], bits: int) -> int:
         number = number * np.uint64(_X_CELLS) + np.uint64(cells[2 * k])
         number = number * np.uint64(_Y_CELLS) + np.uint64(cells[2 * k + 1])
     # Fibonacci hashing: the upper bits of the product are well mixed.
-    return np.int64((number * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(64 - bits))
+    return int((number * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(64 - bits))
 
 
 @njit(cache=True)

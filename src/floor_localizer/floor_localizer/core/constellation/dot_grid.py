@@ -62,7 +62,8 @@ def build_dot_grid(points: NDArray[np.float64]) -> tuple[DotGrid, NDArray[np.int
 def typical_spacing(points: NDArray[np.float64]) -> float:
     """Return the side of the square that holds one dot on average where there are dots [m].
 
-    Only the part of the bounding box that holds dots counts, so that a map of several rooms is as dense as its rooms.
+    Only the part of the bounding box that holds dots counts, so that a map of several rooms is as dense as
+    its rooms.
 
     Args:
         points: shape (N, 2), dots [m].
@@ -115,9 +116,7 @@ def nearest_dot(grid: DotGrid, x: float, y: float, reach: float) -> tuple[int, f
 
 
 @njit(cache=True)
-def dots_within(
-    grid: DotGrid, x: float, y: float, reach: float, found: NDArray[np.int64]
-) -> int:
+def dots_within(grid: DotGrid, x: float, y: float, reach: float, found: NDArray[np.int64]) -> int:
     """Write the indices of the dots within ``reach`` [m] of (x, y) to ``found`` and return their number.
 
     When there are more than ``found`` holds, the rest is left out.

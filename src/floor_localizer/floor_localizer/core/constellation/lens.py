@@ -27,7 +27,11 @@ def distance(points: NDArray[np.float64], i: int, j: int) -> float:
 
 @njit(cache=True)
 def dots_in_lens(
-    points: NDArray[np.float64], first: int, second: int, near: NDArray[np.int64], longest: float,
+    points: NDArray[np.float64],
+    first: int,
+    second: int,
+    near: NDArray[np.int64],
+    longest: float,
     lens: NDArray[np.int64],
 ) -> int:
     """Write the dots that are no farther than ``longest`` from both ends of a base, and return their number.
@@ -56,7 +60,8 @@ def dots_in_lens(
 def groups_of_four(
     points: NDArray[np.float64], lens: NDArray[np.int64], longest: float, groups: NDArray[np.int64]
 ) -> int:
-    """Write all groups of four dots of a lens of which no two are farther apart than ``longest``, return their number.
+    """Write all groups of four dots of a lens of which no two are farther apart than ``longest``, return
+    their number.
 
     Args:
         points: shape (n, 2), dots [m].
@@ -64,11 +69,7 @@ def groups_of_four(
         longest: [m].
         groups: shape (MOST_GROUPS, 4), written; what does not fit is left out.
     """
-    together = np.zeros(len(lens), dtype=np.int64)
-    for i in range(len(lens)):
-        for j in range(i):
-            if distance(points, lens[i], lens[j]) <= longest:
-                together[i] |= 1 << j
+    together = _close_pairs(points, lens, longest)
     count = 0
     for i in range(OTHERS - 1, len(lens)):
         for j in range(OTHERS - 2, i):
@@ -85,3 +86,14 @@ def groups_of_four(
                         groups[count, 2], groups[count, 3] = lens[k], lens[m]
                         count += 1
     return count
+
+
+@njit(cache=True)
+def _close_pairs(points: NDArray[np.float64], lens: NDArray[np.int64], longest: float) -> NDArray[np.int64]:
+    """Return for each dot of a lens a set of bits: which of those before it are within ``longest`` [m]."""
+    together = np.zeros(len(lens), dtype=np.int64)
+    for i in range(len(lens)):
+        for j in range(i):
+            if distance(points, lens[i], lens[j]) <= longest:
+                together[i] |= 1 << j
+    return together

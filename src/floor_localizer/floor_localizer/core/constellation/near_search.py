@@ -9,23 +9,33 @@ from numba import njit
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.alignment import GATE, ViewDots, grow
-from floor_localizer.core.constellation.constellation_search import Search, judge
 from floor_localizer.core.constellation.dot_grid import DotGrid, dots_within
 from floor_localizer.core.constellation.lens import distance
 from floor_localizer.core.constellation.pair_search import choose_pairs
+from floor_localizer.core.constellation.search_state import Search, judge
 
 _SHORTEST, _LONGEST = 1.2, 5.0
 _MOST_AROUND = 20000
+# With a turn this open [rad] the far end of a pair is looked for all around.
+_ANY_TURN = 0.5
 
 
 @njit(cache=True)
 def search_near(
-    grid: DotGrid, view: ViewDots, search: Search, expected: NDArray[np.float64], radius: float, turn: float,
+    grid: DotGrid,
+    view: ViewDots,
+    search: Search,
+    expected: NDArray[np.float64],
+    radius: float,
+    turn: float,
     most_pairs: int,
 ) -> bool:
     """Lay pairs of the view on the map dots around where they are expected, until a pose is accepted.
 
     Args:
+        grid: the map.
+        view: the view.
+        search: the state of the search.
         expected: shape (3,), x, y [m] and yaw [rad] of the base frame in the map.
         radius: how far the base may be from there [m].
         turn: how far its heading may be off [rad].
@@ -47,24 +57,26 @@ def search_near(
         arm = a * (view.z[second] - view.z[first])
         for start in around[:count]:
             x, y = np.float64(grid.points[start, 0]), np.float64(grid.points[start, 1])
-            if turn < 0.5:
+            if turn < _ANY_TURN:
                 found = dots_within(grid, x + arm.real, y + arm.imag, length * turn + stretch, ends)
             else:
                 found = dots_within(grid, x, y, length + stretch, ends)
             for end in ends[:found]:
-                dx, dy = grid.points[end, 0] - x, grid.points[end, 1] - y
-                if abs(math.hypot(dx, dy) - length) > stretch:
+                if abs(distance(grid.points, start, end) - length) > stretch:
                     continue
                 good, turned, shift = grow(grid, view, seeds, start, end)
-                if good and _is_near(a, b, turned, shift, radius, turn) and judge(grid, view, search, turned, shift):
+                near = good and _is_near(view, a, b, turned, shift, radius, turn)
+                if near and judge(grid, view, search, turned, shift):
                     return True
     return False
 
 
 @njit(cache=True)
 def _is_near(
-    a: complex, b: complex, found_a: complex, found_b: complex, radius: float, turn: float
+    view: ViewDots, a: complex, b: complex, found_a: complex, found_b: complex, radius: float, turn: float
 ) -> bool:
     """Tell whether a found similarity is within reach of the expected one, with room for its own error."""
     off = found_a * np.conj(a)
-    return abs(found_b - b) <= 1.5 * radius + 0.005 and abs(math.atan2(off.imag, off.real)) <= 1.5 * turn + 0.05
+    # A camera that hangs higher or lower puts the base off by that share of the way to the view.
+    room = 1.5 * radius + 0.005 + view.scale_tolerance * abs(view.z[0])
+    return abs(found_b - b) <= room and abs(math.atan2(off.imag, off.real)) <= 1.5 * turn + 0.05

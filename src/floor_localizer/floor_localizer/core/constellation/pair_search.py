@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.address_grid import AddressGrid, is_occupied
 from floor_localizer.core.constellation.alignment import GATE, ViewDots, grow
-from floor_localizer.core.constellation.constellation_search import Search, is_accepted, judge
 from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.constellation.lens import distance
+from floor_localizer.core.constellation.search_state import Search, is_accepted, judge
 
 # Bases in units of the mean spacing: shorter ones leave the turn too open, longer ones fit too many map pairs.
 _SHORTEST, _LONGEST = 1.0, 2.0
@@ -40,7 +40,7 @@ def search_pairs(
 
 @njit(cache=True)
 def choose_pairs(view: ViewDots, shortest: float, longest: float) -> NDArray[np.int64]:
-    """List the pairs of dots with a length in the given range [m], shape (p, 2), each dot once before any comes again."""
+    """List the pairs of dots with a length in a range [m], shape (p, 2), each dot once before any comes again."""
     n, m = view.nearest.shape
     pairs = np.empty((n * m, 2), dtype=np.int64)
     uses = np.empty(n * m)
@@ -63,7 +63,7 @@ def choose_pairs(view: ViewDots, shortest: float, longest: float) -> NDArray[np.
 def _lay_on_map(
     grid: DotGrid, addresses: AddressGrid, view: ViewDots, search: Search, seeds: NDArray[np.int64]
 ) -> None:
-    """Lay one pair of the view on every map pair of its length, to the end, so that places that look alike are found."""
+    """Lay one pair of the view on every map pair of its length, to the end: places may look alike."""
     length = distance(view.points, seeds[0], seeds[1])
     slack = view.scale_tolerance * length + math.sqrt(2.0) * GATE * view.sigma
     glances = _glances(view, seeds)

@@ -6,12 +6,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-# The floor varies slowly: a coarser image, in which the largest dot has about this size, shows it as well. Closing and
-# opening follow the edge of a shadow closely and take little time; a median does neither.
+# The floor varies slowly: a coarser image, in which the largest dot has about this size, shows it as well.
+# Closing and opening follow the edge of a shadow closely and take little time; a median does neither.
 _COARSE_DIAMETERS = {'dark': 24.0, 'light': 24.0, 'any': 12.0}
 
 
-def smooth_background(image: NDArray[np.uint8], polarity: str, largest_diameter: float) -> NDArray[np.float32]:
+def smooth_background(
+    image: NDArray[np.uint8], polarity: str, largest_diameter: float
+) -> NDArray[np.float32]:
     """Return the floor's luminance under and around the dots.
 
     Dots are replaced by what surrounds them: morphological closing takes out dark dots, opening light
@@ -33,10 +35,10 @@ def smooth_background(image: NDArray[np.uint8], polarity: str, largest_diameter:
     window = round((1.2 * largest_diameter + 2.0) / factor) | 1
     floor = np.maximum(_without_dots(coarse, polarity, window), 1).astype(np.float32)
     # Closing follows the noise up and opening down: the typical ratio takes that bias out again.
-    step = 1 + len(coarse) // 200
+    step = 1 + len(coarse) // 80
     floor *= np.median(coarse[::step, ::step] / floor[::step, ::step], axis=(0, 1)).astype(np.float32)
     fine = cv2.resize(floor, (width, height), interpolation=cv2.INTER_LINEAR)
-    return np.asarray(fine, dtype=np.float32).reshape(height, width, channels)
+    return np.maximum(fine, np.float32(1.0)).reshape(height, width, channels)
 
 
 def _without_dots(image: NDArray[np.uint8], polarity: str, window: int) -> NDArray[np.uint8]:

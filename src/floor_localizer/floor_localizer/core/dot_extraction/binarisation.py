@@ -1,7 +1,8 @@
-"""Binarisation (paper 3.1): contrast against the floor and a threshold that knows the noise."""
+"""Binarisation (paper 3.1): contrast against the floor and a threshold that knows the floor's noise."""
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -10,7 +11,15 @@ from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 
 # The sign of the difference that a dot makes, 0 for any difference.
 _SIGNS = {'dark': -1.0, 'light': 1.0, 'any': 0.0}
-_SAMPLES = 12_000
+# Tiles, for which the noise of the floor is told, in diameters of the largest dot.
+_TILE = 1.6
+_SAMPLES_A_SIDE = 20
+# Dots lie in the upper part of the differences, the rest belongs to the floor; and the mean square of that
+# part of normally distributed differences of variance 1.
+_FLOOR_SHARE = 0.8
+_MEAN_SQUARE_OF_FLOOR_SHARE = 0.438
+# The bare floor's contrast lies about 0; where noise or colour raise it, by less than so many deviations.
+_LARGEST_LEVEL = 2.5
 # A difference of 2 % from the floor is texture or dust, however little noise the camera has.
 _SMALLEST_CONTRAST = 0.02
 
@@ -30,11 +39,11 @@ def contrast_image(
 
 def contrast_threshold(
     image: NDArray[np.uint8], background: NDArray[np.float32], polarity: str, settings: DotDetectorSettings
-) -> float:
-    """Return the contrast above which a pixel belongs to a dot, relative to the floor's luminance.
+) -> NDArray[np.float32]:
+    """Return the contrast above which a pixel belongs to a dot, shape (h, w).
 
-    It lies above the floor's noise and texture, and at a part of the contrast that most dots have, so that
-    the outline of a dot does not depend on the light.
+    It lies above the noise and texture of the floor around, and at a part of the contrast that most dots
+    have, so that the outline of a dot does not depend on the light.
 
     Args:
         image: shape (h, w, channels), slightly smoothed grey levels.
@@ -42,24 +51,25 @@ def contrast_threshold(
         polarity: ``dark``, ``light``, or ``any``.
         settings: settings of dot extraction.
     """
-    step = max(1, round((image.shape[0] * image.shape[1] / _SAMPLES) ** 0.5))
-    sample = contrast_image(image[::step, ::step], background[::step, ::step], polarity).ravel()
-    if polarity == 'any':
-        spread = 1.4826 * np.median(sample)
-        threshold = settings.noise_sigmas * spread
-    else:
-        # The lower half of the distribution holds no dots.
-        ranks = [len(sample) * 16 // 100, len(sample) // 2]
-        low, middle = np.partition(sample, ranks)[ranks]
-        threshold = middle + settings.noise_sigmas * (middle - low)
-    threshold = max(threshold, _SMALLEST_CONTRAST)
-    of_dots = sample[sample > threshold]
-    typical = np.quantile(of_dots, 0.75) if len(of_dots) else 0.0
-    return float(max(threshold, settings.minimum_relative_contrast * typical))
+    height, width = image.shape[:2]
+    tile = _TILE * settings.largest_diameter(width, height)
+    step = max(1, int(tile / _SAMPLES_A_SIDE))
+    contrast = contrast_image(image[::step, ::step], background[::step, ::step], polarity)
+    tiles = (max(1, round(height / tile)), max(1, round(width / tile)))
+    rounding = 1.0 / background[::step, ::step].mean(axis=2)
+    floor = _floor_thresholds(contrast, rounding, tiles, settings.noise_sigmas)
+    np.maximum(floor, _SMALLEST_CONTRAST, out=floor)
+    of_dots = contrast[contrast > cv2.resize(floor, contrast.shape[::-1], interpolation=cv2.INTER_LINEAR)]
+    typical = float(np.quantile(of_dots, 0.75)) if len(of_dots) else 0.0
+    np.maximum(floor, settings.minimum_relative_contrast * typical, out=floor)
+    return np.asarray(cv2.resize(floor, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.float32)
 
 
 def binarise(
-    image: NDArray[np.uint8], background: NDArray[np.float32], polarity: str, threshold: float
+    image: NDArray[np.uint8],
+    background: NDArray[np.float32],
+    polarity: str,
+    threshold: NDArray[np.float32],
 ) -> NDArray[np.uint8]:
     """Return the binary image, shape (h, w): 1 where the contrast lies above the threshold, else 0.
 
@@ -67,7 +77,7 @@ def binarise(
         image: shape (h, w, channels), slightly smoothed grey levels.
         background: shape (h, w, channels), grey levels of the floor.
         polarity: ``dark``, ``light``, or ``any``.
-        threshold: from :func:`contrast_threshold`.
+        threshold: shape (h, w), from :func:`contrast_threshold`.
     """
     sign = _SIGNS[polarity]
     if sign == 0.0:
@@ -75,8 +85,27 @@ def binarise(
     return np.asarray(_binarise(image[..., 0], background[..., 0], sign, threshold), dtype=np.uint8)
 
 
+def _floor_thresholds(
+    contrast: NDArray[np.float32], rounding: NDArray[np.float32], tiles: tuple[int, int], sigmas: float
+) -> NDArray[np.float32]:
+    # The contrast so many standard deviations above the bare floor's in each tile.
+    thresholds = np.empty(tiles, np.float32)
+    bands = np.array_split(contrast, tiles[0], axis=0), np.array_split(rounding, tiles[0], axis=0)
+    for row, (band, rounded) in enumerate(zip(*bands, strict=True)):
+        both = np.array_split(band, tiles[1], axis=1), np.array_split(rounded, tiles[1], axis=1)
+        for column, (tile, step) in enumerate(zip(*both, strict=True)):
+            # Differences between neighbours, unlike the values, hardly know of an edge or a giant chip.
+            squares = 0.5 * np.diff(tile, axis=1).ravel() ** 2
+            count = max(1, int(_FLOOR_SHARE * len(squares)))
+            variance = np.mean(np.partition(squares, count - 1)[:count]) / _MEAN_SQUARE_OF_FLOOR_SHARE
+            deviation = np.sqrt(variance + np.mean(step) ** 2 / 12.0)
+            level = np.partition(tile, tile.size // 2, axis=None)[tile.size // 2]
+            thresholds[row, column] = min(max(level, 0.0), _LARGEST_LEVEL * deviation) + sigmas * deviation
+    return thresholds
+
+
 @njit(cache=True)
-def _contrasts(image, background, sign):  # type: ignore[no-untyped-def]
+def _contrasts(image: NDArray[np.uint8], background: NDArray[np.float32], sign: float) -> NDArray[np.float32]:
     height, width, channels = image.shape
     result = np.empty((height, width), np.float32)
     for v in range(height):
@@ -91,12 +120,15 @@ def _contrasts(image, background, sign):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _binarise(image, background, sign, threshold):  # type: ignore[no-untyped-def]
+def _binarise(
+    image: NDArray[np.uint8], background: NDArray[np.float32], sign: float, threshold: NDArray[np.float32]
+) -> NDArray[np.uint8]:
     # The comparison without a division, which takes most of the time in a large image.
-    factor, level = np.float32(sign), np.float32(sign + threshold)
+    factor = np.float32(sign)
     height, width = image.shape
     result = np.empty((height, width), np.uint8)
     for v in range(height):
         for u in range(width):
-            result[v, u] = factor * np.float32(image[v, u]) > level * background[v, u]
+            level = (factor + threshold[v, u]) * background[v, u]
+            result[v, u] = factor * np.float32(image[v, u]) > level
     return result

@@ -12,15 +12,22 @@ from floor_localizer.core.dot_extraction.image_noise import noise_at
 from floor_localizer.core.dot_extraction.labelling import Boxes, Labels
 from floor_localizer.core.dot_extraction.surroundings import REACH
 
-# Pixels below are floor and above are dot; between, the dot covers them in part. Noise and texture of the floor
-# and of the dot's inside cancel so, and the edge, which alone tells the place, is left.
+Image = NDArray[np.uint8]
+Field = NDArray[np.float32]
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+# Pixels below are floor and above are dot; between, the dot covers them in part. So noise and texture of the
+# floor and of the dot's inside are kept out, and the edge, which alone tells the place, is left.
 _FLOOR_COVERAGE = 0.15
 _DOT_COVERAGE = 0.85
 _SATURATED = 250
-# Whatever the noise: ragged edges, unevenly coloured chips, texture of the floor [px].
-_SHAPE_SIGMA = 0.006
+# Saturated pixels on a floor brighter than this are floor.
+_SATURATED_FLOOR = 225.0
+# Whatever the noise: ragged edges, unevenly coloured chips, texture of the floor, compression [px].
+_SHAPE_SIGMA = 0.008
 # Nobody sees which of two touching dots a pixel between them belongs to [part of the diameter].
-_SPLIT_SIGMA = 0.04
+_SPLIT_SIGMA = 0.02
 
 _U, _V, _AREA, _SIGMA, _UU, _UV, _VV, _CONTRAST, _STEP, _CLIPPED = range(10)
 
@@ -84,8 +91,10 @@ def measure_blobs(
 
 
 @njit(cache=True)
-def _measure(image, background, mask, labels, boxes, noise, reach):  # type: ignore[no-untyped-def]
-    height, width, channels = image.shape
+def _measure(
+    image: Image, background: Field, mask: Image, labels: Labels, boxes: Boxes, noise: Vector, reach: int
+) -> Vector:
+    height, width = labels.shape
     table = np.zeros((len(boxes), 10))
     for i in range(len(boxes)):
         if boxes[i, 4] == 0:
@@ -104,12 +113,12 @@ def _measure(image, background, mask, labels, boxes, noise, reach):  # type: ign
             deviation = noise[i] * _noise_gain(direction, table[i, _CONTRAST], background[v, u])
             table[i, _SIGMA] = _centroid_sigma(coverage, places, table[i]) * deviation
             table[i, _STEP] = _light_step(background, mask, places, direction)
-            table[i, _CLIPPED] = _clipped(image, places)
+            table[i, _CLIPPED] = _clipped(image, background, places)
     return table
 
 
 @njit(cache=True)
-def _places(patch, label, left, top):  # type: ignore[no-untyped-def]
+def _places(patch: Labels, label: int, left: int, top: int) -> tuple[Places, Places]:
     # Rows and columns of a blob with its soft edge, and of its ring.
     places, ring = np.empty((patch.size, 2), np.int64), np.empty((patch.size, 2), np.int64)
     count = ring_count = 0
@@ -125,10 +134,11 @@ def _places(patch, label, left, top):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _direction(image, background, mask, places):  # type: ignore[no-untyped-def]
+def _direction(image: Image, background: Field, mask: Image, places: Places) -> Vector:
     # Unit vector of the blob's mean difference from the floor, over the channels.
     direction = np.zeros(image.shape[2])
-    for v, u in places:
+    for k in range(len(places)):
+        v, u = places[k, 0], places[k, 1]
         if mask[v, u]:
             for c in range(image.shape[2]):
                 direction[c] += image[v, u, c] / background[v, u, c] - 1.0
@@ -136,17 +146,19 @@ def _direction(image, background, mask, places):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _differences(image, background, places, direction):  # type: ignore[no-untyped-def]
+def _differences(image: Image, background: Field, places: Places, direction: Vector) -> Vector:
     result = np.zeros(len(places))
     for k in range(len(places)):
-        v, u = places[k]
+        v, u = places[k, 0], places[k, 1]
         for c in range(image.shape[2]):
             result[k] += direction[c] * (image[v, u, c] / background[v, u, c] - 1.0)
     return result
 
 
 @njit(cache=True)
-def _coverage(image, background, mask, places, ring, direction, row):  # type: ignore[no-untyped-def]
+def _coverage(
+    image: Image, background: Field, mask: Image, places: Places, ring: Places, direction: Vector, row: Vector
+) -> Vector:
     coverage = _differences(image, background, places, direction)
     if len(ring) > 0:
         coverage -= np.median(_differences(image, background, ring, direction))
@@ -163,7 +175,7 @@ def _coverage(image, background, mask, places, ring, direction, row):  # type: i
 
 
 @njit(cache=True)
-def _centroid(coverage, places, row):  # type: ignore[no-untyped-def]
+def _centroid(coverage: Vector, places: Places, row: Vector) -> None:
     area = su = sv = 0.0
     for k in range(len(places)):
         part = (coverage[k] - _FLOOR_COVERAGE) / (_DOT_COVERAGE - _FLOOR_COVERAGE)
@@ -177,9 +189,10 @@ def _centroid(coverage, places, row):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _shape(mask, places, row):  # type: ignore[no-untyped-def]
+def _shape(mask: Image, places: Places, row: Vector) -> None:
     n = mu = mv = muu = muv = mvv = 0.0
-    for v, u in places:
+    for k in range(len(places)):
+        v, u = places[k, 0], places[k, 1]
         if mask[v, u]:
             x, y = u - row[_U], v - row[_V]
             n += 1.0
@@ -195,7 +208,7 @@ def _shape(mask, places, row):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _noise_gain(direction, contrast, background):  # type: ignore[no-untyped-def]
+def _noise_gain(direction: Vector, contrast: float, background: Field) -> float:
     # Noise of a pixel's coverage for each grey level of noise on the floor. Edges of light dots are brighter
     # than the floor, and photon noise grows with the root of the light.
     brightness = np.maximum(1.0, 1.0 + 0.5 * contrast * direction)
@@ -203,7 +216,7 @@ def _noise_gain(direction, contrast, background):  # type: ignore[no-untyped-def
 
 
 @njit(cache=True)
-def _centroid_sigma(coverage, places, row):  # type: ignore[no-untyped-def]
+def _centroid_sigma(coverage: Vector, places: Places, row: Vector) -> float:
     # Propagation of unit noise of the coverage; pixels clipped to floor or dot do not pass theirs on.
     total = 0.0
     for k in range(len(places)):
@@ -213,21 +226,23 @@ def _centroid_sigma(coverage, places, row):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _clipped(image, places):  # type: ignore[no-untyped-def]
+def _clipped(image: Image, background: Field, places: Places) -> float:
     clipped = 0
-    for v, u in places:
+    for k in range(len(places)):
+        v, u = places[k, 0], places[k, 1]
         for c in range(image.shape[2]):
-            if image[v, u, c] >= _SATURATED:
+            if image[v, u, c] >= _SATURATED and background[v, u, c] < _SATURATED_FLOOR:
                 clipped += 1
                 break
     return clipped / len(places)
 
 
 @njit(cache=True)
-def _light_step(background, mask, places, direction):  # type: ignore[no-untyped-def]
+def _light_step(background: Field, mask: Image, places: Places, direction: Vector) -> float:
     # Floor in the light taken for floor in the shade would have this contrast, or the other way round.
     darkest, brightest = np.inf, 0.0
-    for v, u in places:
+    for k in range(len(places)):
+        v, u = places[k, 0], places[k, 1]
         if mask[v, u]:
             brightness = np.sum(background[v, u])
             darkest, brightest = min(darkest, brightness), max(brightest, brightness)

@@ -12,17 +12,18 @@ from floor_localizer.core.dot_extraction.binarisation import binarise, contrast_
 from floor_localizer.core.dot_extraction.centroids import measure_blobs
 from floor_localizer.core.dot_extraction.dot_image_error import DotImageError
 from floor_localizer.core.dot_extraction.labelling import label_blobs
-from floor_localizer.core.dot_extraction.noise_removal import are_dots, hair_width, remove_thin
+from floor_localizer.core.dot_extraction.noise_removal import are_dots, remove_specks, typical_diameter
 from floor_localizer.core.dot_extraction.polarity import choose_polarity
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 from floor_localizer.core.dot_extraction.splitting import split_touching
 from floor_localizer.core.dot_extraction.surroundings import grow_labels
-from shirube_settings import check_settings
+from shirube_settings import SettingsError, check_settings
 
 SMALLEST_SIDE = 32
 """An image with a side shorter than this shows no pattern of dots [px]."""
 
-_THINNEST = 3
+SMALLEST_PART = 0.55
+"""A part of a blob is a dot of its own from this part of the typical dot's diameter on; hairs are thinner."""
 
 
 class DotDetector:
@@ -39,6 +40,12 @@ class DotDetector:
         """
         self.settings = settings or DotDetectorSettings()
         check_settings(self.settings)
+        smallest, largest = self.settings.minimum_diameter, self.settings.maximum_diameter
+        if 0.0 < largest <= smallest:
+            raise SettingsError(
+                f'setting maximum_diameter is {largest:g} px, it must be more than '
+                f'minimum_diameter ({smallest:g} px), or 0'
+            )
 
     def detect(self, image: NDArray[np.uint8]) -> DetectedDots:
         """Find the dots of one image.
@@ -60,13 +67,13 @@ class DotDetector:
 
         background = smooth_background(smooth, polarity, largest)
         threshold = contrast_threshold(smooth, background, polarity, self.settings)
-        mask = remove_thin(binarise(smooth, background, polarity, threshold), _THINNEST)
+        mask = binarise(smooth, background, polarity, threshold)
         labels, boxes = label_blobs(mask)
-        width_of_hairs = hair_width(boxes, smallest, largest)
-        if width_of_hairs > _THINNEST:
-            mask = remove_thin(mask, width_of_hairs)
-            labels, boxes = label_blobs(mask)
-        boxes, split = split_touching(labels, boxes, image, background, polarity, smallest)
+        remove_specks(labels, boxes, smallest)
+        typical = typical_diameter(boxes[:, 4].astype(np.float64), smallest, largest)
+        boxes, split = split_touching(
+            labels, boxes, image, background, polarity, max(smallest, SMALLEST_PART * typical), largest
+        )
 
         grow_labels(labels, boxes)
         blobs = measure_blobs(image, background, mask, labels, boxes, split)
@@ -95,8 +102,11 @@ def check_image(image: NDArray[np.uint8]) -> None:
         kind = f'{image.dtype} values' if isinstance(image, np.ndarray) else type(image).__name__
         raise DotImageError(f'the image holds {kind}, it must be an array of uint8 (mono8 or bgr8)')
     if image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
-        raise DotImageError(f'the image has the shape {image.shape}, it must be (h, w) or (h, w, 3) (mono8 or bgr8)')
+        raise DotImageError(
+            f'the image has the shape {image.shape}, it must be (h, w) or (h, w, 3) (mono8 or bgr8)'
+        )
     if min(image.shape[:2]) < SMALLEST_SIDE:
         raise DotImageError(
-            f'the image is {image.shape[1]} x {image.shape[0]} px, each side must be at least {SMALLEST_SIDE} px'
+            f'the image is {image.shape[1]} x {image.shape[0]} px, '
+            f'each side must be at least {SMALLEST_SIDE} px'
         )

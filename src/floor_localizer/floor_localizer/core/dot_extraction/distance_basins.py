@@ -1,4 +1,4 @@
-"""Distance transform of a small binary image and the basins of its maxima."""
+"""The parts of a binary shape: basins of the maxima of its distance transform."""
 
 from __future__ import annotations
 
@@ -8,34 +8,42 @@ from numpy.typing import NDArray
 
 
 def distance_basins(
-    raster: NDArray[np.uint8], largest_waist: float, smallest_radius: float
+    raster: NDArray[np.uint8], thin: float, largest_waist: float, smallest_radius: float
 ) -> tuple[NDArray[np.int32], int]:
-    """Part a binary shape at its waists.
+    """Part a binary shape at its waists, without what is thin.
 
-    The distance transform of a convex shape has a single maximum. Pixels are flooded from the largest distance
-    down; where the floods of two maxima meet, the shape has a waist of that radius. It counts if it is
-    narrow against the smaller of the two maxima, else the floods become one.
+    What a disc of ``thin`` times the radius of the shape's largest disc does not reach is left out
+    (morphological opening): hairs that touch a dot. The distance transform of a convex shape has a single
+    maximum. Pixels are flooded from the largest distance down; where the floods of two maxima meet, the shape
+    has a waist of that radius. It counts if it is narrow against the smaller of the two maxima, else the
+    floods become one.
 
     Args:
         raster: shape (h, w), not zero inside the shape; its outer rows and columns are zero.
+        thin: radius of what is thin as a part of the largest radius.
         largest_waist: largest ratio of a waist to the smaller maximum.
         smallest_radius: radius below which a maximum is no part of its own [px].
 
     Returns:
         basins, shape (h, w), 0 outside and 1, 2, … inside; and the number of basins.
     """
-    basins, count = _flood(_squared_distances(raster), largest_waist**2, smallest_radius**2)
+    distances = _squared_distances(raster)
+    radius = thin * float(np.max(distances)) ** 0.5
+    away = _squared_distances((distances <= radius**2).astype(np.uint8))
+    distances[away > radius**2] = 0
+    basins, count = _flood(distances, largest_waist**2, smallest_radius**2)
     return basins, int(count)
 
 
 @njit(cache=True)
-def _squared_distances(raster):  # type: ignore[no-untyped-def]
+def _squared_distances(raster: NDArray[np.uint8]) -> NDArray[np.int32]:
     # Squared Euclidean distance of each pixel inside to the nearest one outside: a whole number.
     height, width = raster.shape
+    far = height + width
     rows = np.zeros((height, width), np.int32)
-    for v in range(1, height):
+    for v in range(height):
         for u in range(width):
-            rows[v, u] = rows[v - 1, u] + 1 if raster[v, u] else 0
+            rows[v, u] = (rows[v - 1, u] + 1 if v > 0 else far) if raster[v, u] else 0
     for v in range(height - 2, -1, -1):
         for u in range(width):
             rows[v, u] = min(rows[v, u], rows[v + 1, u] + 1)
@@ -44,16 +52,21 @@ def _squared_distances(raster):  # type: ignore[no-untyped-def]
         for u in range(width):
             best = rows[v, u] ** 2
             step = 1
-            # Columns further away than the best distance so far cannot hold a nearer pixel; the frame ends the search.
-            while step * step < best:
-                best = min(best, step * step + rows[v, u - step] ** 2, step * step + rows[v, u + step] ** 2)
+            # Columns further away than the best distance so far cannot hold a nearer pixel.
+            while step * step < best and step < width:
+                if u >= step:
+                    best = min(best, step * step + rows[v, u - step] ** 2)
+                if u + step < width:
+                    best = min(best, step * step + rows[v, u + step] ** 2)
                 step += 1
             result[v, u] = best
     return result
 
 
 @njit(cache=True)
-def _flood(distances, largest_waist, smallest_radius):  # type: ignore[no-untyped-def]
+def _flood(
+    distances: NDArray[np.int32], largest_waist: float, smallest_radius: float
+) -> tuple[NDArray[np.int32], int]:
     # All lengths are squared.
     height, width = distances.shape
     flat = distances.ravel()
@@ -83,7 +96,7 @@ def _flood(distances, largest_waist, smallest_radius):  # type: ignore[no-untype
 
 
 @njit(cache=True)
-def _descending(values):  # type: ignore[no-untyped-def]
+def _descending(values: NDArray[np.int32]) -> NDArray[np.int64]:
     # Places of the positive values, greatest first; whole numbers are sorted by counting.
     starts = np.zeros(np.max(values) + 2, np.int64)
     for value in values:
@@ -100,14 +113,16 @@ def _descending(values):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _root(parents, node):  # type: ignore[no-untyped-def]
+def _root(parents: NDArray[np.int64], node: int) -> int:
     while parents[node] != node:
         node = parents[node]
     return node
 
 
 @njit(cache=True)
-def _numbered(owner, parents, height, width):  # type: ignore[no-untyped-def]
+def _numbered(
+    owner: NDArray[np.int64], parents: NDArray[np.int64], height: int, width: int
+) -> tuple[NDArray[np.int32], int]:
     numbers = np.zeros(owner.size, np.int32)
     basins = np.zeros(owner.size, np.int32)
     count = 0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 
-class DotImageError(ValueError):
+
+class DotImageError(FloorLocalizerError):
     """An image of a type or shape that dot extraction does not take; the message is one line."""

@@ -31,7 +31,7 @@ def noise_at(image: NDArray[np.uint8], pixels: NDArray[np.integer]) -> NDArray[n
 
 
 @njit(cache=True)
-def _noise_tiles(image):  # type: ignore[no-untyped-def]
+def _noise_tiles(image: NDArray[np.uint8]) -> NDArray[np.float64]:
     height, width, channels = image.shape
     rows, columns = (height + _TILE - 1) // _TILE, (width + _TILE - 1) // _TILE
     noise = np.empty((rows, columns))
@@ -53,7 +53,7 @@ def _noise_tiles(image):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _spread(counts):  # type: ignore[no-untyped-def]
+def _spread(counts: NDArray[np.int64]) -> float:
     # Differences are whole numbers: bin k holds those between k - 1/2 and k + 1/2.
     wanted = _QUAN_TILE * np.sum(counts)
     below = 0.0

@@ -10,8 +10,14 @@ from numpy.typing import NDArray
 Labels = NDArray[np.int32]
 """Image of labels, shape (h, w): 0 is the floor, blobs count from 1."""
 
+DISCARDED = -(2**31)
+"""Label of pixels that belong neither to the floor nor to a blob."""
+
 Boxes = NDArray[np.int32]
-"""Bounding boxes of blobs, shape (n, 5): left, top, right (exclusive), bottom (exclusive), area [px]; row i has label i + 1."""
+"""Bounding boxes of blobs, shape (n, 5): left, top, right (exclusive), bottom (exclusive), area [px].
+
+Row i belongs to label i + 1.
+"""
 
 
 def label_blobs(mask: NDArray[np.uint8]) -> tuple[Labels, Boxes]:
@@ -28,7 +34,7 @@ def bounding_boxes(labels: Labels, count: int) -> Boxes:
 
 
 @njit(cache=True)
-def _bounding_boxes(labels, count):  # type: ignore[no-untyped-def]
+def _bounding_boxes(labels: Labels, count: int) -> Boxes:
     height, width = labels.shape
     boxes = np.empty((count, 5), np.int32)
     boxes[:, 0], boxes[:, 1] = width, height

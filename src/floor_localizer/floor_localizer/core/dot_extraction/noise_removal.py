@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from floor_localizer.core.dot_extraction.centroids import Blobs
-from floor_localizer.core.dot_extraction.labelling import Boxes
+from floor_localizer.core.dot_extraction.labelling import Boxes, Labels
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 
-# Thinner than this part of a typical dot is a hair.
-_HAIR_WIDTH = 0.25
 _LARGEST_CLIPPED_SHARE = 0.05
 # The edge of a shadow makes contrasts up to 1 times the step of the light over it.
 _LEAST_CONTRAST_TO_STEP = 1.3
@@ -19,25 +17,18 @@ _LEAST_CONTRAST_TO_STEP = 1.3
 _FEWEST_BLOBS = 8
 
 
-def remove_thin(mask: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
-    """Return a binary image, shape (h, w), without what is thinner than ``width`` (odd) pixels."""
-    shape = cv2.MORPH_CROSS if width == 3 else cv2.MORPH_ELLIPSE
-    opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, cv2.getStructuringElement(shape, (width, width)))
-    return np.asarray(opened, dtype=np.uint8)
-
-
-def hair_width(boxes: Boxes, smallest: float, largest: float) -> int:
-    """Return the width up to which blobs are hairs, at least 3 and odd [px].
+def remove_specks(labels: Labels, boxes: Boxes, smallest_diameter: float) -> None:
+    """Turn blobs of less than half the area of the smallest dot into floor, in place.
 
     Args:
-        boxes: bounding boxes and areas of all blobs.
-        smallest: diameter of the smallest dot [px].
-        largest: diameter of the largest dot [px].
+        labels: the blobs.
+        boxes: their bounding boxes; the areas of specks become 0.
+        smallest_diameter: diameter of the smallest dot [px].
     """
-    return 2 * round(0.5 * _HAIR_WIDTH * typical_diameter(boxes[:, 4], smallest, largest)) | 1
+    _remove(labels, boxes, 0.125 * np.pi * smallest_diameter**2)
 
 
-def typical_diameter(areas: NDArray[np.generic], smallest: float, largest: float) -> float:
+def typical_diameter(areas: NDArray[np.float64], smallest: float, largest: float) -> float:
     """Return the diameter of the blob in which the median pixel of all blobs of a dot's size lies [px].
 
     Specks, which are many but small, do not sway it.
@@ -99,3 +90,15 @@ def _reflections(clipped: NDArray[np.float64], candidates: NDArray[np.bool_]) ->
     if not candidates.any() or np.median(clipped[candidates]) > _LARGEST_CLIPPED_SHARE:
         return np.zeros(len(clipped), dtype=np.bool_)
     return clipped > _LARGEST_CLIPPED_SHARE
+
+
+@njit(cache=True)
+def _remove(labels: Labels, boxes: Boxes, smallest_area: float) -> None:
+    for i in range(len(boxes)):
+        if boxes[i, 4] >= smallest_area:
+            continue
+        for v in range(boxes[i, 1], boxes[i, 3]):
+            for u in range(boxes[i, 0], boxes[i, 2]):
+                if labels[v, u] == i + 1:
+                    labels[v, u] = 0
+        boxes[i, 4] = 0

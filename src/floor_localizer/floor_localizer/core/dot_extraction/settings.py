@@ -13,8 +13,8 @@ class DotDetectorSettings:
 
     polarity: str = setting(
         'auto',
-        'which dots are sought: darker or lighter than the floor, any that differ from it in brightness or colour, '
-        'or auto to choose dark, light or any from each image',
+        'which dots are sought: darker or lighter than the floor, any that differ in brightness or colour, '
+        'or auto to choose one of these from each image',
         choices=('auto', 'dark', 'light', 'any'),
     )
     minimum_diameter: float = setting(
@@ -31,10 +31,16 @@ class DotDetectorSettings:
         0.4, 'diameter of the smallest dot kept as a part of the typical dot', minimum=0.0, maximum=1.0
     )
     minimum_relative_contrast: float = setting(
-        0.3, 'contrast of a pixel that may belong to a dot as a part of the typical dot', minimum=0.1, maximum=0.8
+        0.3,
+        'contrast of a pixel that may belong to a dot as a part of the typical dot',
+        minimum=0.1,
+        maximum=0.8,
     )
     noise_sigmas: float = setting(
-        5.0, 'contrast of a pixel that may belong to a dot in standard deviations of the floor', minimum=2.0, maximum=20.0
+        5.0,
+        'contrast of a pixel that may belong to a dot in standard deviations of the floor',
+        minimum=2.0,
+        maximum=20.0,
     )
     maximum_elongation: float = setting(
         4.0, 'largest ratio of length to width, motion blur taken out', minimum=1.5, maximum=100.0

@@ -1,4 +1,4 @@
-"""Splitting of touching dots: a blob with a waist is two."""
+"""Splitting of touching dots: a blob with a waist is two, and a hair on a dot is none of it."""
 
 from __future__ import annotations
 
@@ -8,18 +8,29 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.dot_extraction.binarisation import contrast_image
 from floor_localizer.core.dot_extraction.distance_basins import distance_basins
-from floor_localizer.core.dot_extraction.labelling import Boxes, Labels, bounding_boxes
+from floor_localizer.core.dot_extraction.labelling import DISCARDED, Boxes, Labels, bounding_boxes
 
 # A convex chip has no waist at all; ragged outlines of single chips have waists above this.
 _LARGEST_WAIST = 0.88
-# Area over the area of the ellipse of equal moments: 1 for an ellipse, 0.90 for two equal discs side by side, 0.83
-# for three; two discs are also at least 1.9 times as long as wide.
+# Thinner than this part of a dot is a hair.
+_HAIR = 0.4
+# Area over the area of the ellipse of equal moments: 1 for an ellipse, 0.90 for two equal discs side by side,
+# 0.83 for three; two discs are also at least 1.9 times as long as wide.
 _ELLIPTIC = 0.98
 _CLUSTERED = 0.88
 _SHORT = 1.4
+# Blobs of more area than this multiple of the median are looked at whatever their shape.
+_LARGE = 1.6
+# Blobs of more area than so many of the largest dots are no clusters of dots.
+_LARGEST_CLUSTER = 25.0
+# A hair is worth being cut off if it makes up more than this part of a blob.
+_SMALLEST_HAIR = 0.04
+# Contrast of the outline in which a waist is sought, as a part of the blob's: the higher, the deeper may blur
+# fill the gap between two dots.
+_OUTLINE = 0.67
 # Blobs are looked at on a raster on which they are about this many pixels wide.
 _RASTER = 22.0
-# Half contrast cuts into small dots: a part may look thinner than the smallest dot by this ratio.
+# That outline cuts into small dots: a part may look thinner than the smallest dot by this ratio.
 _THINNED = 0.7
 
 
@@ -30,18 +41,21 @@ def split_touching(
     background: NDArray[np.float32],
     polarity: str,
     smallest_diameter: float,
+    largest_diameter: float,
 ) -> tuple[Boxes, NDArray[np.bool_]]:
     """Give the parts of blobs that consist of several dots labels of their own, in place.
 
-    The outline is that at half contrast in the unsmoothed image: smoothing fills the gaps between dots.
+    The outline is sought in the unsmoothed image: smoothing fills the gaps between dots.
 
     Args:
-        labels: the blobs; pixels outside the half-contrast outline of a split blob go back to the floor.
+        labels: the blobs; of a split blob, pixels beside the parts go back to the floor and hairs are marked
+            as ``DISCARDED``.
         boxes: their bounding boxes.
         image: shape (h, w, channels), grey levels, not smoothed.
         background: shape (h, w, channels), grey levels of the floor.
         polarity: ``dark``, ``light``, or ``any``.
-        smallest_diameter: diameter of the smallest dot [px].
+        smallest_diameter: diameter of the smallest dot that is split off [px].
+        largest_diameter: diameter of the largest dot [px].
 
     Returns:
         the bounding boxes of the blobs and, after them, of the parts that were split off; and which of
@@ -49,36 +63,44 @@ def split_touching(
     """
     count = len(boxes)
     split = np.zeros(count, dtype=np.bool_)
-    for i in _candidates(labels, boxes, 0.5 * np.pi * smallest_diameter**2):
+    smallest_area = 0.25 * np.pi * smallest_diameter**2
+    largest_area = _LARGEST_CLUSTER * 0.25 * np.pi * largest_diameter**2
+    for i in _candidates(labels, boxes, smallest_area, largest_area):
         left, top, right, bottom, area = (int(number) for number in boxes[i])
         scale = min(4, max(1, round(_RASTER / area**0.5)))
         patch = labels[top:bottom, left:right]
         window = (slice(top, bottom), slice(left, right))
         contrast = contrast_image(image[window], background[window], polarity)
-        raster = _half_contrast_raster(patch, i + 1, contrast, scale)
-        basins, parts = distance_basins(raster, _LARGEST_WAIST, 0.5 * _THINNED * scale * smallest_diameter)
-        if parts > 1:
-            _relabel(patch, i + 1, basins, scale, count)
+        raster = _outline_raster(patch, i + 1, contrast, scale)
+        smallest_radius = 0.5 * _THINNED * scale * smallest_diameter
+        basins, parts = distance_basins(raster, _HAIR, _LARGEST_WAIST, smallest_radius)
+        parted = _relabelled(patch, i + 1, basins, scale, count)
+        if parts > 1 or np.count_nonzero(parted == DISCARDED) > _SMALLEST_HAIR * area:
+            patch[:] = parted
             count += parts - 1
             split[i] = True
-    if count == len(boxes):
+    if not split.any():
         return boxes, split
     return bounding_boxes(labels, count), np.append(split, np.ones(count - len(boxes), dtype=np.bool_))
 
 
 @njit(cache=True)
-def _candidates(labels, boxes, smallest_area):  # type: ignore[no-untyped-def]
+def _candidates(labels: Labels, boxes: Boxes, smallest_area: float, largest_area: float) -> NDArray[np.int64]:
     found = np.empty(len(boxes), np.int64)
     count = 0
+    areas = boxes[boxes[:, 4] >= smallest_area, 4]
+    large = _LARGE * np.median(areas) if len(areas) > 0 else 0.0
     for i in range(len(boxes)):
-        if boxes[i, 4] >= smallest_area and not _is_single(labels, boxes[i], i + 1):
+        if not 2.0 * smallest_area <= boxes[i, 4] <= largest_area:
+            continue
+        if boxes[i, 4] > large or not _is_single(labels, boxes[i], i + 1):
             found[count] = i
             count += 1
     return found[:count]
 
 
 @njit(cache=True)
-def _is_single(labels, box, label):  # type: ignore[no-untyped-def]
+def _is_single(labels: Labels, box: NDArray[np.int32], label: int) -> bool:
     n = su = sv = suu = suv = svv = 0.0
     for v in range(box[3] - box[1]):
         for u in range(box[2] - box[0]):
@@ -100,7 +122,9 @@ def _is_single(labels, box, label):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _half_contrast_raster(labels, label, contrast, scale):  # type: ignore[no-untyped-def]
+def _outline_raster(
+    labels: Labels, label: int, contrast: NDArray[np.float32], scale: int
+) -> NDArray[np.uint8]:
     rows, columns = labels.shape
     inside = np.empty(labels.size, np.float32)
     count = 0
@@ -111,7 +135,7 @@ def _half_contrast_raster(labels, label, contrast, scale):  # type: ignore[no-un
                 count += 1
             else:
                 contrast[v, u] = 0.0
-    level = 0.5 * np.median(inside[:count])
+    level = _OUTLINE * np.median(inside[:count])
     # A frame of zeros keeps the flood from leaving the raster.
     raster = np.zeros((rows * scale + 2, columns * scale + 2), np.uint8)
     for row in range(rows * scale):
@@ -123,7 +147,7 @@ def _half_contrast_raster(labels, label, contrast, scale):  # type: ignore[no-un
 
 
 @njit(cache=True)
-def _interpolated(values, y, x):  # type: ignore[no-untyped-def]
+def _interpolated(values: NDArray[np.float32], y: float, x: float) -> float:
     y, x = min(max(y, 0.0), values.shape[0] - 1.0), min(max(x, 0.0), values.shape[1] - 1.0)
     v, u = int(y), int(x)
     lower, right = min(v + 1, values.shape[0] - 1), min(u + 1, values.shape[1] - 1)
@@ -133,13 +157,25 @@ def _interpolated(values, y, x):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _relabel(labels, label, basins, scale, count):  # type: ignore[no-untyped-def]
-    # The first part keeps the blob's label; the others get the labels after the last one so far.
-    for v in range(labels.shape[0]):
-        for u in range(labels.shape[1]):
-            if labels[v, u] == label:
-                basin = basins[1 + v * scale + scale // 2, 1 + u * scale + scale // 2]
-                if basin == 0:
-                    labels[v, u] = 0
-                elif basin > 1:
-                    labels[v, u] = count + basin - 1
+def _relabelled(
+    labels: Labels, label: int, basins: NDArray[np.int32], scale: int, count: int
+) -> NDArray[np.int32]:
+    # The first part keeps the blob's label; the others get the labels after the last one so far. Pixels
+    # beside a part are its soft edge and go back to the floor; what is further away is no part of any dot.
+    height, width = labels.shape
+    result = labels.copy()
+    middle = 1 + scale // 2
+    for v in range(height):
+        for u in range(width):
+            if labels[v, u] != label:
+                continue
+            basin = basins[middle + v * scale, middle + u * scale]
+            if basin > 0:
+                result[v, u] = label if basin == 1 else count + basin - 1
+                continue
+            result[v, u] = DISCARDED
+            for y in range(max(0, v - 1), min(height, v + 2)):
+                for x in range(max(0, u - 1), min(width, u + 2)):
+                    if basins[middle + y * scale, middle + x * scale] > 0:
+                        result[v, u] = 0
+    return result

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from floor_localizer.core.dot_extraction.labelling import Boxes, Labels
 
@@ -16,7 +17,7 @@ _NEIGHBOURS = np.array([(0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, 
 
 
 def grow_labels(labels: Labels, boxes: Boxes) -> None:
-    """Let all blobs grow at the same speed into the floor, in place; where two meet, the border runs half way.
+    """Let all blobs grow into the floor at the same speed, in place; the border of two runs half way.
 
     Args:
         labels: the blobs; afterwards the floor's pixels in a soft edge hold the label of their blob, those in
@@ -27,7 +28,7 @@ def grow_labels(labels: Labels, boxes: Boxes) -> None:
 
 
 @njit(cache=True)
-def _grow(labels, boxes):  # type: ignore[no-untyped-def]
+def _grow(labels: Labels, boxes: Boxes) -> None:
     height, width = labels.shape
     front = _outline(labels, boxes)
     for step in range(REACH):
@@ -37,7 +38,7 @@ def _grow(labels, boxes):  # type: ignore[no-untyped-def]
         following = np.empty((neighbours * len(front), 2), np.int32)
         count = 0
         for i in range(len(front)):
-            v, u = front[i]
+            v, u = front[i, 0], front[i, 1]
             value = sign * abs(labels[v, u])
             for k in range(neighbours):
                 y, x = v + _NEIGHBOURS[k, 0], u + _NEIGHBOURS[k, 1]
@@ -49,7 +50,7 @@ def _grow(labels, boxes):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _outline(labels, boxes):  # type: ignore[no-untyped-def]
+def _outline(labels: Labels, boxes: Boxes) -> NDArray[np.int32]:
     height, width = labels.shape
     outline = np.empty((np.sum(boxes[:, 4]), 2), np.int32)
     count = 0
@@ -60,7 +61,10 @@ def _outline(labels, boxes):  # type: ignore[no-untyped-def]
                     continue
                 inside = 0 < u < width - 1 and 0 < v < height - 1
                 if not inside or (
-                    labels[v, u - 1] == 0 or labels[v, u + 1] == 0 or labels[v - 1, u] == 0 or labels[v + 1, u] == 0
+                    labels[v, u - 1] == 0
+                    or labels[v, u + 1] == 0
+                    or labels[v - 1, u] == 0
+                    or labels[v + 1, u] == 0
                 ):
                     outline[count, 0], outline[count, 1] = v, u
                     count += 1

@@ -1,0 +1,75 @@
+"""The matchers that the paper's tables compare, behind one signature: pixels in, pose or reason out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from _paper_views import CAMERA, MOUNT, NOISE
+from numpy.typing import NDArray
+
+from floor_localizer.core.constellation.indexed_map import index_map
+from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.fix import Fix
+from floor_localizer.core.localizer import FloorLocalizer
+from floor_localizer.core.pole_star.pole_star_matcher import NoPose, PoleStarMatcher, PoleStarPose
+from floor_localizer.core.pole_star.settings import PoleStarSettings
+from shirube_geometry import PlanarPose
+
+DOT_DIAMETER = 0.0025
+
+
+class Answer(NamedTuple):
+    """What a matcher says of one view.
+
+    Attributes:
+        T_map_view: the pose, None if there is none.
+        reason: why there is none, in few words without numbers.
+        candidates: all poses that were weighed by their match rate, where the matcher tells them.
+    """
+
+    T_map_view: PlanarPose | None
+    reason: str = ''
+    candidates: tuple[PoleStarPose, ...] = ()
+
+
+Matcher = Callable[[NDArray[np.float64]], Answer]
+
+
+def view_points(pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where pixels lie on the floor, shape (n, 2), in the view's frame [m]."""
+    return MOUNT.floor_points_from_rays(CAMERA.rays_from_pixels(pixels))
+
+
+def pole_star(floor: NDArray[np.float64]) -> Matcher:
+    """Return the paper's own method on a floor, shape (N, 2) [m]."""
+    matcher = PoleStarMatcher(floor, PoleStarSettings())
+
+    def locate(pixels: NDArray[np.float64]) -> Answer:
+        poses = matcher.congruent_poses(view_points(pixels))
+        found = matcher.decide(poses)
+        if isinstance(found, NoPose):
+            return Answer(None, 'match rate too low' if poses else 'nothing congruent', tuple(poses))
+        return Answer(found.T_map_view, candidates=tuple(poses))
+
+    return locate
+
+
+def constellation(floor: NDArray[np.float64]) -> Matcher:
+    """Return the suite's localizer on a floor, shape (N, 2) [m]."""
+    dot_map = DotMap(floor, np.full(len(floor), np.nan))
+    localizer = FloorLocalizer(index_map(dot_map), MOUNT)
+
+    def locate(pixels: NDArray[np.float64]) -> Answer:
+        diameters = np.full(len(pixels), DOT_DIAMETER / MOUNT.xyz[2] * CAMERA.fx)
+        found = localizer.locate_dots(DetectedDots(pixels, diameters, np.full(len(pixels), NOISE)), CAMERA)
+        if isinstance(found, Fix):
+            return Answer(found.T_map_base)
+        return Answer(None, found.reason.value)
+
+    return locate
+
+
+MATCHERS = {'pole_star': pole_star, 'constellation': constellation}

@@ -1,0 +1,32 @@
+"""Writes docs/parameters.md from the settings that the nodes declare: `python docs/write_parameters.py`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from floor_localizer.core.settings import LocalizerSettings
+from floor_localizer.node_settings import NodeSettings
+from shirube_settings import settings_table
+
+PAGE = Path(__file__).parent / 'parameters.md'
+
+
+def parameters_page() -> str:
+    """Return the page as it should stand."""
+    return (
+        '\n\n'.join(
+            [
+                '# Parameters',
+                'Made by `python docs/write_parameters.py` from the definitions in the code; do not edit.',
+                '## floor_localizer: the node',
+                settings_table(NodeSettings).strip(),
+                '## floor_localizer: the method',
+                settings_table(LocalizerSettings).strip(),
+            ]
+        )
+        + '\n'
+    )
+
+
+if __name__ == '__main__':
+    PAGE.write_text(parameters_page())

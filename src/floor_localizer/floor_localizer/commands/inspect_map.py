@@ -1,0 +1,85 @@
+"""``inspect_map``: what a dot map holds and how unique each place of it is."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import fields
+from pathlib import Path
+
+from tqdm import tqdm
+
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.map_inspection import describe_map
+from floor_localizer.core.settings import LocalizerSettings
+from floor_localizer.core.uniqueness import Place, ViewSettings, inspect_places, list_places
+from floor_localizer.files.atomic_file import written_beside
+from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
+from floor_localizer.map_report import map_report, places_report
+from shirube_settings import SettingsError, check_settings, describe_settings
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0, or 1 when a file or an option is bad."""
+    options = make_parser().parse_args(arguments)
+    try:
+        inspect(options)
+    except (FloorLocalizerError, SettingsError) as fault:
+        print(f'inspect_map: {fault}', file=sys.stderr)
+        return 1
+    except OSError as fault:
+        print(f'inspect_map: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        return 1
+    return 0
+
+
+def inspect(options: argparse.Namespace) -> None:
+    """Print the report and write the files that were asked for."""
+    view = ViewSettings(**{field.name: getattr(options, field.name) for field in fields(ViewSettings)})
+    check_settings(view)
+    dot_map, floor = load_dots_and_index(options.map)
+    print(f'{"map":<16}{options.map}')
+    print(map_report(describe_map(dot_map, floor)))
+    if options.write is not None:
+        write_indexed_map(options.write, dot_map, floor)
+    points = list_places(floor.grid, view)
+    places: list[Place] = list(
+        tqdm(
+            inspect_places(floor, points, view, LocalizerSettings()),
+            total=len(points),
+            desc='places',
+            unit='place',
+            disable=None,
+        )
+    )
+    print(places_report(places, view))
+    if options.picture is not None:
+        # Only the picture needs matplotlib, which takes half a second to import.
+        from floor_localizer.map_picture import draw_map  # noqa: PLC0415
+
+        with written_beside(options.picture) as file:
+            draw_map(file, dot_map.points, places, options.map.name)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command's options."""
+    parser = argparse.ArgumentParser(
+        prog='inspect_map', description='Tell what a dot map holds and how unique each place of it is.'
+    )
+    parser.add_argument('map', type=Path, help='dot map, CSV or .dotmap')
+    parser.add_argument('--write', type=Path, metavar='OUT.dotmap', help='write the fast binary form there')
+    parser.add_argument('--picture', type=Path, metavar='OUT.png', help='draw density and places there')
+    for each in describe_settings(ViewSettings):
+        unit = f' [{each.unit}]' if each.unit else ''
+        parser.add_argument(
+            f'--{each.name.replace("_", "-")}',
+            type=each.type,
+            default=each.default,
+            help=f'{each.description}{unit} (default: %(default)s)',
+        )
+    return parser
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,117 @@
+"""What a search knows so far, and the judgement of a guess over the whole view."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from floor_localizer.core.acceptance import log_chance_alignments
+from floor_localizer.core.constellation.alignment import ViewDots, match_view
+from floor_localizer.core.constellation.dot_grid import DotGrid
+
+# The fitted scale may be off by this much more than the camera's height, for its own error.
+_SCALE_MARGIN = 1.3
+
+
+class Search(NamedTuple):
+    """State of a search, shared by its steps.
+
+    Attributes:
+        best: shape (6,): logarithm of the expected chance alignments, a.real, a.imag, b.real, b.imag, matched
+            dots.
+        rival: shape (6,), the same of the best pose elsewhere.
+        counts: shape (3,): cells of the index opened, guesses tried, guesses matched over the whole view.
+        matches: shape (n,), room for the matches of a guess.
+        residuals: shape (n,), room for their residuals.
+        dots_in_scope: number of map dots where the pose may be.
+        log_accept: a pose is taken when the logarithm of the expected chance alignments is below this.
+        least_matches: and at least so many dots are matched.
+    """
+
+    best: NDArray[np.float64]
+    rival: NDArray[np.float64]
+    counts: NDArray[np.int64]
+    matches: NDArray[np.int64]
+    residuals: NDArray[np.float64]
+    dots_in_scope: float
+    log_accept: float
+    least_matches: float
+
+
+def new_search(dots: int, dots_in_scope: float, accept_below: float, match_rate_min: float) -> Search:
+    """Return the state of a search that has not begun.
+
+    Args:
+        dots: number of dots in view.
+        dots_in_scope: number of map dots where the pose may be.
+        accept_below: a pose is taken when fewer chance alignments are expected.
+        match_rate_min: and at least this share of the dots in view is matched.
+    """
+    nothing = np.array([math.inf, 1.0, 0.0, 0.0, 0.0, 0.0])
+    return Search(
+        nothing,
+        nothing.copy(),
+        np.zeros(3, dtype=np.int64),
+        np.empty(dots, dtype=np.int64),
+        np.empty(dots),
+        dots_in_scope,
+        math.log(accept_below),
+        match_rate_min * dots,
+    )
+
+
+@njit(cache=True)
+def is_accepted(search: Search, pose: NDArray[np.float64]) -> bool:
+    """Tell whether ``search.best`` or ``search.rival`` is no chance."""
+    return pose[0] < search.log_accept and pose[5] >= search.least_matches
+
+
+@njit(cache=True)
+def judge(grid: DotGrid, view: ViewDots, search: Search, a: complex, b: complex) -> bool:
+    """Match the whole view under a guess, keep the best pose and its rival, and tell whether the best is
+    accepted.
+    """
+    search.counts[2] += 1
+    matched, a, b = match_view(grid, view, a, b, search.matches, search.residuals)
+    if matched < 3 or abs(abs(a) - 1.0) > _SCALE_MARGIN * view.scale_tolerance:
+        return False
+    chance = log_chance_alignments(
+        search.residuals,
+        0.5 * view.sigma,
+        _widest(view, search.matches),
+        search.dots_in_scope,
+        view.density,
+        view.scale_tolerance,
+    )
+    pose = np.array([chance, a.real, a.imag, b.real, b.imag, float(matched)])
+    if chance < search.best[0]:
+        if not _same_place(grid, view, pose, search.best):
+            search.rival[:] = search.best
+        search.best[:] = pose
+    elif chance < search.rival[0] and not _same_place(grid, view, pose, search.best):
+        search.rival[:] = pose
+    return is_accepted(search, search.best)
+
+
+@njit(cache=True)
+def _same_place(grid: DotGrid, view: ViewDots, pose: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
+    """Tell whether two poses put the view at the same place with the same heading."""
+    turn = complex(pose[1] - other[1], pose[2] - other[2])
+    shift = turn * view.z[0] + complex(pose[3] - other[3], pose[4] - other[4])
+    return abs(shift) < 0.5 * grid.cell and abs(turn) < 0.2
+
+
+@njit(cache=True)
+def _widest(view: ViewDots, matches: NDArray[np.int64]) -> float:
+    """Return the distance of the two farthest matched dots [m], by the diagonal of their bounding box."""
+    x0 = y0 = math.inf
+    x1 = y1 = -math.inf
+    for k in range(len(matches)):
+        if matches[k] >= 0:
+            x0, x1 = min(x0, view.points[k, 0]), max(x1, view.points[k, 0])
+            y0, y1 = min(y0, view.points[k, 1]), max(y1, view.points[k, 1])
+    return math.hypot(x1 - x0, y1 - y0)

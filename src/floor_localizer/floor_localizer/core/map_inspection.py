@@ -1,0 +1,65 @@
+"""The figures of a dot map: how many dots, how dense, how large they are, and what its index costs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.constellation.dot_grid import typical_spacing
+from floor_localizer.core.constellation.indexed_map import IndexedMap
+from floor_localizer.core.dot_map import DotMap
+
+
+@dataclass(frozen=True)
+class MapFigures:
+    """What a map holds.
+
+    Attributes:
+        dots: number of dots.
+        lower: shape (2,), lower left corner of the dots' bounding box [m].
+        upper: shape (2,), upper right corner [m].
+        area: of the floor that holds dots; gaps between rooms do not count [m^2].
+        density: dots on a square metre of that area [1/m^2].
+        diameters: shape (3,), smallest, median and largest known diameter [m]; None if none is known.
+        diameters_known: share of the dots with a diameter.
+        constellations: number of constellations in the index.
+        bytes_per_dot: size of dots and index in memory and in the binary form, over the number of dots.
+    """
+
+    dots: int
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    area: float
+    density: float
+    diameters: NDArray[np.float64] | None
+    diameters_known: float
+    constellations: int
+    bytes_per_dot: float
+
+
+def describe_map(dot_map: DotMap, floor: IndexedMap) -> MapFigures:
+    """Return the figures of a map.
+
+    Args:
+        dot_map: the dots.
+        floor: the same map made ready for the search.
+    """
+    density = 1.0 / typical_spacing(dot_map.points) ** 2
+    known = dot_map.diameters[np.isfinite(dot_map.diameters)]
+    arrays = (
+        *(floor.grid.points, floor.grid.starts, floor.addresses.bits),
+        *(floor.index.codes, floor.index.bases, floor.index.starts),
+    )
+    return MapFigures(
+        dots=len(dot_map),
+        lower=dot_map.points.min(axis=0),
+        upper=dot_map.points.max(axis=0),
+        area=len(dot_map) / density,
+        density=density,
+        diameters=np.percentile(known, [0.0, 50.0, 100.0]) if len(known) else None,
+        diameters_known=len(known) / len(dot_map),
+        constellations=len(floor.index.codes),
+        bytes_per_dot=sum(array.nbytes for array in arrays) / len(dot_map),
+    )

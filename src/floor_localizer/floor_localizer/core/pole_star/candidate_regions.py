@@ -1,0 +1,85 @@
+"""Regions of the floor where the image's dots may lie (paper 2.3.1, figs 9-13).
+
+If image dot ``C_i`` is floor dot ``F``, all other image dots lie within ``R_i`` of ``F``, where ``R_i`` is
+the distance from ``C_i`` to the image dot farthest from it. So each image dot allows the union of the circles
+around its candidates, and the image lies where these unions overlap. As in the paper, squares stand for the
+circles, and an overlap of at least a number of unions is asked for, not of all of them.
+
+The paper leaves open how the overlap is computed and how touching regions are told apart. Here it is counted
+at the nodes of a grid, and every node where enough squares overlap is a region, made up of the candidates
+whose squares cover it. At the right place each right square contains all of the image's dots, so the nodes
+need not be nearer to each other than the image is wide.
+
+The overlap is a weak filter on a floor as dense as the paper's: with 1 px of noise a dot needs so many
+candidates that more than half of the image's dots allow any given node by chance.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def farthest_distances(image_points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return each image dot's distance to the image dot farthest from it, ``R_i`` of fig. 9.
+
+    Args:
+        image_points: shape (n, 2) [m].
+
+    Returns:
+        shape (n,) [m].
+    """
+    return np.linalg.norm(image_points[:, None] - image_points[None, :], axis=2).max(axis=1)
+
+
+def nodes_in_squares(
+    centres: NDArray[np.float64], reaches: NDArray[np.float64], pitch: float
+) -> tuple[NDArray[np.intp], NDArray[np.int64]]:
+    """Return which squares cover which nodes of the grid.
+
+    Args:
+        centres: shape (m, 2), centres of the squares [m].
+        reaches: shape (m,), half their sides [m].
+        pitch: distance between nodes [m].
+
+    Returns:
+        squares: shape (e,), index of a square.
+        nodes: shape (e,), number of a node that it covers.
+    """
+    low = np.ceil((centres - reaches[:, None]) / pitch).astype(np.int64)
+    high = np.floor((centres + reaches[:, None]) / pitch).astype(np.int64)
+    squares, nodes = [], []
+    origin = low.min(axis=0)
+    columns = int(high[:, 0].max() - origin[0]) + 1
+    for step_x, step_y in np.ndindex(*np.maximum((high - low).max(axis=0), 0) + 1):
+        column, row = (low + np.array([step_x, step_y])).T
+        covering = np.flatnonzero((column <= high[:, 0]) & (row <= high[:, 1]))
+        squares.append(covering)
+        nodes.append((row[covering] - origin[1]) * columns + column[covering] - origin[0])
+    return np.concatenate(squares), np.concatenate(nodes)
+
+
+def candidate_regions(
+    image_dots: NDArray[np.intp],
+    candidate_points: NDArray[np.float64],
+    reaches: NDArray[np.float64],
+    pitch: float,
+    overlap_min: int,
+) -> list[NDArray[np.intp]]:
+    """Return the regions where the squares of enough image dots overlap (figs 12 and 13).
+
+    Args:
+        image_dots: shape (m,), the image dot of each pair (image dot, candidate).
+        candidate_points: shape (m, 2), the candidate of each pair on the floor [m].
+        reaches: shape (m,), ``R_i`` of the pair's image dot [m].
+        pitch: distance between the nodes where the overlap is counted [m].
+        overlap_min: different image dots whose squares must cover a node.
+
+    Returns:
+        for each region the ascending indices of its pairs.
+    """
+    squares, nodes = nodes_in_squares(candidate_points, reaches, pitch)
+    order = np.lexsort((squares, nodes))
+    next_node = np.flatnonzero(np.diff(nodes[order])) + 1
+    regions = np.split(squares[order], next_node)
+    return [pairs for pairs in regions if len(np.unique(image_dots[pairs])) >= overlap_min]

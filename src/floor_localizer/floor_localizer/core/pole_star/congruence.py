@@ -1,0 +1,71 @@
+"""Geometric congruence: which candidates keep the distances of their image dots (paper 2.3.2, figs 14-20).
+
+The printed figures contradict each other: in fig. 18 (whose column sums 6, 2, 3, 5, 6, 5, 5, 4 the text
+repeats) ``F_2b`` agrees with all of ``F_1a``, ``F_3``, ``F_4`` and ``F_5``, so the text's rule keeps these
+five with sums of 4, but fig. 19 shows ``F_2b`` removed and sums of 3. The text's rule is what is built here.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+@njit(cache=True)
+def mutual_distances(points: NDArray[np.float64], image_dots: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return the matrix of mutual distances, ``C_d`` of fig. 16 or ``F_d`` of fig. 17.
+
+    Args:
+        points: shape (m, 2), the image dot or the candidate of each pair (image dot, candidate) [m].
+        image_dots: shape (m,), number of each pair's image dot.
+
+    Returns:
+        shape (m, m) [m]; NaN is the paper's NA, between pairs of one and the same image dot.
+    """
+    distances = np.full((len(points), len(points)), np.nan)
+    for i in range(len(points)):
+        for j in range(i):
+            if image_dots[i] != image_dots[j]:
+                x, y = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1]
+                distances[i, j] = distances[j, i] = math.sqrt(x * x + y * y)
+    return distances
+
+
+@njit(cache=True)
+def agreement_matrix(
+    C_d: NDArray[np.float64], F_d: NDArray[np.float64], tolerance: float
+) -> NDArray[np.bool_]:
+    """Return the 0/1 matrix of fig. 18: true where both distances agree within the tolerance, false for NA.
+
+    Args:
+        C_d: shape (m, m), mutual distances of the image dots [m].
+        F_d: shape (m, m), mutual distances of their candidates [m].
+        tolerance: largest difference that is taken for equal [m].
+    """
+    return np.abs(C_d - F_d) <= tolerance
+
+
+@njit(cache=True)
+def prune_to_congruent(agreement: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Remove the pair with the lowest column sum until every sum is one less than the number left (fig. 19).
+
+    The paper does not say which of several lowest columns goes; here it is the first of them.
+
+    Args:
+        agreement: shape (m, m), symmetric, false on the diagonal.
+
+    Returns:
+        shape (k,), ascending indices of the pairs that remain; all of them agree with each other.
+    """
+    sums = agreement.sum(axis=0)
+    remaining = np.arange(len(agreement))
+    while len(remaining) > 0:
+        lowest = np.argmin(sums[remaining])
+        if sums[remaining[lowest]] == len(remaining) - 1:
+            break
+        sums -= agreement[remaining[lowest]]
+        remaining = np.delete(remaining, lowest)
+    return remaining

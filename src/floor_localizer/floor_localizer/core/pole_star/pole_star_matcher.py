@@ -1,0 +1,153 @@
+"""The paper's pipeline (Fukase and Kanamori, 2.2 and 2.3) from one image's dots to a pose on the floor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.pole_star.candidate_regions import candidate_regions, farthest_distances
+from floor_localizer.core.pole_star.congruence import (
+    agreement_matrix,
+    mutual_distances,
+    prune_to_congruent,
+)
+from floor_localizer.core.pole_star.match_rate import AddressMatrix, build_address_matrix, match_rate
+from floor_localizer.core.pole_star.rigid_fit import fit_pose
+from floor_localizer.core.pole_star.settings import PoleStarSettings
+from floor_localizer.core.pole_star.signature import (
+    SignatureTable,
+    build_signature_table,
+    most_voted,
+    surplus,
+    vote,
+)
+from shirube_geometry import PlanarPose
+
+
+@dataclass(frozen=True)
+class PoleStarPose:
+    """A pose at which image dots and floor dots are congruent.
+
+    Attributes:
+        T_map_view: pose of the image's frame in the map frame.
+        match_rate: share of the image's dots in an occupied block, in [0, 1].
+        pairs: shape (k, 2), indices of the congruent image dots and floor dots.
+    """
+
+    T_map_view: PlanarPose
+    match_rate: float
+    pairs: NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class NoPose:
+    """Why an image has no pose.
+
+    Attributes:
+        reason: one line for a person.
+    """
+
+    reason: str
+
+
+class PoleStarMatcher:
+    """Finds an image's dots among the dots of a floor, without any prior."""
+
+    def __init__(self, map_points: NDArray[np.float64], settings: PoleStarSettings) -> None:
+        """Build the databases of a floor.
+
+        Args:
+            map_points: shape (N, 2), the floor's dots in the map frame [m], at least two.
+            settings: the pipeline's settings.
+        """
+        self._map_points = map_points
+        self._settings = settings
+        self._table: SignatureTable = build_signature_table(map_points, settings.radius, settings.quantum)
+        self._address_matrix: AddressMatrix = build_address_matrix(map_points, settings.address_block)
+
+    def match(self, image_points: NDArray[np.float64]) -> PoleStarPose | NoPose:
+        """Return the pose with the best match rate, or why there is none (2.3.3).
+
+        Args:
+            image_points: shape (n, 2), all dots of the image, on the floor plane in the view's frame [m].
+        """
+        least = self._settings.congruent_min
+        if len(image_points) < least:
+            return NoPose(f'{len(image_points)} dots, a pose needs {least}')
+        return self.decide(self.congruent_poses(image_points))
+
+    def decide(self, poses: list[PoleStarPose]) -> PoleStarPose | NoPose:
+        """Return the first pose if its match rate is high enough (the reference match rate of 3.3.5).
+
+        Args:
+            poses: as ``congruent_poses`` returns them.
+        """
+        least = self._settings.match_rate_min
+        if not poses:
+            return NoPose(f'no region has {self._settings.congruent_min} congruent dots')
+        if poses[0].match_rate < least:
+            return NoPose(f'best match rate {poses[0].match_rate:.3f} is below {least:.3f}')
+        return poses[0]
+
+    def congruent_poses(self, image_points: NDArray[np.float64]) -> list[PoleStarPose]:
+        """Return a pose for each region with congruent dots, the highest match rate first.
+
+        Args:
+            image_points: shape (n, 2), as in ``match``, at least two.
+        """
+        settings = self._settings
+        reaches = farthest_distances(image_points)
+
+        # 2.2: each image dot's candidates by the votes of its distances.
+        votes = vote(self._table, image_points, settings.vote_tolerance)
+        candidates = most_voted(surplus(votes), self._candidates_per_dot(reaches))
+        image_dots = np.repeat(np.arange(len(image_points)), candidates.shape[1])
+        map_dots = candidates.ravel()
+
+        # 2.3.1: regions where the squares around the candidates overlap.
+        regions = candidate_regions(
+            image_dots,
+            self._map_points[map_dots],
+            reaches[image_dots],
+            settings.grid_pitch,
+            settings.overlap_min,
+        )
+
+        # 2.3.2 and 2.3.3: the congruent pairs of each region, their pose and its match rate.
+        poses = []
+        for region in regions:
+            pairs = self._congruent_pairs(image_points, image_dots[region], map_dots[region])
+            if len(pairs) >= settings.congruent_min:
+                poses.append(self._pose(image_points, pairs))
+        return sorted(poses, key=lambda pose: pose.match_rate, reverse=True)
+
+    def _candidates_per_dot(self, reaches: NDArray[np.float64]) -> int:
+        """Return how many candidates an image dot gets, so that a region holds the set number by chance.
+
+        The paper does not say how many dots have "the most votes". A candidate picked at random falls into a
+        region with the share of the floor that its square has.
+        """
+        floor_area = float(np.prod(np.ptp(self._map_points, axis=0)))
+        squares_area = float(np.sum((2.0 * reaches) ** 2))
+        if squares_area == 0.0:
+            return 1
+        return max(1, round(self._settings.pairs_per_region * floor_area / squares_area))
+
+    def _congruent_pairs(
+        self,
+        image_points: NDArray[np.float64],
+        image_dots: NDArray[np.intp],
+        map_dots: NDArray[np.intp],
+    ) -> NDArray[np.intp]:
+        """Return the congruent pairs of a region, shape (k, 2): image dot, floor dot."""
+        C_d = mutual_distances(image_points[image_dots], image_dots)
+        F_d = mutual_distances(self._map_points[map_dots], image_dots)
+        kept = prune_to_congruent(agreement_matrix(C_d, F_d, self._settings.congruence_tolerance))
+        return np.column_stack([image_dots[kept], map_dots[kept]])
+
+    def _pose(self, image_points: NDArray[np.float64], pairs: NDArray[np.intp]) -> PoleStarPose:
+        T_map_view = fit_pose(image_points[pairs[:, 0]], self._map_points[pairs[:, 1]])
+        rate = match_rate(self._address_matrix, T_map_view.transform(image_points))
+        return PoleStarPose(T_map_view, rate, pairs)

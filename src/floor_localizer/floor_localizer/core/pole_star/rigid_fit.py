@@ -1,0 +1,25 @@
+"""The pose that takes image dots to floor dots (the last sentence of paper 2.3.2)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import PlanarPose
+
+
+def fit_pose(image_points: NDArray[np.float64], map_points: NDArray[np.float64]) -> PlanarPose:
+    """Return the least-squares pose ``T_map_view`` of paired dots; a turn and a shift, never a mirror image.
+
+    Args:
+        image_points: shape (n, 2), in the view's frame [m], at least two different points.
+        map_points: shape (n, 2), the same dots in the map frame [m].
+    """
+    image_centre, map_centre = image_points.mean(axis=0), map_points.mean(axis=0)
+    a, b = (image_points - image_centre).T, (map_points - map_centre).T
+    yaw = math.atan2(float(a[0] @ b[1] - a[1] @ b[0]), float(a[0] @ b[0] + a[1] @ b[1]))
+    turn = PlanarPose(0.0, 0.0, yaw)
+    shift = map_centre - turn.transform(image_centre)
+    return PlanarPose(float(shift[0]), float(shift[1]), yaw)

@@ -1,0 +1,126 @@
+"""Pole-star signatures: the distances from one dot to its neighbours (paper 2.2).
+
+The text of 2.2 breaks off after the principle (2.2.1): the distances from a dot to all dots within the
+pole-star radius belong to that dot alone, and no turn of the camera changes them. What follows fills the gap:
+
+- The database is a table distance → dots: ``counts[k, j]`` says how many neighbours floor dot ``j`` has at
+  the quantised distance ``k``.
+- Each dot of the image in turn is the pole. Each of its distances votes, within a tolerance, for the floor
+  dots that the table holds there. A distance has one vote and shares it out: twice as many dots have a
+  neighbour 40 mm away as 20 mm away, so the longer distance says half as much.
+- A floor dot in a crowd gets votes from every pole, right or wrong. So votes are compared with what a dot
+  gets on average over all poles; else crowded places attract most candidates wherever the camera is.
+- The dots with the most votes above that average are the pole's candidates.
+
+A neighbour that the image lacks costs nothing; a spurious one scatters its vote over the whole floor.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+
+@dataclass(frozen=True)
+class SignatureTable:
+    """The signatures of all dots of a floor, by distance.
+
+    Attributes:
+        counts: shape (K, N), neighbours of dot j at a distance in [k, k + 1) quanta.
+        quantum: step of the quantised distances [m].
+        radius: the pole-star radius [m].
+    """
+
+    counts: NDArray[np.float32]
+    quantum: float
+    radius: float
+
+
+def pole_star_signature(points: NDArray[np.float64], pole: int, radius: float) -> NDArray[np.float64]:
+    """Return the signature of one dot: the sorted distances to its neighbours.
+
+    Args:
+        points: shape (n, 2), dots [m].
+        pole: index of the dot.
+        radius: the pole-star radius [m].
+
+    Returns:
+        shape (k,), ascending distances to the other dots within the radius [m].
+    """
+    neighbours = np.delete(points, pole, axis=0)
+    distances = np.linalg.norm(neighbours - points[pole], axis=1)
+    return np.sort(distances[distances < radius])
+
+
+def build_signature_table(map_points: NDArray[np.float64], radius: float, quantum: float) -> SignatureTable:
+    """Return the table distance → dots of a floor.
+
+    Args:
+        map_points: shape (N, 2), the floor's dots [m].
+        radius: the pole-star radius [m].
+        quantum: step of the quantised distances [m].
+    """
+    size = int(np.ceil(radius / quantum))
+    counts = np.zeros((size, len(map_points)), dtype=np.float32)
+    pairs = KDTree(map_points).query_pairs(radius, output_type='ndarray')
+    distances = np.linalg.norm(map_points[pairs[:, 0]] - map_points[pairs[:, 1]], axis=1)
+    quantised = np.minimum((distances / quantum).astype(np.intp), size - 1)
+    for pole in pairs.T:
+        np.add.at(counts, (quantised, pole), np.float32(1.0))
+    return SignatureTable(counts, quantum, radius)
+
+
+def vote(table: SignatureTable, image_points: NDArray[np.float64], tolerance: float) -> NDArray[np.float32]:
+    """Let each image dot's distances vote for the dots of the floor.
+
+    Args:
+        table: signatures of the floor.
+        image_points: shape (n, 2), dots of the image on the floor plane [m].
+        tolerance: a distance votes for the dots that have one no further from it than this [m].
+
+    Returns:
+        shape (n, N), votes of image dot i for floor dot j.
+    """
+    quanta = (np.arange(len(table.counts)) + 0.5) * table.quantum
+    entries = table.counts.sum(axis=1)
+    ballots = np.zeros((len(image_points), len(quanta)), dtype=np.float32)
+    for pole in range(len(image_points)):
+        signature = pole_star_signature(image_points, pole, table.radius)
+        agrees = np.abs(quanta - signature[:, None]) <= tolerance
+        share = 1.0 / np.maximum(agrees @ entries, 1.0)
+        ballots[pole] = share @ agrees
+    return ballots @ table.counts
+
+
+def surplus(votes: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the votes above average, in units of their expected scatter (the Pearson residual).
+
+    Args:
+        votes: shape (n, N).
+
+    Returns:
+        shape (n, N); the average vote of dot i for dot j is (all votes of i) x (all votes for j) / (all
+        votes), and a sum of many small votes scatters by about its square root.
+    """
+    tiny = np.finfo(np.float32).tiny
+    by_image_dot, by_floor_dot = votes.sum(axis=1), votes.sum(axis=0)
+    average = np.outer(by_image_dot / np.maximum(by_image_dot.sum(), tiny), by_floor_dot).astype(np.float32)
+    return np.divide(votes - average, np.sqrt(np.maximum(average, tiny)), dtype=np.float32)
+
+
+def most_voted(votes: NDArray[np.float32], count: int) -> NDArray[np.intp]:
+    """Return each image dot's candidates: the floor dots with the most votes.
+
+    Args:
+        votes: shape (n, N).
+        count: candidates an image dot gets.
+
+    Returns:
+        shape (n, min(count, N)), indices of floor dots, in no particular order.
+    """
+    if count >= votes.shape[1]:
+        return np.tile(np.arange(votes.shape[1]), (len(votes), 1))
+    return np.argpartition(votes, -count, axis=1)[:, -count:]

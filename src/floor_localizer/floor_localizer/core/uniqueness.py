@@ -1,0 +1,219 @@
+"""How unique the places of a map are: does the robot's view at a place look like the view at another?
+
+The map's own dots in a view are searched for in the whole map as those of an image are, but on after the
+first match, so that the best one elsewhere is found. A second search is for the view's mirror image: where
+the map holds one, a flipped image or map would go unnoticed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.acceptance import log_chance_alignments
+from floor_localizer.core.constellation.alignment import ViewDots, order_neighbours
+from floor_localizer.core.constellation.constellation_search import search_constellations
+from floor_localizer.core.constellation.dot_grid import DotGrid
+from floor_localizer.core.constellation.indexed_map import IndexedMap
+from floor_localizer.core.constellation.pair_search import search_pairs
+from floor_localizer.core.constellation.search_state import Search, is_accepted, new_search
+from floor_localizer.core.settings import LocalizerSettings
+from shirube_settings import setting
+
+_NEIGHBOURS = 32
+# A place that matches this share of a view looks the same: the localizer calls it ambiguous.
+LOOKS_SAME = 0.8
+# A place that looks the same shares a quarter of the view's constellations: some are among so many.
+_LOOKUPS = 200
+# So few dots need not hold a constellation; laying pairs on the map finds them all the same.
+_FEW = 14
+
+
+@dataclass(frozen=True)
+class ViewSettings:
+    """What the camera will see, for the inspection of a map."""
+
+    view_size: float = setting(
+        0.09, 'side of the square of floor in view', unit='m', minimum=0.01, maximum=2.0
+    )
+    dot_sigma: float = setting(
+        0.00015,
+        'accuracy of a dot in the image, on the floor, along each axis',
+        unit='m',
+        minimum=0.0,
+        maximum=0.01,
+    )
+    places_max: int = setting(2000, 'places that are looked at, at most', minimum=1, maximum=10_000_000)
+
+
+class PlaceKind(Enum):
+    """What a robot that stands there can tell."""
+
+    UNIQUE = 'unique'
+    THIN = 'too few dots to be told from chance'
+    TWIN = 'looks like another place'
+    MIRRORED_TWIN = 'looks like the mirror image of another place'
+
+
+@dataclass(frozen=True)
+class Place:
+    """One place of a map.
+
+    Attributes:
+        x: middle of the view [m].
+        y: middle of the view [m].
+        kind: what a robot that stands there can tell.
+        dots: number of dots in view.
+        expected_chance_alignments: how many places as good as the whole view are expected by chance.
+        rival_share: share of the view's dots that match at the best other place.
+        rival: where that is, x and y [m]; None where nothing matches elsewhere.
+    """
+
+    x: float
+    y: float
+    kind: PlaceKind
+    dots: int
+    expected_chance_alignments: float
+    rival_share: float
+    rival: tuple[float, float] | None
+
+
+def list_places(grid: DotGrid, settings: ViewSettings) -> NDArray[np.float64]:
+    """Return the places to look at, shape (n, 2) [m]: a square lattice over the floor, where there are dots.
+
+    The views lie side by side, or with gaps between them on a large floor.
+    """
+    lower = np.array([grid.x0, grid.y0])
+    upper = np.max(grid.points, axis=0).astype(np.float64)
+    size = np.maximum(upper - lower, settings.view_size)
+    pitch = max(settings.view_size, math.sqrt(float(np.prod(size)) / settings.places_max))
+    counts = np.maximum((size / pitch).astype(np.int64), 1)
+    axes = [lower[k] + (np.arange(counts[k]) + 0.5) * size[k] / counts[k] for k in range(2)]
+    lattice = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+    return lattice[[len(_dots_in_view(grid, x, y, settings.view_size)) > 0 for x, y in lattice]]
+
+
+def inspect_places(
+    floor: IndexedMap,
+    places: NDArray[np.float64],
+    view_settings: ViewSettings,
+    settings: LocalizerSettings,
+) -> Iterator[Place]:
+    """Tell of each place, shape (n, 2) [m], how unique it is."""
+    for x, y in places:
+        yield inspect_place(floor, (float(x), float(y)), view_settings, settings)
+
+
+def inspect_place(
+    floor: IndexedMap,
+    middle: tuple[float, float],
+    view_settings: ViewSettings,
+    settings: LocalizerSettings,
+) -> Place:
+    """Tell how unique the view around a place is.
+
+    Args:
+        floor: the map.
+        middle: of the view [m].
+        view_settings: size of the view and accuracy of its dots.
+        settings: how dots are matched.
+    """
+    dots = _dots_in_view(floor.grid, *middle, view_settings.view_size)
+    view = _view(dots - middle, floor.density, view_settings, settings)
+    log_chance = _log_chance(floor, view)
+    chance = math.exp(min(max(log_chance, -700.0), 700.0))
+    search = _search(floor, view, settings)
+    if log_chance >= search.log_accept or not is_accepted(search, search.best):
+        return Place(*middle, PlaceKind.THIN, len(dots), chance, 0.0, None)
+    if _share(search.rival, view) < LOOKS_SAME:
+        search = _search_on(floor, view, search)
+    kind, rival = PlaceKind.UNIQUE, _elsewhere(search, middle, floor.grid.cell)
+    if _share(rival, view) >= LOOKS_SAME:
+        kind = PlaceKind.TWIN
+    else:
+        mirrored = _search(floor, _mirrored(view), settings)
+        if is_accepted(mirrored, mirrored.best) and _share(mirrored.best, view) >= LOOKS_SAME:
+            kind, rival = PlaceKind.MIRRORED_TWIN, mirrored.best
+    where = (float(rival[3]), float(rival[4])) if math.isfinite(rival[0]) else None
+    return Place(*middle, kind, len(dots), chance, _share(rival, view), where)
+
+
+def _dots_in_view(grid: DotGrid, x: float, y: float, side: float) -> NDArray[np.float64]:
+    """Return the dots in a square around a place, shape (n, 2) [m]."""
+    half = 0.5 * side
+    columns = np.clip(
+        [(x - half - grid.x0) // grid.cell, (x + half - grid.x0) // grid.cell], 0, grid.columns - 1
+    )
+    rows = np.clip([(y - half - grid.y0) // grid.cell, (y + half - grid.y0) // grid.cell], 0, grid.rows - 1)
+    first, last = columns.astype(np.int64)
+    parts = [
+        grid.points[grid.starts[row * grid.columns + first] : grid.starts[row * grid.columns + last + 1]]
+        for row in range(int(rows[0]), int(rows[1]) + 1)
+    ]
+    dots = np.concatenate(parts).astype(np.float64)
+    return dots[(np.abs(dots - (x, y)) <= half).all(axis=1)]
+
+
+def _view(
+    points: NDArray[np.float64], density: float, view_settings: ViewSettings, settings: LocalizerSettings
+) -> ViewDots:
+    return ViewDots(
+        points,
+        points[:, 0] + 1j * points[:, 1],
+        order_neighbours(points, _NEIGHBOURS),
+        math.hypot(view_settings.dot_sigma, settings.map_sigma),
+        settings.tilt_tolerance / view_settings.view_size,
+        settings.scale_tolerance,
+        density,
+    )
+
+
+def _mirrored(view: ViewDots) -> ViewDots:
+    return view._replace(points=view.points * (1.0, -1.0), z=view.z.conj())
+
+
+def _search(floor: IndexedMap, view: ViewDots, settings: LocalizerSettings) -> Search:
+    """Search as the localizer does, for one place that cannot be chance."""
+    search = new_search(
+        len(view.z), float(len(floor.grid.points)), settings.chance_alignments_max, settings.match_rate_min
+    )
+    if not search_constellations(floor.grid, floor.index, view, search, _LOOKUPS) and len(view.z) <= _FEW:
+        search_pairs(floor.grid, floor.addresses, view, search, settings.pairs_max)
+    return search
+
+
+def _log_chance(floor: IndexedMap, view: ViewDots) -> float:
+    """Return the logarithm of how many places are expected to match a view like its own by chance.
+
+    The dots' residuals are those of the Rayleigh distribution, one in each of n equal shares of it.
+    """
+    n = len(view.z)
+    residuals = view.sigma * np.sqrt(-2.0 * np.log1p(-(np.arange(n) + 0.5) / n))
+    size = float(np.hypot(*np.ptp(view.points, axis=0)))
+    return log_chance_alignments(
+        residuals, 0.5 * view.sigma, size, len(floor.grid.points), floor.density, view.scale_tolerance
+    )
+
+
+def _search_on(floor: IndexedMap, view: ViewDots, found: Search) -> Search:
+    """Look more constellations up after a place is found, so that one that looks alike is found too."""
+    search = found._replace(log_accept=-math.inf)
+    search_constellations(floor.grid, floor.index, view, search, search.counts[0] + _LOOKUPS)
+    return search
+
+
+def _elsewhere(search: Search, middle: tuple[float, float], spacing: float) -> NDArray[np.float64]:
+    """Return the better of the two poses that is not the view's own; of equals either may be the best."""
+    best = search.best
+    off = max(abs(best[3] - middle[0]), abs(best[4] - middle[1]))
+    is_own = off < spacing and abs(complex(best[1] - 1.0, best[2])) < 0.2
+    return search.rival if is_own else best
+
+
+def _share(pose: NDArray[np.float64], view: ViewDots) -> float:
+    return float(pose[5]) / max(len(view.z), 1)

@@ -1,0 +1,1 @@
+"""Files in and out: dot maps, calibrations, images, poses."""

@@ -1,0 +1,35 @@
+"""Writing of files that are either whole or not there."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+
+@contextmanager
+def written_beside(path: Path) -> Iterator[BinaryIO]:
+    """Open a file beside ``path`` for writing and rename it to ``path`` at the end, or remove it on an error.
+
+    Its folder is made if needed.
+
+    Raises:
+        OSError: the place cannot be written to.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix=f'.{path.name}.', dir=path.parent)
+    beside = Path(name)
+    try:
+        with os.fdopen(handle, 'wb') as file:
+            yield file
+        # mkstemp makes a private file; the result shall be readable as any new file is.
+        umask = os.umask(0)
+        os.umask(umask)
+        beside.chmod(0o666 & ~umask)
+        beside.replace(path)
+    except BaseException:
+        beside.unlink(missing_ok=True)
+        raise

@@ -1,0 +1,188 @@
+"""The dot map in the suite's own binary form: the dots with their index, opened without being read whole.
+
+The file begins with a magic number, then version, length and checksum of a header, then the header as JSON,
+then the arrays, little-endian, each at a multiple of 64 bytes:
+
+    magic 8 bytes | version uint32 | header length uint32 | CRC-32 of the header uint32 | header | arrays
+
+The header holds the file's size, the numbers of the grids, the rules that the index was made by, and for each
+array its type, shape and place. Points are float32: exact to half a micrometre ten metres from the origin.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.constellation import constellation_index, constellation_key
+from floor_localizer.core.constellation.address_grid import AddressGrid
+from floor_localizer.core.constellation.constellation_index import ConstellationIndex
+from floor_localizer.core.constellation.dot_grid import DotGrid
+from floor_localizer.core.constellation.indexed_map import IndexedMap
+from floor_localizer.files.atomic_file import written_beside
+from floor_localizer.files.file_errors import DotMapError
+
+SUFFIX = '.dotmap'
+MAGIC = b'\x89DOTMAP\n'
+VERSION = 1
+_PREFIX = struct.Struct('<8sIII')
+_ALIGNMENT = 64
+_REMEDY = 'write it again from its CSV with "inspect_map MAP.csv --write MAP.dotmap"'
+# An index made by other rules than the search's would find nothing.
+_RULES = {
+    'x': [constellation_key.X_LOWER, constellation_key.X_STEPS, constellation_key.X_CELL],
+    'y': [constellation_key.Y_LOWER, constellation_key.Y_STEPS, constellation_key.Y_CELL],
+    'lanes': constellation_key.LANES,
+    'most_indexed': constellation_index.MOST_INDEXED,
+}
+_PARTS: dict[str, Any] = {'grid': DotGrid, 'index': ConstellationIndex, 'addresses': AddressGrid}
+_TYPES = {
+    'diameters': '<f4',
+    'grid.points': '<f4',
+    'grid.starts': '<i8',
+    'index.codes': '<u8',
+    'index.bases': '<u4',
+    'index.starts': '<u4',
+    'addresses.bits': '|u1',
+}
+
+
+@dataclass(frozen=True)
+class BinaryMap:
+    """What the file holds.
+
+    Attributes:
+        floor: the dots with their index.
+        diameters: shape (N,) float32, in the order of the grid's points [m], NaN where unknown.
+    """
+
+    floor: IndexedMap
+    diameters: NDArray[np.float32]
+
+
+def save_binary(path: Path, binary_map: BinaryMap) -> None:
+    """Write a map so that it is whole or not there.
+
+    Raises:
+        DotMapError: the place cannot be written to.
+    """
+    values = _values_of(binary_map)
+    arrays = {name: np.ascontiguousarray(values.pop(name), dtype) for name, dtype in _TYPES.items()}
+    header: dict[str, Any] = {'rules': _RULES, 'numbers': values, 'arrays': {}, 'size': 0}
+    # The header tells the arrays' places, which depend on its length: room is left for what is not in it yet.
+    start = _aligned(_PREFIX.size + len(json.dumps(header)) + 128 * len(arrays) + 64)
+    end = start
+    for name, array in arrays.items():
+        header['arrays'][name] = {'dtype': array.dtype.str, 'shape': array.shape, 'offset': end}
+        end = _aligned(end + array.nbytes)
+    header['size'] = end
+    text = json.dumps(header).encode().ljust(start - _PREFIX.size)
+    try:
+        with written_beside(path) as file:
+            file.write(_PREFIX.pack(MAGIC, VERSION, len(text), zlib.crc32(text)) + text)
+            for array in arrays.values():
+                file.write(array.tobytes() + bytes(-array.nbytes % _ALIGNMENT))
+    except OSError as fault:
+        raise DotMapError(f'{path}: cannot be written ({fault.strerror}); choose a writable place') from fault
+
+
+def load_binary(path: Path) -> BinaryMap:
+    """Open a map; its arrays are read-only views of the file, read when they are used.
+
+    Raises:
+        DotMapError: a file that is missing, truncated, damaged, of another version, or no dot map.
+    """
+    try:
+        if path.stat().st_size < _PREFIX.size:
+            raise DotMapError(f'{path}: is empty or truncated; {_REMEDY}')
+        # numba takes plain arrays only; this one keeps the mapping alive.
+        content = np.asarray(np.memmap(path, dtype=np.uint8, mode='r'))
+    except OSError as fault:
+        raise DotMapError(
+            f'{path}: cannot be read ({fault.strerror}); give a dot map, CSV or {SUFFIX}'
+        ) from fault
+    header = _read_header(path, content)
+    try:
+        values = {name: _view(content, header['arrays'][name], dtype) for name, dtype in _TYPES.items()}
+        binary_map = _assemble(values | header['numbers'])
+        _check_sizes(binary_map)
+    except (KeyError, TypeError, ValueError) as fault:
+        raise DotMapError(f'{path}: is damaged, its header contradicts its content; {_REMEDY}') from fault
+    return binary_map
+
+
+def _aligned(place: int) -> int:
+    return -(-place // _ALIGNMENT) * _ALIGNMENT
+
+
+def _values_of(binary_map: BinaryMap) -> dict[str, Any]:
+    """Return all arrays and numbers of a map by their names in the file."""
+    floor = binary_map.floor
+    values: dict[str, Any] = {'diameters': binary_map.diameters, 'density': floor.density}
+    for part in _PARTS:
+        values |= {f'{part}.{name}': value for name, value in getattr(floor, part)._asdict().items()}
+    return values
+
+
+def _assemble(values: dict[str, Any]) -> BinaryMap:
+    parts = {
+        part: kind(**{name: values[f'{part}.{name}'] for name in kind._fields})
+        for part, kind in _PARTS.items()
+    }
+    return BinaryMap(IndexedMap(**parts, density=values['density']), values['diameters'])
+
+
+def _read_header(path: Path, content: NDArray[np.uint8]) -> dict[str, Any]:
+    """Return the header of a file of this version whose arrays are all there."""
+    magic, version, length, checksum = _PREFIX.unpack(content[: _PREFIX.size].tobytes())
+    if magic != MAGIC:
+        raise DotMapError(f'{path}: is no dot map; give a {SUFFIX} that inspect_map wrote, or a CSV')
+    if version != VERSION:
+        raise DotMapError(f'{path}: has version {version}, this program reads version {VERSION}; {_REMEDY}')
+    text = content[_PREFIX.size : _PREFIX.size + length].tobytes()
+    if len(text) < length:
+        raise DotMapError(f'{path}: is truncated; {_REMEDY}')
+    if zlib.crc32(text) != checksum:
+        raise DotMapError(f'{path}: is damaged, the checksum of its header is wrong; {_REMEDY}')
+    header: dict[str, Any] = json.loads(text)
+    if header['rules'] != _RULES:
+        raise DotMapError(f'{path}: has an index of another version of this program; {_REMEDY}')
+    if len(content) < header['size']:
+        raise DotMapError(f'{path}: is truncated ({len(content)} of {header["size"]} bytes); {_REMEDY}')
+    return header
+
+
+def _view(content: NDArray[np.uint8], entry: dict[str, Any], dtype: str) -> NDArray[Any]:
+    """Return one array of the file without reading it."""
+    if entry['dtype'] != dtype:
+        raise ValueError(entry['dtype'])
+    length = math.prod(entry['shape']) * np.dtype(dtype).itemsize
+    part = content[entry['offset'] : entry['offset'] + length]
+    return part.view(dtype).reshape(entry['shape'])
+
+
+def _check_sizes(binary_map: BinaryMap) -> None:
+    """Check that the arrays belong together, as the search reads them without looking."""
+    grid, index, addresses = binary_map.floor.grid, binary_map.floor.index, binary_map.floor.addresses
+    dots, constellations = len(grid.points), len(index.codes)
+    fits = (
+        grid.points.shape == (dots, 2)
+        and binary_map.diameters.shape == (dots,)
+        and grid.starts.shape == (grid.rows * grid.columns + 1,)
+        and grid.starts[-1] == dots
+        and index.bases.shape == (constellations, 2)
+        and index.starts.shape == ((1 << index.bits) + 1,)
+        and index.starts[-1] == constellations
+        and addresses.bits.ndim == 2
+        and min(grid.cell, addresses.block, binary_map.floor.density) > 0.0
+    )
+    if not fits:
+        raise ValueError('sizes')

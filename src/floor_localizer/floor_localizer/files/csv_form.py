@@ -1,0 +1,102 @@
+"""The dot map as CSV: the header ``x,y,diameter``, then a dot a line, in metres; diameter may be empty."""
+
+from __future__ import annotations
+
+import io
+import math
+from pathlib import Path
+
+import numpy as np
+
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.files.atomic_file import written_beside
+from floor_localizer.files.dot_map_check import check_dot_map
+from floor_localizer.files.file_errors import DotMapError
+
+HEADER = 'x,y,diameter'
+_COLUMNS = HEADER.split(',')
+
+
+def load_csv(path: Path) -> DotMap:
+    """Load a map.
+
+    Raises:
+        DotMapError: a file that is missing, empty, malformed or no map of dots in metres.
+    """
+    lines = _read_lines(path)
+    if not any(lines):
+        raise DotMapError(f'{path}: is empty; write the header "{HEADER}" and a dot a line, in metres')
+    if [column.strip().lower() for column in lines[0].split(',')] != _COLUMNS:
+        raise DotMapError(
+            f'{path}, line 1: the header is "{lines[0][:40]}"; it must be "{HEADER}" '
+            '(metres; diameter may be empty)'
+        )
+    numbers = [number for number, line in enumerate(lines[1:], start=2) if line]
+    dot_map = _parse(path, lines, numbers)
+    check_dot_map(dot_map, str(path), lambda dot: f'line {numbers[dot]}')
+    return dot_map
+
+
+def save_csv(path: Path, dot_map: DotMap) -> None:
+    """Write a map, to a micrometre and so that it is whole or not there.
+
+    Raises:
+        DotMapError: the place cannot be written to.
+    """
+    rows = [
+        f'{x:.6f},{y:.6f},' + ('' if math.isnan(diameter) else f'{diameter:.6f}')
+        for (x, y), diameter in zip(dot_map.points.tolist(), dot_map.diameters.tolist(), strict=True)
+    ]
+    try:
+        with written_beside(path) as file:
+            file.write('\n'.join([HEADER, *rows, '']).encode())
+    except OSError as fault:
+        raise DotMapError(f'{path}: cannot be written ({fault.strerror}); choose a writable place') from fault
+
+
+def _read_lines(path: Path) -> list[str]:
+    try:
+        text = path.read_text(encoding='utf-8-sig')
+    except OSError as fault:
+        raise DotMapError(
+            f'{path}: cannot be read ({fault.strerror}); give a dot map, CSV or .dotmap'
+        ) from fault
+    except UnicodeDecodeError as fault:
+        raise DotMapError(
+            f'{path}: is no text; give a CSV with the header "{HEADER}", or a .dotmap'
+        ) from fault
+    return [line.strip() for line in text.split('\n')]
+
+
+def _parse(path: Path, lines: list[str], numbers: list[int]) -> DotMap:
+    """Parse the lines of the given numbers all at once, and one by one only to tell which is malformed."""
+    rows = [lines[number - 1] for number in numbers]
+    if not rows:
+        return DotMap(np.empty((0, 2)), np.empty(0))
+    filled = [row + 'nan' if row.endswith(',') else row for row in rows]
+    try:
+        table = np.loadtxt(io.StringIO('\n'.join(filled)), delimiter=',', comments=None, ndmin=2)
+    except ValueError:
+        table = np.empty((0, 0))
+    if table.shape != (len(rows), 3) or 'nan' in '\n'.join(rows).lower():
+        table = np.array([_parse_row(f'{path}, line {n}', row) for n, row in zip(numbers, rows, strict=True)])
+    return DotMap(np.ascontiguousarray(table[:, :2]), np.ascontiguousarray(table[:, 2]))
+
+
+def _parse_row(where: str, row: str) -> list[float]:
+    """Return the three numbers of a row, NaN for an empty diameter, or refuse it."""
+    fields = [field.strip() for field in row.split(',')]
+    if len(fields) != len(_COLUMNS):
+        raise DotMapError(f'{where}: has {len(fields)} fields instead of 3; write "{HEADER}"')
+    values = []
+    for name, field in zip(_COLUMNS, fields, strict=True):
+        if name == 'diameter' and not field:
+            values.append(math.nan)
+            continue
+        try:
+            values.append(float(field))
+        except ValueError as fault:
+            raise DotMapError(f'{where}: {name} is "{field}", no number; give metres') from fault
+        if math.isnan(values[-1]):
+            raise DotMapError(f'{where}: {name} is {field}, not finite; give metres or leave the dot out')
+    return values

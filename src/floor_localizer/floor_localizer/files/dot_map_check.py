@@ -1,0 +1,88 @@
+"""Is this a map of dots in metres? The checks that every dot map passes before it is used."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.constellation.dot_grid import typical_spacing
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.files.file_errors import DotMapError
+
+LEAST_DOTS = 20
+# Two dots this near are one dot listed twice: chips that touch have centres a millimetre apart [m].
+_SAME_PLACE = 1e-5
+# A camera that sees twenty dots at such a spacing hangs higher than any robot's belly [m].
+_WIDEST_SPACING = 0.2
+_LARGEST_DIAMETER = 0.1
+# Maps in millimetres have numbers above these, maps in centimetres below.
+_SPACING_IN_MILLIMETRES, _DIAMETER_IN_MILLIMETRES = 4.0, 0.8
+
+
+def check_dot_map(dot_map: DotMap, source: str, place: Callable[[int], str]) -> None:
+    """Refuse what is no map of dots in metres.
+
+    Args:
+        dot_map: the map; NaN diameters are unknown ones.
+        source: name of the file, for the message.
+        place: tells where in the file a dot stands, as ``line 7``.
+
+    Raises:
+        DotMapError: numbers that are not finite, diameters that are not positive, too few dots, a dot twice,
+            or a unit other than metres.
+    """
+    points, diameters = dot_map.points, dot_map.diameters
+    if len(points) < LEAST_DOTS:
+        raise DotMapError(
+            f'{source}: has {len(points)} dots, at least {LEAST_DOTS} are needed; survey more of the floor'
+        )
+    for name, column in (('x', points[:, 0]), ('y', points[:, 1])):
+        if not np.isfinite(column).all():
+            where = place(_first(~np.isfinite(column)))
+            raise DotMapError(f'{source}, {where}: {name} is not finite; give metres or leave the dot out')
+    wrong = (diameters <= 0.0) | np.isinf(diameters)
+    if wrong.any():
+        dot = _first(wrong)
+        raise DotMapError(
+            f'{source}, {place(dot)}: diameter is {diameters[dot]:g}, it must be positive; '
+            'leave it empty where it is unknown'
+        )
+    _check_units(dot_map, source)
+    _check_twins(points, source, place)
+
+
+def _first(mask: NDArray[np.bool_]) -> int:
+    return int(np.flatnonzero(mask)[0])
+
+
+def _check_units(dot_map: DotMap, source: str) -> None:
+    """Refuse a map that is not in metres, told by the diameters and by the spacing of the dots."""
+    known = dot_map.diameters[np.isfinite(dot_map.diameters)]
+    diameter = float(np.median(known)) if len(known) else 0.0
+    spacing = typical_spacing(dot_map.points)
+    if diameter > _LARGEST_DIAMETER:
+        sign, is_millimetres = f'diameters of {diameter:.3g} m', diameter > _DIAMETER_IN_MILLIMETRES
+    elif spacing > _WIDEST_SPACING:
+        sign, is_millimetres = f'dots {spacing:.3g} m apart', spacing > _SPACING_IN_MILLIMETRES
+    else:
+        return
+    unit, divisor = ('millimetres', 1000) if is_millimetres else ('centimetres', 100)
+    raise DotMapError(
+        f'{source}: looks like {unit} ({sign}); x, y and diameter must be metres: divide them by {divisor}'
+    )
+
+
+def _check_twins(points: NDArray[np.float64], source: str, place: Callable[[int], str]) -> None:
+    """Refuse a dot that stands in the map twice."""
+    steps = np.round((points - points.min(axis=0)) / _SAME_PLACE).astype(np.int64)
+    order = np.lexsort(steps.T)
+    twins = (np.diff(steps[order], axis=0) == 0).all(axis=1)
+    if twins.any():
+        earlier = _first(twins)
+        first, second = order[earlier], order[earlier + 1]
+        raise DotMapError(
+            f'{source}, {place(int(second))}: is the same dot as {place(int(first))}; '
+            'leave one of the two out'
+        )

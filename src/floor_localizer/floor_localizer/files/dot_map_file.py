@@ -1,0 +1,72 @@
+"""A dot map from a file, whichever of the two forms it has."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from floor_localizer.core.constellation.dot_grid import build_dot_grid
+from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.files.binary_form import MAGIC, SUFFIX, BinaryMap, load_binary, save_binary
+from floor_localizer.files.csv_form import load_csv
+
+
+def load_indexed_map(path: Path) -> IndexedMap:
+    """Load a map ready for the search: the binary form is opened at once, a CSV is indexed in a second.
+
+    Raises:
+        DotMapError: a file that is missing, malformed or no map of dots in metres.
+    """
+    if _is_binary(path):
+        return load_binary(path).floor
+    return index_map(load_csv(path))
+
+
+def load_dot_map(path: Path) -> DotMap:
+    """Load the dots alone.
+
+    Raises:
+        DotMapError: a file that is missing, malformed or no map of dots in metres.
+    """
+    if not _is_binary(path):
+        return load_csv(path)
+    binary_map = load_binary(path)
+    return DotMap(binary_map.floor.grid.points.astype(np.float64), binary_map.diameters.astype(np.float64))
+
+
+def load_dots_and_index(path: Path) -> tuple[DotMap, IndexedMap]:
+    """Load both, which is faster than one after the other.
+
+    Raises:
+        DotMapError: a file that is missing, malformed or no map of dots in metres.
+    """
+    dot_map = load_dot_map(path)
+    return dot_map, load_binary(path).floor if _is_binary(path) else index_map(dot_map)
+
+
+def write_indexed_map(path: Path, dot_map: DotMap, floor: IndexedMap) -> None:
+    """Write the binary form of a map.
+
+    Args:
+        path: the file, which is replaced when it is whole.
+        dot_map: the dots.
+        floor: what `index_map` made of them.
+
+    Raises:
+        DotMapError: the place cannot be written to.
+    """
+    _, order = build_dot_grid(dot_map.points)
+    save_binary(path, BinaryMap(floor, dot_map.diameters[order].astype(np.float32)))
+
+
+def _is_binary(path: Path) -> bool:
+    """Tell by its name, or by its first bytes, whether a file has the binary form."""
+    if path.suffix == SUFFIX:
+        return True
+    try:
+        with path.open('rb') as file:
+            return file.read(len(MAGIC)) == MAGIC
+    except OSError:
+        return False

@@ -1,0 +1,15 @@
+"""What can be wrong with a file; each message is one line that names file, field and remedy."""
+
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+
+
+class DotMapError(FloorLocalizerError):
+    """A dot map cannot be read or written."""
+
+
+class CalibrationError(FloorLocalizerError):
+    """A calibration cannot be read."""
+
+
+class ImageFileError(FloorLocalizerError):
+    """An image cannot be read."""

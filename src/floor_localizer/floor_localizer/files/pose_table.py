@@ -1,0 +1,52 @@
+"""The poses of located images as a CSV, with the reason where there is none."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from floor_localizer.core.fix import Fix, NoFix
+from floor_localizer.files.atomic_file import written_beside
+from floor_localizer.located_image import LocatedImage
+from shirube_bags.stamps import text_from_stamp
+
+COLUMNS = (
+    *('image', 'stamp', 'x', 'y', 'yaw', 'sigma_x', 'sigma_y', 'sigma_yaw'),
+    *('dots', 'matched', 'scale', 'roll', 'pitch', 'expected_chance_alignments', 'reason', 'detail'),
+)
+
+
+def save_pose_table(path: Path, images: Sequence[LocatedImage]) -> None:
+    """Write a line an image, in metres and radians; it is whole or not there.
+
+    Raises:
+        OSError: the place cannot be written to.
+    """
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator='\n')
+    table.writerow(COLUMNS)
+    for image in images:
+        table.writerow([image.name, text_from_stamp(image.stamp_ns), *_fields(image)])
+    with written_beside(path) as file:
+        file.write(text.getvalue().encode())
+
+
+def _fields(image: LocatedImage) -> list[str]:
+    result = image.result
+    if isinstance(result, Fix):
+        pose, sigmas = result.T_map_base, np.sqrt(np.diag(result.covariance))
+        numbers = [
+            *(f'{pose.x:.7f}', f'{pose.y:.7f}', f'{pose.yaw:.7f}'),
+            *(f'{sigma:.7f}' for sigma in sigmas),
+            *(str(len(result.dots)), str(int(result.matched.sum()))),
+            *(f'{result.scale:.6f}', f'{result.tilt[0]:.6f}', f'{result.tilt[1]:.6f}'),
+            f'{result.expected_chance_alignments:.3g}',
+        ]
+        return [*numbers, '', '']
+    dots = str(len(result.dots)) if isinstance(result, NoFix) and result.dots is not None else ''
+    detail = result.detail if isinstance(result, NoFix) else ''
+    return [*[''] * 6, dots, *[''] * 5, image.failure, detail]

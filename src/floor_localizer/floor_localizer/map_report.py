@@ -1,0 +1,65 @@
+"""What `inspect_map` prints: the figures of a map and how unique its places are."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+from floor_localizer.core.map_inspection import MapFigures
+from floor_localizer.core.uniqueness import Place, PlaceKind, ViewSettings
+
+_MOST_LISTED = 10
+
+
+def map_report(figures: MapFigures) -> str:
+    """Return the figures of a map as lines of text."""
+    width, height = figures.upper - figures.lower
+    diameters = 'unknown'
+    if figures.diameters is not None:
+        smallest, median, largest = 1e3 * figures.diameters
+        diameters = f'{smallest:.2f} to {largest:.2f} mm, median {median:.2f} mm'
+        diameters += f', known for {figures.diameters_known:.0%} of the dots'
+    x0, y0 = figures.lower
+    x1, y1 = figures.upper
+    rows = (
+        ('dots', f'{figures.dots}'),
+        ('extent', f'{width:.3f} x {height:.3f} m: x {x0:.3f} to {x1:.3f}, y {y0:.3f} to {y1:.3f}'),
+        ('area with dots', f'{figures.area:.3f} m²'),
+        ('density', f'{figures.density:.0f} dots/m², {1e3 * figures.density**-0.5:.1f} mm apart'),
+        ('diameters', diameters),
+        ('constellations', f'{figures.constellations}, {figures.constellations / figures.dots:.1f} a dot'),
+        ('size', f'{figures.bytes_per_dot:.0f} bytes a dot'),
+    )
+    return '\n'.join(f'{name:<16}{value}' for name, value in rows)
+
+
+def places_report(places: Sequence[Place], view: ViewSettings) -> str:
+    """Return how unique the places are as lines of text, and list the first ten that are not of each kind."""
+    counts = Counter(place.kind for place in places)
+    unique = counts[PlaceKind.UNIQUE] / len(places)
+    first = (
+        f'{"unique places":<16}{unique:.1%} of {len(places)} views of {1e3 * view.view_size:.0f} mm, '
+        f'{min(place.dots for place in places)} to {max(place.dots for place in places)} dots each'
+    )
+    lines = [first]
+    for kind in PlaceKind:
+        if kind is PlaceKind.UNIQUE or not counts[kind]:
+            continue
+        lines.append(f'{counts[kind]} places: {kind.value}')
+        of_kind = [place for place in places if place.kind is kind]
+        lines += [f'    {_line(place)}' for place in of_kind[:_MOST_LISTED]]
+        if len(of_kind) > _MOST_LISTED:
+            lines.append(f'    and {len(of_kind) - _MOST_LISTED} more')
+    return '\n'.join(lines)
+
+
+def _line(place: Place) -> str:
+    number = f'{place.dots} dot' if place.dots == 1 else f'{place.dots} dots'
+    text = f'({place.x:.3f}, {place.y:.3f}) m, {number}'
+    if place.kind is PlaceKind.THIN:
+        if place.expected_chance_alignments > 1.0:
+            return f'{text}, as many are expected elsewhere by chance'
+        return f'{text}, {place.expected_chance_alignments:.1g} places as good are expected by chance'
+    if place.rival is None:
+        return text
+    return f'{text}, {place.rival_share:.0%} of them match at ({place.rival[0]:.3f}, {place.rival[1]:.3f}) m'

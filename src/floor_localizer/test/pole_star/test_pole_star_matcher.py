@@ -1,0 +1,86 @@
+"""The whole pipeline on a small floor with known poses."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from floor_localizer.core.pole_star.pole_star_matcher import NoPose, PoleStarMatcher, PoleStarPose
+from floor_localizer.core.pole_star.settings import PoleStarSettings
+from shirube_geometry import PlanarPose
+
+NOISE = 0.000383  # 1 px of the paper's camera [m]
+FLOOR = np.random.default_rng(9).uniform(0.0, 0.9, (4361, 2))
+MATCHER = PoleStarMatcher(FLOOR, PoleStarSettings())
+
+
+def view_of(
+    T_map_view: PlanarPose,
+    rng: np.random.Generator,
+    missing: float = 0.0,
+    spurious: float = 0.0,
+    floor: NDArray[np.float64] = FLOOR,
+) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """Return image dots and the floor dots they are (-1: spurious)."""
+    points = T_map_view.inverse().transform(floor)
+    inside = np.flatnonzero(np.abs(points).max(axis=1) <= 0.045)
+    kept = rng.permutation(inside)[round(missing * len(inside)) :]
+    dirt = rng.uniform(-0.045, 0.045, (round(spurious * len(inside)), 2))
+    image = np.vstack([points[kept], dirt])
+    return image + rng.normal(0.0, NOISE, image.shape), np.concatenate([kept, np.full(len(dirt), -1)])
+
+
+@pytest.mark.parametrize(('missing', 'spurious'), [(0.0, 0.0), (0.0, 0.5), (0.4, 0.0), (0.25, 0.5)])
+@pytest.mark.parametrize('seed', range(3))
+def test_the_pose_is_found(missing: float, spurious: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    T_map_view = PlanarPose(*rng.uniform((0.07, 0.07, -np.pi), (0.83, 0.83, np.pi)))
+    image, map_dots = view_of(T_map_view, rng, missing, spurious)
+    found = MATCHER.match(image)
+    assert isinstance(found, PoleStarPose)
+    assert found.T_map_view.distance_to(T_map_view) < 0.002
+    assert abs(found.T_map_view.turn_to(T_map_view)) < np.radians(1.5)
+    assert np.mean(map_dots[found.pairs[:, 0]] == found.pairs[:, 1]) > 0.8
+    assert found.match_rate <= 1.0
+
+
+def test_the_pose_follows_the_map() -> None:
+    T_room_map = PlanarPose(-3.0, 11.0, 2.5)
+    image, _ = view_of(PlanarPose(0.4, 0.5, -1.0), np.random.default_rng(10))
+    here = MATCHER.match(image)
+    there = PoleStarMatcher(T_room_map.transform(FLOOR), PoleStarSettings()).match(image)
+    assert isinstance(here, PoleStarPose)
+    assert isinstance(there, PoleStarPose)
+    assert there.T_map_view.distance_to(T_room_map @ here.T_map_view) < 0.0005
+
+
+def test_poses_come_in_order_of_their_match_rate() -> None:
+    image, _ = view_of(PlanarPose(0.4, 0.5, -1.0), np.random.default_rng(11), 0.25, 0.5)
+    rates = [pose.match_rate for pose in MATCHER.congruent_poses(image)]
+    assert rates == sorted(rates, reverse=True)
+
+
+@pytest.mark.parametrize('seed', range(12, 16))
+def test_another_floor_has_no_pose(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    image, _ = view_of(PlanarPose(0.45, 0.45, 0.0), rng, floor=rng.uniform(0.0, 0.9, FLOOR.shape))
+    found = MATCHER.match(image)
+    assert isinstance(found, NoPose)
+    assert found.reason
+
+
+def test_a_mirrored_image_has_no_pose() -> None:
+    image, _ = view_of(PlanarPose(0.45, 0.45, 0.3), np.random.default_rng(13))
+    assert isinstance(MATCHER.match(image * (1.0, -1.0)), NoPose)
+
+
+@pytest.mark.parametrize('image', [np.empty((0, 2)), np.zeros((3, 2)), np.zeros((9, 2))])
+def test_too_few_different_dots_have_no_pose(image: NDArray[np.float64]) -> None:
+    assert isinstance(MATCHER.match(image), NoPose)
+
+
+def test_the_match_rate_has_a_lower_bound() -> None:
+    image, _ = view_of(PlanarPose(0.4, 0.5, -1.0), np.random.default_rng(14), 0.25, 0.5)
+    strict = PoleStarMatcher(FLOOR, PoleStarSettings(match_rate_min=0.9))
+    found = strict.match(image)
+    assert isinstance(found, NoPose)
+    assert '0.900' in found.reason

@@ -1,0 +1,44 @@
+"""Views in the form that the searches take, with the similarity that is right."""
+
+from __future__ import annotations
+
+import cmath
+
+import numpy as np
+from floor_views import CAMERA, MOUNT, View, pose_over, see
+from numpy.typing import NDArray
+
+from floor_localizer.core.constellation.alignment import ViewDots, order_neighbours
+from floor_localizer.core.constellation.indexed_map import IndexedMap
+from floor_localizer.core.constellation.search_state import Search, new_search
+from floor_localizer.core.dot_map import DotMap
+from shirube_geometry import PlanarPose
+
+SIGMA = 8e-5
+
+
+def view_dots(points: NDArray[np.float64], density: float, sigma: float = SIGMA) -> ViewDots:
+    return ViewDots(points, points @ (1.0, 1j), order_neighbours(points, 32), sigma, 0.27, 0.05, density)
+
+
+def scene(
+    floor: DotMap, indexed: IndexedMap, seed: int, **disturbance: float
+) -> tuple[PlanarPose, View, ViewDots]:
+    rng = np.random.default_rng(seed)
+    pose = pose_over(rng)
+    view = see(floor, pose, rng, **disturbance)
+    points = MOUNT.floor_points_from_rays(CAMERA.rays_from_pixels(view.dots.pixels))
+    return pose, view, view_dots(points, indexed.density)
+
+
+def similarity(pose: PlanarPose) -> tuple[complex, complex]:
+    return cmath.exp(1j * pose.yaw), complex(pose.x, pose.y)
+
+
+def search_of(view: ViewDots, indexed: IndexedMap) -> Search:
+    return new_search(len(view.z), float(len(indexed.grid.points)), 1e-3, 0.25)
+
+
+def found_pose(found: NDArray[np.float64]) -> PlanarPose:
+    """The pose of ``search.best`` or ``search.rival``."""
+    return PlanarPose(found[3], found[4], cmath.phase(complex(found[1], found[2])))

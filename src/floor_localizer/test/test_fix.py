@@ -1,0 +1,27 @@
+"""Results are values that do not change, and reasons speak."""
+
+from __future__ import annotations
+
+from dataclasses import FrozenInstanceError
+
+import pytest
+
+from floor_localizer.core.fix import NoFix, NoFixReason, PosePrior
+from shirube_geometry import PlanarPose
+
+
+def test_every_reason_says_something_of_its_own():
+    texts = [reason.value for reason in NoFixReason]
+    assert len(set(texts)) == len(texts)
+    assert all(len(text.split()) >= 3 for text in texts)
+
+
+def test_an_expectation_need_not_hold_unless_told():
+    assert not PosePrior(PlanarPose(0.0, 0.0, 0.0), 0.1, 0.1).must_hold
+
+
+def test_results_do_not_change():
+    result = NoFix(NoFixReason.NO_DOTS, 'none')
+    with pytest.raises(FrozenInstanceError):
+        result.detail = 'some'
+    assert result.dots is None

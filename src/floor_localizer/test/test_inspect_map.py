@@ -1,0 +1,84 @@
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from dot_maps import random_map
+
+from floor_localizer.commands.inspect_map import main
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.files.csv_form import save_csv
+from floor_localizer.files.dot_map_file import load_dot_map
+
+
+@pytest.fixture
+def floor(tmp_path: Path) -> Path:
+    piece = random_map(1, (0.3, 0.2)).points
+    points = np.vstack(
+        [piece, piece + np.array([0.5, 0.0]), random_map(2, (0.3, 0.2)).points + np.array([1.0, 0.0])]
+    )
+    save_csv(tmp_path / 'floor.csv', DotMap(points, np.full(len(points), np.nan)))
+    return tmp_path / 'floor.csv'
+
+
+def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+    code = main([str(argument) for argument in arguments])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def test_the_report_tells_the_unique_and_the_ambiguous_places(
+    floor: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, _ = run(capsys, floor)
+    assert code == 0
+    assert f'{len(load_dot_map(floor))}\n' in out
+    lines = out.splitlines()
+    twins = [k for k, line in enumerate(lines) if 'looks like another place' in line]
+    assert twins
+    assert '100% of them match at' in lines[twins[0] + 1]
+    assert 'mirror' not in out
+
+
+def test_the_binary_form_that_it_writes_gives_the_same_report(
+    floor: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _, first, _ = run(capsys, floor, '--write', tmp_path / 'out' / 'floor.dotmap')
+    code, second, _ = run(capsys, tmp_path / 'out' / 'floor.dotmap')
+    assert code == 0
+    assert second.splitlines()[1:] == first.splitlines()[1:]
+
+
+def test_the_picture_marks_the_ambiguous_places_in_red(
+    floor: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run(capsys, floor, '--picture', tmp_path / 'floor.png')
+    picture = cv2.imread(str(tmp_path / 'floor.png')).astype(int)
+    blue, green, red = (picture[:, :, k] for k in range(3))
+    columns = np.nonzero((red > 180) & (green < 90) & (blue < 90))[1]
+    assert len(columns) > 50
+    # The copies are the left two thirds of the floor.
+    assert np.quantile(columns, 0.9) < 0.65 * picture.shape[1]
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'part'),
+    [
+        (('none.csv',), 'none.csv: cannot be read (No such file or directory)'),
+        (('floor.csv', '--view-size', '-1'), 'view_size is -1.0'),
+        (('floor.csv', '--write', 'floor.csv/floor.dotmap'), 'choose a writable place'),
+        (('floor.csv', '--picture', 'floor.csv/floor.png'), 'choose a writable place'),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_1(
+    floor: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: tuple[str, ...],
+    part: str,
+) -> None:
+    monkeypatch.chdir(floor.parent)
+    code, _, err = run(capsys, *arguments)
+    assert code == 1
+    assert err.count('\n') == 1
+    assert part in err

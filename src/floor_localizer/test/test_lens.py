@@ -1,0 +1,66 @@
+"""Lenses and groups against brute force."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from floor_localizer.core.constellation.lens import (
+    MOST_GROUPS,
+    MOST_IN_LENS,
+    distance,
+    dots_in_lens,
+    groups_of_four,
+)
+
+
+def gaps(points):
+    return np.linalg.norm(points[:, None] - points, axis=2)
+
+
+def test_distance_is_that_of_the_plane():
+    points = np.random.default_rng(0).normal(size=(5, 2))
+    for i, j in itertools.product(range(5), repeat=2):
+        assert distance(points, i, j) == pytest.approx(gaps(points)[i, j])
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_lens_holds_the_dots_near_to_both_ends(seed):
+    points = np.random.default_rng(seed).uniform(0.0, 1.0, (20, 2))
+    lens = np.empty(MOST_IN_LENS, dtype=np.int64)
+    longest = distance(points, 0, 1)
+    count = dots_in_lens(points, 0, 1, np.arange(20), longest, lens)
+    near = gaps(points)
+    assert set(lens[:count]) == {k for k in range(2, 20) if max(near[0, k], near[1, k]) <= longest}
+
+
+def test_a_full_lens_takes_no_more():
+    points = np.vstack([[[0.0, 0.0], [1.0, 0.0]], np.random.default_rng(0).uniform(0.4, 0.6, (60, 2))])
+    lens = np.empty(MOST_IN_LENS, dtype=np.int64)
+    assert dots_in_lens(points, 0, 1, np.arange(62), 1.0, lens) == MOST_IN_LENS
+
+
+@pytest.mark.parametrize('size', [0, 3, 4, 6, 10])
+@pytest.mark.parametrize('longest', [0.4, 0.7, 2.0])
+def test_groups_are_all_that_keep_together(size, longest):
+    points = np.random.default_rng(size).uniform(0.0, 1.0, (15, 2))
+    lens = np.random.default_rng(1).permutation(15)[:size]
+    groups = np.empty((MOST_GROUPS, 4), dtype=np.int64)
+    count = groups_of_four(points, lens, longest, groups)
+    near = gaps(points) <= longest
+    expected = {
+        frozenset(group)
+        for group in itertools.combinations(lens, 4)
+        if all(near[i, j] for i, j in itertools.combinations(group, 2))
+    }
+    found = [frozenset(group) for group in groups[:count]]
+    assert len(found) == len(set(found))
+    assert set(found) == expected
+
+
+def test_groups_beyond_the_room_are_left_out():
+    points = np.random.default_rng(0).uniform(0.0, 1.0, (20, 2))
+    groups = np.empty((7, 4), dtype=np.int64)
+    assert groups_of_four(points, np.arange(20), 2.0, groups) == 7

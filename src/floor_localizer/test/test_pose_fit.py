@@ -1,0 +1,143 @@
+"""Truth recovered from exact dots, a second solver, and covariance against the scatter of many fits."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from floor_localizer.core.pose_fit import MountedRays, fit_pose, map_point
+from shirube_geometry import CameraMount, PlanarPose, matrix_from_rpy
+
+MOUNT = CameraMount(xyz=(0.11, -0.04, 0.13), rpy=(math.pi + 0.05, -0.08, 0.4))
+STATE = np.array([3.2, -1.1, 2.3, 0.03, 0.02, -0.015])
+WIDE = np.full(3, 1e3)
+SIGMA = 5e-5
+
+
+def targets_of(rays, state, mount=MOUNT):
+    """Where rays meet the floor, by rotation matrices and plain geometry of planes."""
+    body = matrix_from_rpy((state[4], state[5], 0.0))
+    centre = body @ mount.xyz + (0.0, 0.0, state[3] * mount.xyz[2])
+    directions = rays @ (body @ mount.rotation).T
+    base = centre - directions * (centre[2] / directions[:, 2])[:, None]
+    return PlanarPose(*state[:3]).transform(base[:, :2])
+
+
+@pytest.fixture
+def rays():
+    pixels = np.random.default_rng(0).uniform(-0.34, 0.34, (40, 2))
+    return np.column_stack([pixels, np.ones(40)])
+
+
+@pytest.fixture
+def mounted(rays):
+    return MountedRays(rays, MOUNT.rotation, np.array(MOUNT.xyz))
+
+
+def fitted(mounted, targets, *, sigmas=None, matched=None, priors=WIDE, start=None):
+    number = len(targets)
+    state = np.add(STATE, (0.002, -0.002, 0.02, -0.03, -0.02, 0.015)) if start is None else start.copy()
+    covariance = fit_pose(
+        mounted,
+        targets,
+        np.full(number, SIGMA) if sigmas is None else sigmas,
+        np.ones(number, dtype=np.bool_) if matched is None else matched,
+        priors,
+        state,
+    )
+    return state, covariance
+
+
+def test_model_is_that_of_rays_and_planes(mounted, rays):
+    expected = targets_of(rays, STATE)
+    found = [map_point(mounted, k, STATE) for k in range(len(rays))]
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_a_level_robot_sees_what_the_mount_says(mounted, rays):
+    pose = PlanarPose(0.4, 0.7, -2.0)
+    state = np.array([pose.x, pose.y, pose.yaw, 0.0, 0.0, 0.0])
+    expected = pose.transform(MOUNT.floor_points_from_rays(rays))
+    np.testing.assert_allclose([map_point(mounted, k, state) for k in range(len(rays))], expected, atol=1e-12)
+
+
+def test_length_of_a_ray_does_not_matter(rays):
+    stretched = MountedRays(rays * 7.3, MOUNT.rotation, np.array(MOUNT.xyz))
+    expected = targets_of(rays, STATE)
+    np.testing.assert_allclose(
+        [map_point(stretched, k, STATE) for k in range(len(rays))], expected, atol=1e-12
+    )
+
+
+def test_exact_dots_give_back_pose_height_and_tilt(mounted, rays):
+    state, _ = fitted(mounted, targets_of(rays, STATE))
+    np.testing.assert_allclose(state, STATE, atol=1e-7)
+
+
+def test_dots_that_take_no_part_do_not_matter(mounted, rays):
+    targets = targets_of(rays, STATE)
+    matched = np.arange(len(rays)) % 2 == 0
+    targets[~matched] = 99.0
+    state, _ = fitted(mounted, targets, matched=matched)
+    np.testing.assert_allclose(state, STATE, atol=1e-7)
+
+
+def noisy(rays, seed):
+    rng = np.random.default_rng(seed)
+    return targets_of(rays, STATE) + rng.normal(0.0, SIGMA, (len(rays), 2))
+
+
+def test_a_second_solver_finds_the_same(mounted, rays):
+    targets, priors = noisy(rays, 1), np.array([0.03, 0.02, 0.02])
+    sigmas = np.random.default_rng(2).uniform(0.5, 2.0, len(rays)) * SIGMA
+
+    def residuals(state):
+        misses = (targets_of(rays, state) - targets) / sigmas[:, None]
+        return np.concatenate([misses.ravel(), state[3:] / priors])
+
+    second = least_squares(residuals, STATE, x_scale='jac', xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    state, covariance = fitted(mounted, targets, sigmas=sigmas, priors=priors)
+    np.testing.assert_allclose(state[:2], second.x[:2], atol=1e-7)
+    np.testing.assert_allclose(state[2:], second.x[2:], atol=1e-6)
+    expected = np.linalg.inv(second.jac.T @ second.jac)
+    np.testing.assert_allclose(covariance, expected, atol=2e-3 * np.max(np.abs(expected)))
+
+
+def test_covariance_is_the_scatter_of_many_fits(mounted, rays):
+    fits = [fitted(mounted, noisy(rays, seed)) for seed in range(600)]
+    states, covariance = np.array([state for state, _ in fits]), fits[0][1]
+    scatter = np.cov(states.T)
+    # The standard deviation of a variance from 600 samples is 6 %.
+    np.testing.assert_allclose(np.diag(scatter), np.diag(covariance), rtol=0.25)
+    errors = states - STATE
+    mahalanobis = np.einsum('ni,ij,nj->n', errors, np.linalg.inv(covariance), errors)
+    assert np.mean(mahalanobis) == pytest.approx(6.0, rel=0.15)
+
+
+def test_four_times_as_much_noise_is_sixteen_times_the_covariance(mounted, rays):
+    targets = targets_of(rays, STATE)
+    _, once = fitted(mounted, targets)
+    _, fourfold = fitted(mounted, targets, sigmas=np.full(len(rays), 4.0 * SIGMA))
+    np.testing.assert_allclose(fourfold, 16.0 * once, rtol=1e-3)
+
+
+def test_narrow_priors_hold_height_and_tilt(mounted, rays):
+    state, covariance = fitted(mounted, noisy(rays, 3), priors=np.full(3, 1e-9), start=STATE)
+    np.testing.assert_allclose(state[3:], 0.0, atol=1e-6)
+    assert np.all(np.diag(covariance)[3:] <= 1.001e-18)
+
+
+def test_moving_the_map_moves_the_pose_along(mounted, rays):
+    move = PlanarPose(-3.0, 7.0, 1.1)
+    targets = noisy(rays, 4)
+    state, _ = fitted(mounted, targets)
+    expected = move @ PlanarPose(*state[:3])
+    start = STATE.copy()
+    start[:3] = expected.x + 0.002, expected.y, expected.yaw + 0.01
+    moved, _ = fitted(mounted, move.transform(targets), start=start)
+    np.testing.assert_allclose(moved[:2], (expected.x, expected.y), atol=1e-7)
+    assert math.remainder(moved[2] - expected.yaw, math.tau) == pytest.approx(0.0, abs=1e-7)
+    np.testing.assert_allclose(moved[3:], state[3:], atol=1e-6)

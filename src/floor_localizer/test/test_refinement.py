@@ -1,0 +1,51 @@
+"""From a start by similarity to the whole model, with the right dots."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from floor_views import CAMERA, MOUNT, pose_over, see
+
+from floor_localizer.core.pose_fit import MountedRays
+from floor_localizer.core.refinement import refine
+from shirube_geometry import PlanarPose
+
+PRIORS = np.array([0.03, 0.02, 0.02])
+
+
+def refined(indexed_floor, view, start, sigma=8e-5):
+    rays = CAMERA.rays_from_pixels(view.dots.pixels)
+    mounted = MountedRays(rays, MOUNT.rotation, np.array(MOUNT.xyz))
+    return refine(indexed_floor.grid, mounted, np.full(len(rays), sigma), np.array(start), PRIORS)
+
+
+@pytest.mark.parametrize('seed', range(5))
+def test_a_near_start_leads_to_the_truth(floor, indexed_floor, seed):
+    rng = np.random.default_rng(seed)
+    pose, tilt, scale = pose_over(rng), rng.uniform(-0.01, 0.01, 2), rng.uniform(-0.02, 0.02)
+    view = see(floor, pose, rng, tilt=tilt, scale=scale, spurious=5)
+    found = refined(indexed_floor, view, [pose.x + 1e-4, pose.y - 1e-4, pose.yaw + 0.001, scale, *tilt * 0.7])
+    assert pose.distance_to(PlanarPose(*found.state[:3])) < 1e-4
+    np.testing.assert_allclose(found.state[3:], [scale, *tilt], atol=0.01)
+
+
+def test_dots_are_matched_with_those_that_they_are(floor, indexed_floor):
+    rng = np.random.default_rng(9)
+    pose = pose_over(rng)
+    view = see(floor, pose, rng, spurious=6)
+    found = refined(indexed_floor, view, [pose.x, pose.y, pose.yaw, 0.0, 0.0, 0.0])
+    real = (view.sources >= 0) & (found.matches >= 0)
+    assert np.mean(real[view.sources >= 0]) > 0.97
+    np.testing.assert_allclose(
+        indexed_floor.grid.points[found.matches[real]], floor.points[view.sources[real]], atol=1e-6
+    )
+    assert np.sum(found.matches[view.sources < 0] >= 0) <= 1
+
+
+def test_far_from_everything_nothing_is_matched(floor, indexed_floor):
+    rng = np.random.default_rng(9)
+    view = see(floor, pose_over(rng), rng)
+    start = [50.0, 50.0, 0.0, 0.0, 0.0, 0.0]
+    found = refined(indexed_floor, view, start)
+    assert np.all(found.matches == -1)
+    np.testing.assert_array_equal(found.state, start)

@@ -1,0 +1,159 @@
+"""The localizer over time, on a robot that drives, is carried away, or sees too little at once."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from floor_views import CAMERA, dots_at, first_dots, is_right, pose_over, see
+
+from floor_localizer.core.fix import Fix, NoFix, NoFixReason
+from floor_localizer.core.settings import TrackerSettings
+from floor_localizer.core.tracker import FloorTracker
+from shirube_geometry import PlanarPose
+
+START = PlanarPose(0.2, 0.3, 0.1)
+STEP = PlanarPose(0.01, 0.0, 0.02)
+NARROW = np.diag([1e-4, 1e-4, 0.01])
+
+
+@pytest.fixture
+def tracker(localizer):
+    return FloorTracker(localizer)
+
+
+def drive(number, start=START):
+    poses = [start]
+    for _ in range(number - 1):
+        poses.append(poses[-1] @ STEP)
+    return poses
+
+
+@pytest.mark.parametrize('odometry', [True, False])
+def test_a_driving_robot_is_followed_by_expectation(floor, tracker, odometry):
+    rng = np.random.default_rng(0)
+    odom = PlanarPose(7.0, 7.0, -2.0)
+    for k, pose in enumerate(drive(12)):
+        if odometry:
+            tracker.add_odometry(0.05 * k, odom @ (START.inverse() @ pose))
+        result = tracker.track_dots(0.05 * k, see(floor, pose, rng, missing=0.2, spurious=5).dots, CAMERA)
+        assert is_right(result, pose)
+        assert result.used_prior == (k > 0)
+
+
+def test_a_kidnapped_robot_is_found_in_the_first_image(floor, tracker):
+    rng = np.random.default_rng(1)
+    for k, pose in enumerate([*drive(4), *drive(3, PlanarPose(0.7, 0.35, -2.0))]):
+        result = tracker.track_dots(0.05 * k, see(floor, pose, rng).dots, CAMERA)
+        assert is_right(result, pose)
+
+
+def test_after_images_without_dots_it_is_found_again(floor, tracker):
+    rng = np.random.default_rng(2)
+    for k, pose in enumerate(drive(9)):
+        blind = 3 <= k < 6
+        dots = dots_at(np.empty((0, 2))) if blind else see(floor, pose, rng).dots
+        result = tracker.track_dots(0.05 * k, dots, CAMERA)
+        assert result.reason is NoFixReason.NO_DOTS if blind else is_right(result, pose)
+
+
+def test_an_area_around_the_robot_leads_to_a_pose(floor, tracker):
+    rng = np.random.default_rng(3)
+    tracker.set_area(START @ PlanarPose(0.02, -0.01, 0.1), NARROW)
+    result = tracker.track_dots(0.0, see(floor, START, rng).dots, CAMERA)
+    assert is_right(result, START)
+    assert result.used_prior
+
+
+def test_an_area_elsewhere_holds_until_it_is_lifted(floor, tracker):
+    rng = np.random.default_rng(4)
+    tracker.set_area(PlanarPose(0.7, 0.4, 0.1), NARROW)
+    for k in range(3):
+        result = tracker.track_dots(0.05 * k, see(floor, START, rng).dots, CAMERA)
+        assert result.reason is NoFixReason.OUTSIDE_AREA
+    tracker.relocalize()
+    assert is_right(tracker.track_dots(1.0, see(floor, START, rng).dots, CAMERA), START)
+
+
+def test_once_found_in_its_area_the_robot_may_leave_it(floor, tracker):
+    rng = np.random.default_rng(5)
+    tracker.set_area(START, NARROW)
+    tracker.track_dots(0.0, see(floor, START, rng).dots, CAMERA)
+    away = PlanarPose(0.7, 0.4, 2.0)
+    assert is_right(tracker.track_dots(0.05, see(floor, away, rng).dots, CAMERA), away)
+
+
+def test_relocalize_forgets_the_pose(floor, tracker):
+    rng = np.random.default_rng(6)
+    tracker.track_dots(0.0, see(floor, START, rng).dots, CAMERA)
+    tracker.relocalize()
+    result = tracker.track_dots(0.05, see(floor, START, rng).dots, CAMERA)
+    assert is_right(result, START)
+    assert not result.used_prior
+
+
+def sparse_views(floor, rng, number):
+    """Views of a driving robot of which each shows a few dots only."""
+    poses = [START @ PlanarPose(0.006 * k, 0.0, 0.0) for k in range(number)]
+    return [(pose, first_dots(see(floor, pose, rng).dots, 4)) for pose in poses]
+
+
+def test_sparse_views_joined_by_odometry_find_what_none_finds_alone(floor, localizer, tracker):
+    rng = np.random.default_rng(7)
+    views = sparse_views(floor, rng, 4)
+    results = []
+    for k, (pose, dots) in enumerate(views):
+        assert isinstance(localizer.locate_dots(dots, CAMERA), NoFix)
+        tracker.add_odometry(0.1 * k, START.inverse() @ pose)
+        results.append(tracker.track_dots(0.1 * k, dots, CAMERA))
+    assert isinstance(results[0], NoFix)
+    assert is_right(results[-1], views[-1][0], position=0.003, heading=0.02)
+    assert len(results[-1].matched) == len(results[-1].dots) == 4
+
+
+def test_without_odometry_sparse_views_are_not_joined(floor, tracker):
+    for k, (_, dots) in enumerate(sparse_views(floor, np.random.default_rng(7), 4)):
+        assert isinstance(tracker.track_dots(0.1 * k, dots, CAMERA), NoFix)
+
+
+def test_relocalize_forgets_views_that_wait_to_be_joined(floor, tracker):
+    for k, (pose, dots) in enumerate(sparse_views(floor, np.random.default_rng(7), 4)):
+        tracker.relocalize()
+        tracker.add_odometry(0.1 * k, START.inverse() @ pose)
+        assert isinstance(tracker.track_dots(0.1 * k, dots, CAMERA), NoFix)
+
+
+def test_no_wrong_pose_from_ever_fewer_dots(floor, localizer):
+    rng = np.random.default_rng(8)
+    for number in (5, 6, 7, 8, 10, 12):
+        for _ in range(6):
+            pose = pose_over(rng)
+            tracker = FloorTracker(localizer)
+            result = tracker.track_dots(0.0, first_dots(see(floor, pose, rng).dots, number), CAMERA)
+            assert isinstance(result, NoFix) or is_right(result, pose, 0.003, 0.03)
+
+
+def test_a_weak_first_pose_waits_until_the_next_view_confirms_it(floor, localizer):
+    rng = np.random.default_rng(9)
+    strict = FloorTracker(localizer, TrackerSettings(chance_alignments_alone_max=1e-12))
+    views = [first_dots(see(floor, START, rng).dots, 5) for _ in range(3)]
+    alone = localizer.locate_dots(views[0], CAMERA)
+    assert isinstance(alone, Fix)
+    assert alone.expected_chance_alignments > 1e-12
+    for k in range(3):
+        strict.add_odometry(0.1 * k, PlanarPose(0.0, 0.0, 0.0))
+    assert strict.track_dots(0.0, views[0], CAMERA).reason is NoFixReason.UNCERTAIN
+    results = [strict.track_dots(0.1 * k, views[k], CAMERA) for k in (1, 2)]
+    assert is_right(results[-1], START)
+
+
+def test_an_image_stamped_before_the_last_is_located_without_expectation(floor, tracker):
+    rng = np.random.default_rng(10)
+    tracker.track_dots(1.0, see(floor, START, rng).dots, CAMERA)
+    result = tracker.track_dots(0.5, see(floor, START, rng).dots, CAMERA)
+    assert is_right(result, START)
+    assert not result.used_prior
+
+
+def test_image_without_dots_has_a_reason(tracker):
+    result = tracker.track(0.0, np.full((235, 235), 128, dtype=np.uint8), CAMERA)
+    assert result.reason in {NoFixReason.NO_DOTS, NoFixReason.TOO_FEW_DOTS}

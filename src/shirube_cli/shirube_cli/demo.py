@@ -1,0 +1,35 @@
+"""``shirube demo``: the main job on recorded input, with a report."""
+
+import argparse
+import shutil
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from pathlib import Path
+
+from shirube_cli.error import CommandError
+from shirube_cli.project import find_root
+from shirube_cli.workspace import build_workspace
+
+# Loaded when asked for: the other commands start without matplotlib and ROS.
+DEMOS = {'floor': ('shirube_cli.floor_demo', 'demo_floor')}
+
+
+def demo(arguments: Sequence[str]) -> int:
+    """Run the demo that is asked for; return 0 when the result is within the limits, 1 otherwise.
+
+    Raises:
+        CommandError: there is no such demo, or it could not run.
+    """
+    parser = argparse.ArgumentParser(prog='shirube demo', description=__doc__)
+    parser.add_argument('name', nargs='?', default='floor', help='which one (default: %(default)s)')
+    name = parser.parse_args(arguments).name
+    if name not in DEMOS:
+        raise CommandError(f'there is no demo {name!r}; choose one of: {", ".join(DEMOS)}')
+    root = find_root()
+    build_workspace(root)
+    folder = root / 'out' / 'demo'
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    module, function = DEMOS[name]
+    run_demo: Callable[[Path, Path], int] = getattr(import_module(module), function)
+    return run_demo(root, folder)

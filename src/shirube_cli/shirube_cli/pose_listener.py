@@ -1,0 +1,76 @@
+"""Listens to a localizer while a bag is replayed: its poses, its delays and its reasons for having none."""
+
+from typing import TypedDict
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import CompressedImage
+from std_msgs.msg import Header
+
+from shirube_bags.stamps import NANOSECONDS
+
+
+class MessageInfo(TypedDict):
+    """What the middleware says of a message; only what is used here.
+
+    Attributes:
+        source_timestamp: when it was published, by the clock of this machine [ns].
+    """
+
+    source_timestamp: int
+
+
+class PoseListener(Node):
+    """Keeps what comes, by its stamp [ns].
+
+    Attributes:
+        images: when the image was published [ns].
+        published: when the pose was published [ns].
+        positions: position x, y, z of the pose [m].
+        quaternions: orientation x, y, z, w of the pose.
+        diagnostics: the latest values of the localizer's diagnostics.
+        reports: how many diagnostics came.
+    """
+
+    def __init__(self, localizer: str, image_topic: str, context: Context) -> None:
+        """Subscribe.
+
+        Args:
+            localizer: name of the localizer's node.
+            image_topic: topic of its images.
+            context: the ROS context to live in.
+        """
+        super().__init__('pose_listener', context=context)
+        self.images: dict[int, int] = {}
+        self.published: dict[int, int] = {}
+        self.positions: dict[int, tuple[float, float, float]] = {}
+        self.quaternions: dict[int, tuple[float, float, float, float]] = {}
+        self.diagnostics: dict[str, str] = {}
+        self.reports = 0
+        self._localizer = localizer
+        lossless = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
+        self.create_subscription(CompressedImage, image_topic, self._take_image, lossless)
+        self.create_subscription(PoseStamped, f'/{localizer}/pose', self._take_pose, lossless)
+        self.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, lossless)
+
+    def _take_image(self, message: CompressedImage, info: MessageInfo) -> None:
+        self.images[_stamp(message.header)] = info['source_timestamp']
+
+    def _take_pose(self, message: PoseStamped, info: MessageInfo) -> None:
+        stamp, p, q = _stamp(message.header), message.pose.position, message.pose.orientation
+        self.published[stamp] = info['source_timestamp']
+        self.positions[stamp] = (p.x, p.y, p.z)
+        self.quaternions[stamp] = (q.x, q.y, q.z, q.w)
+
+    def _take_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            if status.name.startswith(self._localizer):
+                self.diagnostics = {pair.key: pair.value for pair in status.values}
+                self.reports += 1
+
+
+def _stamp(header: Header) -> int:
+    return int(header.stamp.sec) * NANOSECONDS + int(header.stamp.nanosec)

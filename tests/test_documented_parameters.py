@@ -1,0 +1,30 @@
+"""The page of parameters and the example configuration say what the code says."""
+
+import importlib.util
+from pathlib import Path
+
+import yaml
+
+from floor_localizer.core.settings import LocalizerSettings
+from floor_localizer.node_settings import NodeSettings
+from shirube_settings import describe_settings
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def test_the_page_of_parameters_is_up_to_date() -> None:
+    spec = importlib.util.spec_from_file_location('write_parameters', ROOT / 'docs' / 'write_parameters.py')
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert module.PAGE.read_text() == module.parameters_page()
+
+
+def test_the_example_configuration_holds_known_parameters_at_their_defaults() -> None:
+    content = yaml.safe_load((ROOT / 'config' / 'floor_localizer.yaml').read_text())
+    given = content['floor_localizer']['ros__parameters']
+    known = {d.name: d.default for cls in (NodeSettings, LocalizerSettings) for d in describe_settings(cls)}
+    for name, value in given.items():
+        default = known[name]
+        assert (tuple(value) if isinstance(value, list) else value) == default, name

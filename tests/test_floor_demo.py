@@ -1,0 +1,22 @@
+"""The main job on recorded input: the installed node, live, over real Fast DDS, against the true drive."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from shirube_cli.floor_demo import demo_floor
+from shirube_cli.project import find_root
+
+
+@pytest.mark.timeout(300)
+def test_floor_drive_is_tracked_within_the_limits_and_reported(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code = demo_floor(find_root(), tmp_path)
+    said = capsys.readouterr().out
+    assert code == 0, said
+    accuracy = json.loads((tmp_path / 'accuracy.json').read_text())
+    assert accuracy['unmatched'] == 0
+    assert 'track.png' in (tmp_path / 'report.html').read_text()
+    assert (tmp_path / 'track.png').stat().st_size > 50_000
