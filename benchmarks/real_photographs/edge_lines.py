@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from card_edge import fit_card_edge
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -60,21 +61,20 @@ def refine_quad(image: NDArray[np.uint8], quad: Array) -> RefinedQuad | None:
     return RefinedQuad(corners, is_printed)
 
 
+def card_corners(image: NDArray[np.uint8], corners: Array) -> Array:
+    """Return the corners of a card's upper face, shape (4, 2) [px], from those of its outline good to a few pixels."""
+    lines = [_card_side(image, corners[i], corners[(i + 1) % 4]) for i in range(4)]
+    return np.array([_intersection(lines[i - 1], lines[i]) for i in range(4)])
+
+
 def _intersection(first: Array, second: Array) -> Array:
     point = np.cross(first, second)
     return point[:2] / point[2]
 
 
 def _fit_side(image: NDArray[np.uint8], start: Array, end: Array, reach: float) -> _Side | None:
-    along = (end - start) / np.linalg.norm(end - start)
-    outward = np.array([along[1], -along[0]])
     depth = np.arange(-reach, reach + 5.0, STEP)
-    share = TRIM + (1.0 - 2.0 * TRIM) * np.linspace(0.0, 1.0, 8 * CHUNKS)
-    points = start + share[:, None] * (end - start)
-    grid = (points[:, None] + depth[None, :, None] * outward).astype(np.float32)
-    levels = cv2.remap(image, grid[..., 0], grid[..., 1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-    profiles = np.median(levels.reshape(CHUNKS, 8, -1).astype(np.float64), axis=1)
-    places = points.reshape(CHUNKS, 8, 2).mean(axis=1)
+    profiles, places, outward = _profiles(image, start, end, depth)
     found = np.array([_edges_in_profile(profile, depth, reach) for profile in profiles])
     edge = _line_through(places + found[:, :1] * outward, start, end)
     if edge is None:
@@ -83,6 +83,29 @@ def _fit_side(image: NDArray[np.uint8], start: Array, end: Array, reach: float) 
     if np.isfinite(found[edge[1], 1]).mean() > 0.7:
         middle = _line_through(places + found[:, 1:] * outward, start, end)
     return _Side(edge[0], None if middle is None else middle[0])
+
+
+def _profiles(image: NDArray[np.uint8], start: Array, end: Array, depth: Array) -> tuple[Array, Array, Array]:
+    """Return the brightness across a side, (chunks, m), the chunks' middles (chunks, 2) and the way out (2,)."""
+    along = (end - start) / np.linalg.norm(end - start)
+    outward = np.array([along[1], -along[0]])
+    share = TRIM + (1.0 - 2.0 * TRIM) * (np.arange(8 * CHUNKS) + 0.5) / (8 * CHUNKS)
+    points = start + share[:, None] * (end - start)
+    grid = (points[:, None] + depth[None, :, None] * outward).astype(np.float32)
+    levels = cv2.remap(image, grid[..., 0], grid[..., 1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    profiles = np.median(levels.reshape(CHUNKS, 8, -1).astype(np.float64), axis=1)
+    return profiles, points.reshape(CHUNKS, 8, 2).mean(axis=1), outward
+
+
+def _card_side(image: NDArray[np.uint8], start: Array, end: Array) -> Array:
+    """Return the line of a card's upper edge; the one through start and end where too little of it is seen."""
+    depth = np.arange(-4.0, 7.01, 0.5)
+    profiles, _, outward = _profiles(image, start, end, depth)
+    offsets = fit_card_edge(profiles, depth)
+    if offsets is None:
+        return _line(np.stack([start, end]))
+    first, last = start + TRIM * (end - start), end - TRIM * (end - start)
+    return _line(np.stack([first + offsets[0] * outward, last + offsets[1] * outward]))
 
 
 def _edges_in_profile(profile: Array, depth: Array, reach: float) -> tuple[float, float]:

@@ -8,11 +8,11 @@ line. The dots inside take no part but for their number, so that a frame's pose 
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from edge_lines import refine_quad
+from edge_lines import card_corners, refine_quad
 from numpy.typing import NDArray
 from sheet_dots import find_sheet_dots
 
@@ -24,7 +24,7 @@ INSIDE = 2.5  # from an edge to where the sheet's brightness is taken [px]
 ON_LINE = 1.2  # distance from an edge piece's line of what continues it [px]
 GROWTH_GAP = 30.0  # between two pieces that are one edge [px]
 CORNER_GAP = 8.0  # from an edge piece's end to the corner [px] ...
-CORNER_SHARE = 0.15  # ... or as a share of the piece's length
+CORNER_SHARE = 0.25  # ... or as a share of the piece's length
 SAME_CORNER = 1.5  # [px]
 SAME_DIRECTION = 0.15  # [rad]
 STRAIGHTNESS = 3.0  # distance of an edge piece from its side's chord [px]
@@ -79,7 +79,10 @@ def find_frames(image: NDArray[np.uint8], camera_matrix: Array) -> list[FoundFra
             and _white_share(image, refined.corners) > WHITE_SHARE
         ):
             found.append(FoundFrame(refined.corners, refined.is_printed, inside))
-    return _without_nested(found)
+    return [
+        frame if frame.is_printed else replace(frame, corners=card_corners(image, frame.corners))
+        for frame in _without_nested(found)
+    ]
 
 
 def _edge_pieces(image: NDArray[np.uint8]) -> Array:

@@ -1,0 +1,113 @@
+"""Locate the sheets of photographs among all sheets, and compare with where their frames say that they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from card_outlines import frame_of
+from numpy.typing import NDArray
+from sheet_oracle import SheetPose, transformed
+from sheet_truth import Photograph, framed_sheet
+from sheet_views import VIEW_CAMERA, VIEW_MOUNT, random_view_pose, sheet_map, sheet_place, sheet_view
+
+from floor_localizer.core.constellation.indexed_map import index_map
+from floor_localizer.core.fix import Fix
+from floor_localizer.core.localizer import FloorLocalizer
+from shirube_geometry import PlanarPose
+
+Array = NDArray[np.float64]
+
+AGREEMENT = 0.0005  # of a right pose with the frame's, at the sheet's centre [m]
+ELSEWHERE = 0.005  # beyond which a pose is another place [m]
+
+
+@dataclass(frozen=True)
+class SheetTrial:
+    """One found frame, located without a prior.
+
+    Attributes:
+        number: of the photograph.
+        sheet: the true sheet, None for a frame that is none.
+        outcome: ``right``, ``off`` (the right sheet, but beyond the agreement), ``none`` or ``wrong``.
+        error: distance of the sheet's centre from where the frame has it [m], NaN without a pose.
+        error_from_dots: and from where the oracle's homography of the dots has it [m].
+        turn: error of the heading [rad].
+        match_rate: share of the view's dots that were found on the map.
+        reason: why there is no pose, empty where there is one.
+        without_it: the outcome with the sheet left out of the map: ``none`` or ``wrong``.
+    """
+
+    number: int
+    sheet: int | None
+    outcome: str
+    error: float
+    error_from_dots: float
+    turn: float
+    match_rate: float
+    reason: str
+    without_it: str
+
+
+class SheetBench:
+    """The map of all sheets, ready to locate views in it."""
+
+    def __init__(self, sheets: list[Array]) -> None:
+        self._sheets = sheets
+        self._localizers: dict[int | None, FloorLocalizer] = {}
+
+    def trials(self, photograph: Photograph, generator: np.random.Generator) -> Iterator[SheetTrial]:
+        """Yield a trial for each frame that was found in a photograph."""
+        for frame in photograph.frames:
+            T_sheet_base = random_view_pose(generator)
+            truth = framed_sheet(photograph, frame)
+            sheet, corners = truth or (None, frame.corners)
+            outline = frame_of(sheet, is_printed=frame.is_printed)
+            view = sheet_view(photograph.image, corners, outline, T_sheet_base)
+            dots = self._localizer(None).detect(view)
+            fix = self._localizer(None).locate_dots(dots, VIEW_CAMERA)
+            without = self._localizer(sheet).locate_dots(dots, VIEW_CAMERA)
+            without_it = 'wrong' if isinstance(without, Fix) else 'none'
+            if not isinstance(fix, Fix):
+                reason = f'{fix.reason.value}: {fix.detail}'
+                yield SheetTrial(photograph.number, sheet, 'none', *[np.nan] * 4, reason, without_it)
+            elif sheet is None:
+                yield SheetTrial(photograph.number, None, 'wrong', *[np.nan] * 3, fix.match_rate, '', without_it)
+            else:
+                off = _offset(fix, T_sheet_base, sheet)
+                error = float(np.linalg.norm(off))
+                from_dots = off - _centre_by_dots(photograph.sheets[sheet], corners, outline)
+                outcome = 'right' if error <= AGREEMENT else 'off' if error <= ELSEWHERE else 'wrong'
+                turn = T_sheet_base.turn_to(fix.T_map_base)
+                yield SheetTrial(
+                    photograph.number,
+                    sheet,
+                    outcome,
+                    error,
+                    float(np.linalg.norm(from_dots)),
+                    turn,
+                    fix.match_rate,
+                    '',
+                    without_it,
+                )
+
+    def _localizer(self, left_out: int | None) -> FloorLocalizer:
+        if left_out not in self._localizers:
+            floor = index_map(sheet_map(self._sheets, left_out))
+            self._localizers[left_out] = FloorLocalizer(floor, VIEW_MOUNT)
+        return self._localizers[left_out]
+
+
+def _offset(fix: Fix, T_sheet_base: PlanarPose, sheet: int) -> Array:
+    """Return where a fix has the middle of the frame, relative to the sheet's centre [m]."""
+    middle = T_sheet_base.inverse().transform(np.zeros((1, 2)))
+    return fix.T_map_base.transform(middle)[0] - sheet_place(sheet)
+
+
+def _centre_by_dots(pose: SheetPose, corners: Array, outline: Array) -> Array:
+    """Return where the sheet's dots have the point that is the sheet's centre by its frame [m]."""
+    homography = cv2.getPerspectiveTransform(outline.astype(np.float32), corners.astype(np.float32))
+    by_frame = transformed(homography.astype(np.float64), np.zeros((1, 2)))
+    return transformed(np.linalg.inv(pose.homography), by_frame)[0]

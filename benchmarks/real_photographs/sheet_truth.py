@@ -1,0 +1,73 @@
+"""What is to be found in each photograph: the sheets, where they are, and which of them are visible."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from card_outlines import frame_of
+from corner_visibility import seen_corners
+from frame_finder import FoundFrame, find_frames
+from numpy.typing import NDArray
+from sheet_dots import find_sheet_dots
+from sheet_oracle import SheetPose, identify_sheet, transformed
+from sheet_tracks import beside, followed
+
+Array = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+LEAST_DOTS = 15  # seen of a visible sheet
+LEAST_TRACKED = 10  # dots of a sheet that is followed from image to image
+GREATEST_RESIDUAL = 0.0005  # of the dots of a sheet that is followed [m]
+SEARCH_EVERY = 98  # images between two searches for sheets whose frame was not found
+SAME_FRAME = 0.003  # of a found corner from the true one [m]
+
+
+@dataclass(frozen=True)
+class Photograph:
+    """An image with the frames found in it and the truth about its sheets.
+
+    Attributes:
+        number: of the movie's frame.
+        image: grey, undistorted.
+        frames: what the frame finder found.
+        identities: the sheet in each of these frames as the oracle sees it, None where it sees none.
+        sheets: the sheets whose dots are in the image, by index.
+    """
+
+    number: int
+    image: Image
+    frames: list[FoundFrame]
+    identities: list[SheetPose | None]
+    sheets: dict[int, SheetPose]
+
+
+def examine(
+    images: Iterable[tuple[int, Image]], camera_matrix: Array, sheets: list[Array], *, is_printed: bool
+) -> list[Photograph]:
+    """Find the frames in a row of images, and all sheets by their dots, followed forwards and backwards."""
+    generator = np.random.default_rng(1)
+    photographs, dots_of = [], []
+    for count, (number, image) in enumerate(images):
+        dots = find_sheet_dots(image)
+        frames = find_frames(image, camera_matrix)
+        identities = [
+            identify_sheet(frame.corners, frame_of(None, is_printed=frame.is_printed), dots, sheets) for frame in frames
+        ]
+        known = {pose.sheet: pose for pose in identities if pose is not None}
+        if count % SEARCH_EVERY == 0:
+            known.update(beside(known, sheets, dots, generator))
+        photographs.append(Photograph(number, image, frames, identities, known))
+        dots_of.append(dots)
+    del is_printed
+    for order in (range(1, len(photographs)), range(len(photographs) - 2, -1, -1)):
+        for k in order:
+            before, after = photographs[k - order.step], photographs[k]
+            for index, pose in before.sheets.items():
+                if index not in after.sheets:
+                    moved = followed(pose, sheets[index], before.image, after.image, dots_of[k])
+                    if moved is not None and moved.matches >= LEAST_TRACKED and moved.residual < GREATEST_RESIDUAL:
+                        after.sheets[index] = moved
+    return photographs
