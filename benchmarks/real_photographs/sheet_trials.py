@@ -74,7 +74,9 @@ class SheetBench:
                 reason = f'{fix.reason.value}: {fix.detail}'
                 yield SheetTrial(photograph.number, sheet, 'none', *[np.nan] * 4, reason, without_it)
             elif sheet is None:
-                yield SheetTrial(photograph.number, None, 'wrong', *[np.nan] * 3, fix.match_rate, '', without_it)
+                yield SheetTrial(
+                    photograph.number, None, 'wrong', *[np.nan] * 3, fix.match_rate, '', without_it
+                )
             else:
                 off = _offset(fix, T_sheet_base, sheet)
                 error = float(np.linalg.norm(off))

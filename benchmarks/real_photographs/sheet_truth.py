@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from card_outlines import frame_of
-from corner_visibility import seen_corners
 from frame_finder import FoundFrame, find_frames
 from numpy.typing import NDArray
 from sheet_dots import find_sheet_dots
-from sheet_oracle import SheetPose, identify_sheet, transformed
+from sheet_oracle import SheetPose, identify_sheet
 from sheet_tracks import beside, followed
 
 Array = NDArray[np.float64]
@@ -54,7 +52,8 @@ def examine(
         dots = find_sheet_dots(image)
         frames = find_frames(image, camera_matrix)
         identities = [
-            identify_sheet(frame.corners, frame_of(None, is_printed=frame.is_printed), dots, sheets) for frame in frames
+            identify_sheet(frame.corners, frame_of(None, is_printed=frame.is_printed), dots, sheets)
+            for frame in frames
         ]
         known = {pose.sheet: pose for pose in identities if pose is not None}
         if count % SEARCH_EVERY == 0:
@@ -68,6 +67,10 @@ def examine(
             for index, pose in before.sheets.items():
                 if index not in after.sheets:
                     moved = followed(pose, sheets[index], before.image, after.image, dots_of[k])
-                    if moved is not None and moved.matches >= LEAST_TRACKED and moved.residual < GREATEST_RESIDUAL:
+                    if (
+                        moved is not None
+                        and moved.matches >= LEAST_TRACKED
+                        and moved.residual < GREATEST_RESIDUAL
+                    ):
                         after.sheets[index] = moved
     return photographs

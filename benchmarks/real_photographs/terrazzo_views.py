@@ -62,7 +62,9 @@ def cut_view(picture: Image, generator: np.random.Generator) -> TerrazzoView:
     pixels = _pixels(points, picture).astype(np.float32).reshape(CAMERA.height, CAMERA.width, 2)
     cut = cv2.remap(picture, pixels[..., 0], pixels[..., 1], cv2.INTER_CUBIC).astype(np.float64)
     slope = generator.uniform(-GRADIENT, GRADIENT, 2)
-    light = generator.uniform(*GAIN) * (1.0 + (columns - CAMERA.cx) / CAMERA.cx * slope[0] + (rows - CAMERA.cy) / CAMERA.cy * slope[1])
+    light = generator.uniform(*GAIN) * (
+        1.0 + (columns - CAMERA.cx) / CAMERA.cx * slope[0] + (rows - CAMERA.cy) / CAMERA.cy * slope[1]
+    )
     noisy = cut * light[..., None] + generator.normal(0.0, NOISE, cut.shape)
     return TerrazzoView(np.clip(np.round(noisy), 0, 255).astype(np.uint8), pose)
 
