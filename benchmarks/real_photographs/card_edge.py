@@ -53,7 +53,11 @@ def fit_card_edge(profiles: Array, depth: Array) -> tuple[float, float] | None:
     highest = [3.0, 3.0, 7.0, SLOPE_OF_WIDTH, 1.0, 2.0]
     fits = [
         least_squares(
-            residuals, [edge, edge, width, 0.0, 0.4, USUAL_BLUR], bounds=(lowest, highest), loss='soft_l1', xtol=1e-4
+            residuals,
+            [edge, edge, width, 0.0, 0.4, USUAL_BLUR],
+            bounds=(lowest, highest),
+            loss='soft_l1',
+            xtol=1e-4,
         )
         for edge, width in STARTS
     ]

@@ -25,7 +25,7 @@ def load_sheets(folder: Path) -> list[Array]:
     The file counts centimetres from the sheet's centre with y down the page, as the photographs show.
     """
     with (folder / 'descriptions.yaml').open() as file:
-        description = yaml.load(file, Loader=getattr(yaml, 'CSafeLoader', yaml.SafeLoader))
+        description = yaml.load(file, Loader=yaml.CSafeLoader)
     return [np.array(marker) * (CENTIMETRE, -CENTIMETRE) for marker in description['markers']]
 
 
