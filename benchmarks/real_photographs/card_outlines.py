@@ -10,7 +10,7 @@ Array = NDArray[np.float64]
 PRINTED_FRAME = 0.04 * np.array([[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]])
 """The printed line round a sheet's dots: a square of ``marker_width`` (80 mm) about the sheet's centre [m]."""
 
-CARD_OUTLINES = {
+CARD_OUTLINES: dict[int, Array] = {
     0: 1e-3 * np.array([[-43.04, 47.89], [43.43, 47.57], [41.87, -47.10], [-44.29, -47.08]]),
     1: 1e-3 * np.array([[-43.61, 47.30], [40.59, 46.60], [40.00, -47.31], [-47.18, -47.26]]),
     3: 1e-3 * np.array([[-44.41, 46.61], [43.01, 46.59], [42.49, -52.93], [-44.19, -52.43]]),
@@ -25,7 +25,7 @@ as the median. They lie clockwise from the upper left corner, x to the right and
 MEASURED_EVERY = 10
 """Frames of the movie whose numbers this divides were used to measure the cards; they are left out of trials."""
 
-USUAL_CARD = np.mean(list(CARD_OUTLINES.values()), axis=0)
+USUAL_CARD: Array = np.mean(list(CARD_OUTLINES.values()), axis=0)
 """A card whose outline is not known [m]."""
 
 

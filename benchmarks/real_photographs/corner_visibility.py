@@ -15,11 +15,11 @@ ASIDE = 0.002  # of an edge, where the sheet and what lies round it are looked a
 BORDER = 3.0  # of the image [px]
 WHITE = 0.8  # least brightness of the sheet, relative to its middle
 DARK = 0.9  # greatest brightness of a card's surroundings, relative to its middle
-LINE = 0.95  # greatest brightness of a printed line, relative to its sides
+LINE = 0.95  # greatest brightness of a printed line, relative to the sheet beside it
 SHARE = 0.7  # of the places along an edge that must look right
 
 
-def seen_corners(image: Image, homography: Array, outline: Array, is_printed: bool) -> NDArray[np.bool_]:
+def seen_corners(image: Image, homography: Array, outline: Array, *, is_printed: bool) -> NDArray[np.bool_]:
     """Return which corners of a frame are seen, shape (4,).
 
     Args:
@@ -55,7 +55,7 @@ def _edge_is_seen(
     bright = inside > WHITE * white
     if is_printed:
         on_line = _levels(image, homography, points)[ALONG > ASIDE]
-        good = bright & (outside > WHITE * white) & (on_line < LINE * np.minimum(inside, outside))
+        good = bright & (on_line < LINE * inside)
     else:
         good = bright & (outside < DARK * white)
     return bool(good.mean() >= SHARE)

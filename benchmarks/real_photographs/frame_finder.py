@@ -122,7 +122,7 @@ def _grown(piece: Array, pieces: Array) -> Array:
             on_line = (np.abs((pieces - piece[0]) @ across) < ON_LINE).all(axis=1) & (
                 directions @ along > 0.98
             )
-            gap = (pieces[:, 0] - piece[1] if forward else piece[0] - pieces[:, 1]) @ along
+            gap = (pieces[:, 0] - piece[1]) @ along if forward else (piece[0] - pieces[:, 1]) @ along
             usable = np.nonzero(on_line & (gap > -3.0) & (gap < GROWTH_GAP))[0]
             if len(usable) == 0:
                 break

@@ -25,8 +25,7 @@ def load_sheets(folder: Path) -> list[Array]:
     The file counts centimetres from the sheet's centre with y down the page, as the photographs show.
     """
     with (folder / 'descriptions.yaml').open() as file:
-        # The safe loader in C where there is one: the file is long.
-        description = yaml.load(file, Loader=getattr(yaml, 'CSafeLoader', yaml.SafeLoader))  # noqa: S506
+        description = yaml.load(file, Loader=yaml.CSafeLoader)
     return [np.array(marker) * (CENTIMETRE, -CENTIMETRE) for marker in description['markers']]
 
 

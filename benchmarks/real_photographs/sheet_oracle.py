@@ -7,6 +7,7 @@ sheets of 30 dots under four turns are all there is to try.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -37,7 +38,7 @@ class SheetPose:
     residual: float
 
 
-def transformed(homography: Array, points: Array) -> Array:
+def transformed(homography: NDArray[np.floating[Any]], points: Array) -> Array:
     """Take points, shape (n, 2), through a homography."""
     return cv2.perspectiveTransform(points.reshape(-1, 1, 2), homography).reshape(-1, 2)
 

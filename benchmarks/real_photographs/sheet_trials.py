@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from card_outlines import frame_of
+from frame_finder import FoundFrame
 from numpy.typing import NDArray
 from sheet_oracle import SheetPose, transformed
 from sheet_truth import Photograph, framed_sheet
@@ -32,23 +33,21 @@ class SheetTrial:
         number: of the photograph.
         sheet: the true sheet, None for a frame that is none.
         outcome: ``right``, ``off`` (the right sheet, but beyond the agreement), ``none`` or ``wrong``.
+        without_it: the outcome with the sheet left out of the map: ``none`` or ``wrong``.
+        reason: why there is no pose, empty where there is one.
         error: distance of the sheet's centre from where the frame has it [m], NaN without a pose.
         error_from_dots: and from where the oracle's homography of the dots has it [m].
         turn: error of the heading [rad].
-        match_rate: share of the view's dots that were found on the map.
-        reason: why there is no pose, empty where there is one.
-        without_it: the outcome with the sheet left out of the map: ``none`` or ``wrong``.
     """
 
     number: int
     sheet: int | None
     outcome: str
-    error: float
-    error_from_dots: float
-    turn: float
-    match_rate: float
-    reason: str
     without_it: str
+    reason: str = ''
+    error: float = np.nan
+    error_from_dots: float = np.nan
+    turn: float = np.nan
 
 
 class SheetBench:
@@ -61,39 +60,28 @@ class SheetBench:
     def trials(self, photograph: Photograph, generator: np.random.Generator) -> Iterator[SheetTrial]:
         """Yield a trial for each frame that was found in a photograph."""
         for frame in photograph.frames:
-            T_sheet_base = random_view_pose(generator)
-            truth = framed_sheet(photograph, frame)
-            sheet, corners = truth or (None, frame.corners)
-            outline = frame_of(sheet, is_printed=frame.is_printed)
-            view = sheet_view(photograph.image, corners, outline, T_sheet_base)
-            dots = self._localizer(None).detect(view)
-            fix = self._localizer(None).locate_dots(dots, VIEW_CAMERA)
-            without = self._localizer(sheet).locate_dots(dots, VIEW_CAMERA)
-            without_it = 'wrong' if isinstance(without, Fix) else 'none'
-            if not isinstance(fix, Fix):
-                reason = f'{fix.reason.value}: {fix.detail}'
-                yield SheetTrial(photograph.number, sheet, 'none', *[np.nan] * 4, reason, without_it)
-            elif sheet is None:
-                yield SheetTrial(
-                    photograph.number, None, 'wrong', *[np.nan] * 3, fix.match_rate, '', without_it
-                )
-            else:
-                off = _offset(fix, T_sheet_base, sheet)
-                error = float(np.linalg.norm(off))
-                from_dots = off - _centre_by_dots(photograph.sheets[sheet], corners, outline)
-                outcome = 'right' if error <= AGREEMENT else 'off' if error <= ELSEWHERE else 'wrong'
-                turn = T_sheet_base.turn_to(fix.T_map_base)
-                yield SheetTrial(
-                    photograph.number,
-                    sheet,
-                    outcome,
-                    error,
-                    float(np.linalg.norm(from_dots)),
-                    turn,
-                    fix.match_rate,
-                    '',
-                    without_it,
-                )
+            yield self._trial(photograph, frame, random_view_pose(generator))
+
+    def _trial(self, photograph: Photograph, frame: FoundFrame, T_sheet_base: PlanarPose) -> SheetTrial:
+        sheet, corners = framed_sheet(photograph, frame) or (None, frame.corners)
+        outline = frame_of(sheet, is_printed=frame.is_printed)
+        view = sheet_view(photograph.image, corners, outline, T_sheet_base)
+        dots = self._localizer(None).detect(view)
+        fix = self._localizer(None).locate_dots(dots, VIEW_CAMERA)
+        without = self._localizer(sheet).locate_dots(dots, VIEW_CAMERA)
+        without_it = 'wrong' if isinstance(without, Fix) else 'none'
+        if not isinstance(fix, Fix):
+            reason = f'{fix.reason.value}: {fix.detail}'
+            return SheetTrial(photograph.number, sheet, 'none', without_it, reason)
+        if sheet is None:
+            return SheetTrial(photograph.number, None, 'wrong', without_it)
+        off = _offset(fix, T_sheet_base, sheet)
+        error = float(np.linalg.norm(off))
+        from_dots = off - _centre_by_dots(photograph.sheets[sheet], corners, outline)
+        outcome = 'right' if error <= AGREEMENT else 'off' if error <= ELSEWHERE else 'wrong'
+        turn = T_sheet_base.turn_to(fix.T_map_base)
+        to_dots = float(np.linalg.norm(from_dots))
+        return SheetTrial(photograph.number, sheet, outcome, without_it, '', error, to_dots, turn)
 
     def _localizer(self, left_out: int | None) -> FloorLocalizer:
         if left_out not in self._localizers:

@@ -6,11 +6,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from card_outlines import frame_of
+from card_outlines import CARD_OUTLINES, frame_of
+from corner_visibility import seen_corners
 from frame_finder import FoundFrame, find_frames
 from numpy.typing import NDArray
 from sheet_dots import find_sheet_dots
-from sheet_oracle import SheetPose, identify_sheet
+from sheet_oracle import SheetPose, identify_sheet, transformed
 from sheet_tracks import beside, followed
 
 Array = NDArray[np.float64]
@@ -43,7 +44,7 @@ class Photograph:
 
 
 def examine(
-    images: Iterable[tuple[int, Image]], camera_matrix: Array, sheets: list[Array], *, is_printed: bool
+    images: Iterable[tuple[int, Image]], camera_matrix: Array, sheets: list[Array]
 ) -> list[Photograph]:
     """Find the frames in a row of images, and all sheets by their dots, followed forwards and backwards."""
     generator = np.random.default_rng(1)
@@ -60,7 +61,12 @@ def examine(
             known.update(beside(known, sheets, dots, generator))
         photographs.append(Photograph(number, image, frames, identities, known))
         dots_of.append(dots)
-    del is_printed
+    _follow(photographs, dots_of, sheets)
+    return photographs
+
+
+def _follow(photographs: list[Photograph], dots_of: list[Array], sheets: list[Array]) -> None:
+    """Take sheets from image to image, forwards and then backwards."""
     for order in (range(1, len(photographs)), range(len(photographs) - 2, -1, -1)):
         for k in order:
             before, after = photographs[k - order.step], photographs[k]
@@ -73,4 +79,31 @@ def examine(
                         and moved.residual < GREATEST_RESIDUAL
                     ):
                         after.sheets[index] = moved
-    return photographs
+
+
+def visible_sheets(photograph: Photograph, *, is_printed: bool) -> set[int]:
+    """Return the sheets with all four corners of the frame seen and at least 15 dots uncovered.
+
+    The corners are looked for where the sheet's dots say that they are. A card whose outline was never seen whole
+    (number 2, which lies partly under another one) is not visible.
+    """
+    return {
+        index
+        for index, pose in photograph.sheets.items()
+        if pose.matches >= LEAST_DOTS
+        and (is_printed or index in CARD_OUTLINES)
+        and seen_corners(
+            photograph.image, pose.homography, frame_of(index, is_printed=is_printed), is_printed=is_printed
+        ).all()
+    }
+
+
+def framed_sheet(photograph: Photograph, frame: FoundFrame) -> tuple[int, Array] | None:
+    """Return the sheet whose frame was found, and the corners from its upper left one on; None for a false frame."""
+    for index, pose in photograph.sheets.items():
+        on_sheet = transformed(np.linalg.inv(pose.homography), frame.corners)
+        outline = frame_of(index, is_printed=frame.is_printed)
+        for turn in range(4):
+            if np.abs(np.roll(on_sheet, -turn, axis=0) - outline).max() < SAME_FRAME:
+                return index, np.roll(frame.corners, -turn, axis=0)
+    return None

@@ -21,6 +21,7 @@ VIEW_MOUNT = CameraMount()
 FLOOR_HALF_WIDTH = 0.039
 """A sheet is floor within this of its centre [m]; the frame's line, its margin and other sheets are outside."""
 
+BARE_WINDOW = 15  # larger than a dot or a line in the photographs [px]
 PITCH = 0.12
 COLUMNS = 12
 DOT_DIAMETER = 0.003
@@ -48,7 +49,7 @@ def random_view_pose(generator: np.random.Generator) -> PlanarPose:
 def sheet_view(image: Image, corners: Array, frame: Array, T_sheet_base: PlanarPose) -> Image:
     """Return what a camera straight above a sheet would see of it.
 
-    Beyond the floor that the sheet is, its outermost brightness is continued, so that nothing else is in view.
+    Beyond the floor that the sheet is, its outermost brightness without dots is continued: nothing else is in view.
 
     Args:
         image: grey, undistorted.
@@ -60,8 +61,13 @@ def sheet_view(image: Image, corners: Array, frame: Array, T_sheet_base: PlanarP
     columns, rows = np.meshgrid(np.arange(VIEW_CAMERA.width), np.arange(VIEW_CAMERA.height))
     rays = VIEW_CAMERA.rays_from_pixels(np.column_stack([columns.ravel(), rows.ravel()]))
     points = T_sheet_base.transform(VIEW_MOUNT.floor_points_from_rays(rays))
-    points = np.clip(points, -FLOOR_HALF_WIDTH, FLOOR_HALF_WIDTH)
-    pixels = cv2.perspectiveTransform(points.reshape(-1, 1, 2), homography).astype(np.float32)
+    on_floor = np.clip(points, -FLOOR_HALF_WIDTH, FLOOR_HALF_WIDTH)
+    pixels = cv2.perspectiveTransform(on_floor.reshape(-1, 1, 2), homography).astype(np.float32)
     pixels = pixels.reshape(VIEW_CAMERA.height, VIEW_CAMERA.width, 2)
-    view = cv2.remap(image, pixels[..., 0], pixels[..., 1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(view, dtype=np.uint8)
+    bare = cv2.morphologyEx(image, cv2.MORPH_CLOSE, np.ones((BARE_WINDOW, BARE_WINDOW), dtype=np.uint8))
+    floor, beyond = (
+        cv2.remap(source, pixels[..., 0], pixels[..., 1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+        for source in (image, bare)
+    )
+    is_floor = (points == on_floor).all(axis=1).reshape(floor.shape)
+    return np.where(is_floor, floor, beyond).astype(np.uint8)

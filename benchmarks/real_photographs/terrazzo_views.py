@@ -41,9 +41,9 @@ def load_terrazzo(data: Path) -> Image:
     return np.asarray(cv2.imread(str(data / PICTURE)), dtype=np.uint8)
 
 
-def terrazzo_map(picture: Image) -> DotMap:
-    """Return the dots that the detector finds on the whole picture; x to the right, y up, from the lower left [m]."""
-    dots = DotDetector().detect(picture)
+def terrazzo_map(picture: Image, detector: DotDetector) -> DotMap:
+    """Return the dots that a detector finds on the whole picture; x to the right, y up, from the lower left [m]."""
+    dots = detector.detect(picture)
     return DotMap(_map_points(dots.pixels, picture), dots.diameters * SCALE)
 
 
@@ -61,10 +61,8 @@ def cut_view(picture: Image, generator: np.random.Generator) -> TerrazzoView:
     points = pose.transform(scale * MOUNT.floor_points_from_rays(rays))
     pixels = _pixels(points, picture).astype(np.float32).reshape(CAMERA.height, CAMERA.width, 2)
     cut = cv2.remap(picture, pixels[..., 0], pixels[..., 1], cv2.INTER_CUBIC).astype(np.float64)
-    slope = generator.uniform(-GRADIENT, GRADIENT, 2)
-    light = generator.uniform(*GAIN) * (
-        1.0 + (columns - CAMERA.cx) / CAMERA.cx * slope[0] + (rows - CAMERA.cy) / CAMERA.cy * slope[1]
-    )
+    sides = np.stack([columns - CAMERA.cx, rows - CAMERA.cy], axis=-1) / CAMERA.cx
+    light = generator.uniform(*GAIN) * (1.0 + sides @ generator.uniform(-GRADIENT, GRADIENT, 2))
     noisy = cut * light[..., None] + generator.normal(0.0, NOISE, cut.shape)
     return TerrazzoView(np.clip(np.round(noisy), 0, 255).astype(np.uint8), pose)
 
