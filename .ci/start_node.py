@@ -10,7 +10,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from domain_coordinator import domain_id
 from rclpy.executors import SingleThreadedExecutor
 
-PATIENCE = 60.0
+# The first start after a build compiles the node's loops [s].
+PATIENCE = 300.0
 
 
 def main() -> int:

@@ -104,14 +104,13 @@ def test_hairs_and_specks_are_no_dots_even_across_a_dot():
 @pytest.mark.parametrize('gap', [-0.5, 0.0, 1.0])
 @pytest.mark.parametrize('turn', [0.0, 0.6, 1.2])
 def test_two_touching_discs_are_two_dots(gap, turn):
-    apart = np.array([np.cos(turn), np.sin(turn)]) * (7.0 + gap) / 2
-    middle = np.array([80.3, 75.6])
-    pair = np.array([middle - apart, middle + apart])
+    middle, apart = np.array([80.3, 75.6]), np.array([np.cos(turn), np.sin(turn)]) * (7.0 + gap) / 2
+    pair = [middle - apart, middle + apart]
     others = np.array([[25.0, 30.0], [130.0, 28.0], [30.0, 130.0], [125.0, 130.0]])
-    centres = np.vstack([pair, others])
+    centres = np.array([*pair, *others])
     dots = DETECTOR.detect(photograph(disc_coverage(centres, 7.0), noise=1.0))
     assert errors(dots, centres) < 0.35
-    of_pair = np.hypot(*(dots.pixels - (80.3, 75.6)).T) < 6.0
+    of_pair = np.hypot(*(dots.pixels - middle).T) < 6.0
     assert dots.sigmas[of_pair].min() > 3.0 * dots.sigmas[~of_pair].max()
 
 

@@ -18,7 +18,7 @@ LIMITS = {
     'coverage': 0.99,
     'position_median': 0.00005,
     'position_p95': 0.00015,
-    'position_max': 0.0005,
+    'position_max': 0.001,
     'heading_p95': math.radians(0.1),
     'heading_max': math.radians(0.3),
 }

@@ -1,6 +1,7 @@
 """``shirube test``: the whole test suite."""
 
 import os
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,7 +13,8 @@ from shirube_cli.workspace import build_workspace, digest_package
 def run_tests(arguments: Sequence[str]) -> int:
     """Run pytest at the root of the repository with the given arguments and return its exit code."""
     root = find_root()
-    cache = fresh_cache(root / 'out' / 'numba', digest_package(root / 'src' / 'floor_localizer'))
+    # Of this environment, because numba does not tell machine code for another numpy apart.
+    cache = fresh_cache(Path(sys.prefix) / 'numba', digest_package(root / 'src' / 'floor_localizer'))
     os.environ.setdefault('NUMBA_CACHE_DIR', str(cache))
     if all(argument.startswith('-') for argument in arguments):
         # The whole suite will need these, and the time of a single test is limited.

@@ -17,7 +17,9 @@ from floor_localizer.core.constellation.dot_grid import DotGrid, nearest_dot
 
 # A dot is looked for within this many standard deviations of where it should be.
 GATE = 3.2
-# and never farther than this, in units of the mean spacing: beyond, a dot is found by chance.
+# A match nearer than this many standard deviations is hardly false.
+_CLOSE = 2.0
+# A dot is never looked for farther than this, in units of the mean spacing: beyond, a dot is found by chance.
 _FARTHEST = 0.25
 # Share of a view's dots that a right guess finds at least: the middle between the worst right view and chance.
 _SHARE_IF_RIGHT = 0.5
@@ -233,6 +235,25 @@ def match_view(
             break
         previous = matched
     return matched, a, b
+
+
+@njit(cache=True)
+def match_closely(
+    grid: DotGrid,
+    view: ViewDots,
+    a: complex,
+    b: complex,
+    matches: NDArray[np.int64],
+    residuals: NDArray[np.float64],
+) -> tuple[int, complex, complex]:
+    """Fit to the near matches alone, then match all dots again; arguments and results as in `match_view`.
+
+    In a view of few dots a single false match bends the fit so far that the true ones look like chance.
+    """
+    if _match_once(grid, view, a, b, _CLOSE * view.sigma, matches, residuals) < 3:
+        return 0, a, b
+    a, b = _fit(grid, view, matches)
+    return _match_once(grid, view, a, b, GATE * view.sigma, matches, residuals), a, b
 
 
 @njit(cache=True)

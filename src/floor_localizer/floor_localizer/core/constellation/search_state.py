@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from floor_localizer.core.acceptance import log_chance_alignments
-from floor_localizer.core.constellation.alignment import ViewDots, match_view
+from floor_localizer.core.constellation.alignment import ViewDots, match_closely, match_view
 from floor_localizer.core.constellation.dot_grid import DotGrid
 
 # The fitted scale may be off by this much more than the camera's height, for its own error.
@@ -76,18 +76,13 @@ def judge(grid: DotGrid, view: ViewDots, search: Search, a: complex, b: complex)
     accepted.
     """
     search.counts[2] += 1
-    matched, a, b = match_view(grid, view, a, b, search.matches, search.residuals)
-    if matched < 3 or abs(abs(a) - 1.0) > _SCALE_MARGIN * view.scale_tolerance:
-        return False
-    chance = log_chance_alignments(
-        search.residuals,
-        0.5 * view.sigma,
-        _widest(view, search.matches),
-        search.dots_in_scope,
-        view.density,
-        view.scale_tolerance,
-    )
-    pose = np.array([chance, a.real, a.imag, b.real, b.imag, float(matched)])
+    pose = _weigh(view, search, match_view(grid, view, a, b, search.matches, search.residuals))
+    if not is_accepted(search, pose):
+        a, b = complex(pose[1], pose[2]), complex(pose[3], pose[4])
+        closer = _weigh(view, search, match_closely(grid, view, a, b, search.matches, search.residuals))
+        if closer[0] < pose[0]:
+            pose = closer
+    chance = pose[0]
     if chance < search.best[0]:
         if not _same_place(grid, view, pose, search.best):
             search.rival[:] = search.best
@@ -95,6 +90,23 @@ def judge(grid: DotGrid, view: ViewDots, search: Search, a: complex, b: complex)
     elif chance < search.rival[0] and not _same_place(grid, view, pose, search.best):
         search.rival[:] = pose
     return is_accepted(search, search.best)
+
+
+@njit(cache=True)
+def _weigh(view: ViewDots, search: Search, match: tuple[int, complex, complex]) -> NDArray[np.float64]:
+    """Return a match over the whole view, whose residuals the search holds, in the form of ``search.best``."""
+    matched, a, b = match
+    chance = math.inf
+    if matched >= 3 and abs(abs(a) - 1.0) <= _SCALE_MARGIN * view.scale_tolerance:
+        chance = log_chance_alignments(
+            search.residuals,
+            0.5 * view.sigma,
+            _widest(view, search.matches),
+            search.dots_in_scope,
+            view.density,
+            view.scale_tolerance,
+        )
+    return np.array([chance, a.real, a.imag, b.real, b.imag, float(matched)])
 
 
 @njit(cache=True)

@@ -55,9 +55,9 @@ def contrast_threshold(
     tile = _TILE * settings.largest_diameter(width, height)
     step = max(1, int(tile / _SAMPLES_A_SIDE))
     contrast = contrast_image(image[::step, ::step], background[::step, ::step], polarity)
-    tiles = (max(1, round(height / tile)), max(1, round(width / tile)))
+    rows, columns = max(1, round(height / tile)), max(1, round(width / tile))
     rounding = 1.0 / background[::step, ::step].mean(axis=2)
-    floor = _floor_thresholds(contrast, rounding, tiles, settings.noise_sigmas)
+    floor = _floor_thresholds(contrast, rounding, rows, columns, settings.noise_sigmas)
     np.maximum(floor, _SMALLEST_CONTRAST, out=floor)
     of_dots = contrast[contrast > cv2.resize(floor, contrast.shape[::-1], interpolation=cv2.INTER_LINEAR)]
     typical = float(np.quantile(of_dots, 0.75)) if len(of_dots) else 0.0
@@ -85,21 +85,25 @@ def binarise(
     return np.asarray(_binarise(image[..., 0], background[..., 0], sign, threshold), dtype=np.uint8)
 
 
+@njit(cache=True)
 def _floor_thresholds(
-    contrast: NDArray[np.float32], rounding: NDArray[np.float32], tiles: tuple[int, int], sigmas: float
+    contrast: NDArray[np.float32], rounding: NDArray[np.float32], rows: int, columns: int, sigmas: float
 ) -> NDArray[np.float32]:
-    # The contrast so many standard deviations above the bare floor's in each tile.
-    thresholds = np.empty(tiles, np.float32)
-    bands = np.array_split(contrast, tiles[0], axis=0), np.array_split(rounding, tiles[0], axis=0)
-    for row, (band, rounded) in enumerate(zip(*bands, strict=True)):
-        both = np.array_split(band, tiles[1], axis=1), np.array_split(rounded, tiles[1], axis=1)
-        for column, (tile, step) in enumerate(zip(*both, strict=True)):
+    # The contrast so many standard deviations above the bare floor's in each of rows x columns tiles.
+    height, width = contrast.shape
+    thresholds = np.empty((rows, columns), np.float32)
+    for row in range(rows):
+        top, bottom = row * height // rows, (row + 1) * height // rows
+        for column in range(columns):
+            left, right = column * width // columns, (column + 1) * width // columns
+            tile = contrast[top:bottom, left:right]
             # Differences between neighbours, unlike the values, hardly know of an edge or a giant chip.
-            squares = 0.5 * np.diff(tile, axis=1).ravel() ** 2
+            squares = (0.5 * (tile[:, 1:] - tile[:, :-1]) ** 2).ravel()
             count = max(1, int(_FLOOR_SHARE * len(squares)))
             variance = np.mean(np.partition(squares, count - 1)[:count]) / _MEAN_SQUARE_OF_FLOOR_SHARE
-            deviation = np.sqrt(variance + np.mean(step) ** 2 / 12.0)
-            level = np.partition(tile, tile.size // 2, axis=None)[tile.size // 2]
+            variance += np.mean(rounding[top:bottom, left:right]) ** 2 / 12.0
+            deviation = np.sqrt(variance)
+            level = np.median(tile)
             thresholds[row, column] = min(max(level, 0.0), _LARGEST_LEVEL * deviation) + sigmas * deviation
     return thresholds
 

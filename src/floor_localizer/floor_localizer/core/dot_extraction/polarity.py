@@ -12,11 +12,13 @@ from floor_localizer.core.dot_extraction.background import smooth_background
 _SECOND_KIND = 0.4
 _COLOUR_EXCESS = 1.3
 _SATURATED = 250
+# Of a dark floor, whole grey levels are coarse steps [grey levels].
+_ROUNDING = 4.0
 _COARSE_SIZE = 90.0
 
 
 def choose_polarity(image: NDArray[np.uint8], largest_diameter: float) -> str:
-    """Return ``dark``, ``light`` or ``any``: whichever holds most of the difference from the floor.
+    """Return ``dark``, ``light`` or ``any``: the kind of which there are most; their size does not count.
 
     Args:
         image: shape (h, w, channels), grey levels.
@@ -27,15 +29,18 @@ def choose_polarity(image: NDArray[np.uint8], largest_diameter: float) -> str:
     height, width, channels = image.shape[0] // factor, image.shape[1] // factor, image.shape[2]
     whole = image[: height * factor, : width * factor]
     coarse = cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA).reshape(height, width, channels)
-    difference = coarse / smooth_background(coarse, 'any', largest_diameter / factor) - 1.0
+    background = smooth_background(coarse, 'any', largest_diameter / factor)
+    difference = coarse / background - 1.0
     difference[coarse.max(axis=2) >= _SATURATED] = 0.0
     brightness = difference.mean(axis=2)
-    threshold = max(0.05, 5.0 * 1.4826 * float(np.median(np.abs(brightness))))
-    dark = float(-brightness[brightness < -threshold].sum())
-    light = float(brightness[brightness > threshold].sum())
-    colour = np.sqrt((difference**2).mean(axis=2))
-    if min(dark, light) > _SECOND_KIND * max(dark, light):
-        return 'any'
-    if float(colour[colour > threshold].sum()) > _COLOUR_EXCESS * max(dark, light):
+    noise = 1.4826 * float(np.median(np.abs(brightness)))
+    threshold = np.maximum(max(0.05, 5.0 * noise), _ROUNDING / background.mean(axis=2))
+    dark, light = _blobs(brightness < -threshold), _blobs(brightness > threshold)
+    coloured = _blobs(np.sqrt((difference**2).mean(axis=2)) > threshold)
+    if min(dark, light) > _SECOND_KIND * max(dark, light) or coloured > _COLOUR_EXCESS * max(dark, light):
         return 'any'
     return 'dark' if dark >= light else 'light'
+
+
+def _blobs(mask: NDArray[np.bool_]) -> int:
+    return int(cv2.connectedComponents(mask.astype(np.uint8))[0]) - 1

@@ -17,7 +17,7 @@ _HAIR = 0.4
 # Area over the area of the ellipse of equal moments: 1 for an ellipse, 0.90 for two equal discs side by side,
 # 0.83 for three; two discs are also at least 1.9 times as long as wide.
 _ELLIPTIC = 0.98
-_CLUSTERED = 0.88
+_CLUSTERED = 0.94
 _SHORT = 1.4
 # Blobs of more area than this multiple of the median are looked at whatever their shape.
 _LARGE = 1.6

@@ -1,0 +1,65 @@
+import numpy as np
+import pytest
+from drawn_floor import disc_coverage, photograph, scattered_centres
+
+from floor_localizer.core.dot_extraction.binarisation import binarise, contrast_image, contrast_threshold
+from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
+
+SETTINGS = DotDetectorSettings()
+BACKGROUND = np.full((160, 160, 1), 160.0, np.float32)
+
+
+def threshold_of(image, polarity='dark', settings=SETTINGS):
+    return contrast_threshold(image, BACKGROUND, polarity, settings)
+
+
+def test_contrast_is_the_covered_share_times_the_darkness():
+    coverage = disc_coverage([[80.0, 70.0]], 20.0)
+    contrast = contrast_image(photograph(coverage)[..., None], BACKGROUND, 'dark')
+    np.testing.assert_allclose(contrast, coverage * (160.0 - 30.0) / 160.0, atol=0.005)
+
+
+def test_contrast_of_light_and_dark_are_opposite_and_of_any_their_size():
+    image = photograph(disc_coverage([[80.0, 70.0]], 20.0))[..., None]
+    dark = contrast_image(image, BACKGROUND, 'dark')
+    np.testing.assert_allclose(contrast_image(image, BACKGROUND, 'light'), -dark)
+    np.testing.assert_allclose(contrast_image(image, BACKGROUND, 'any'), np.abs(dark))
+
+
+@pytest.mark.parametrize('noise', [2.0, 6.0])
+def test_without_dots_the_threshold_is_five_deviations_of_the_noise(noise):
+    threshold = threshold_of(photograph(np.zeros((160, 160)), noise=noise)[..., None])
+    np.testing.assert_allclose(np.median(threshold), 5.0 * noise / 160.0, rtol=0.2)
+
+
+def test_with_dots_the_threshold_is_a_part_of_their_contrast_whatever_their_number():
+    for count in (3, 14):
+        threshold = threshold_of(
+            photograph(disc_coverage(scattered_centres(2, count), 8.0), noise=1.0)[..., None]
+        )
+        np.testing.assert_allclose(threshold, 0.3 * 130.0 / 160.0, rtol=0.1)
+
+
+def test_the_threshold_is_higher_where_the_floor_is_rough():
+    rough = np.arange(160) >= 80
+    image = photograph(np.zeros((160, 160)), noise=1.0)
+    image[:, rough] = photograph(np.zeros((160, 80)), noise=12.0, seed=1)
+    threshold = threshold_of(image[..., None])
+    assert threshold[:, 120:].min() > 3.0 * threshold[:, :30].max()
+
+
+def test_a_giant_dark_patch_hardly_raises_the_threshold_beside_it():
+    image = photograph(np.zeros((160, 160)), noise=1.0)
+    plain = threshold_of(image[..., None]).max()
+    image[40:110, 40:110] = 150
+    assert threshold_of(image[..., None]).max() < 1.5 * plain
+
+
+@pytest.mark.parametrize('polarity', ['dark', 'light', 'any'])
+def test_the_binary_image_is_the_contrast_above_the_threshold(polarity):
+    image = photograph(disc_coverage(scattered_centres(3), 7.0), noise=20.0)[..., None]
+    threshold = np.random.default_rng(0).uniform(0.05, 0.5, (160, 160)).astype(np.float32)
+    expected = contrast_image(image, BACKGROUND, polarity) - threshold
+    mask = binarise(image, BACKGROUND, polarity, threshold)
+    clear = np.abs(expected) > 1e-5
+    np.testing.assert_array_equal(mask[clear], (expected > 0.0)[clear])

@@ -1,0 +1,66 @@
+import numpy as np
+import pytest
+from drawn_floor import disc_coverage, photograph
+
+from floor_localizer.core.dot_extraction.centroids import measure_blobs
+from floor_localizer.core.dot_extraction.labelling import label_blobs
+from floor_localizer.core.dot_extraction.surroundings import grow_labels
+
+
+def measure(image, floor, coverage):
+    planes = image.reshape(*image.shape[:2], -1)
+    background = np.broadcast_to(np.float32(floor), planes.shape).copy()
+    mask = (coverage > 0.3).astype(np.uint8)
+    labels, boxes = label_blobs(mask)
+    grow_labels(labels, boxes)
+    return measure_blobs(planes, background, mask, labels, boxes, np.zeros(len(boxes), dtype=bool))
+
+
+@pytest.mark.parametrize('diameter', [5.0, 8.0, 30.0])
+@pytest.mark.parametrize('phase', [0.0, 0.3, 0.5])
+def test_measures_place_area_and_contrast_of_a_disc(diameter, phase):
+    coverage = disc_coverage([[70.0 + phase, 80.0 - phase]], diameter)
+    blobs = measure(photograph(coverage), 160.0, coverage)
+    np.testing.assert_allclose(blobs.pixels, [[70.0 + phase, 80.0 - phase]], atol=0.03)
+    np.testing.assert_allclose(blobs.areas, np.pi * diameter**2 / 4, rtol=0.07)
+    np.testing.assert_allclose(blobs.contrasts, 130.0 / 160.0, rtol=0.04)
+
+
+def test_second_moments_are_those_of_an_ellipse():
+    v, u = np.mgrid[:160, :160]
+    coverage = (np.hypot((u - 80.0) / 12.0, (v - 70.0) / 5.0) < 1.0).astype(float)
+    blobs = measure(photograph(coverage), 160.0, coverage)
+    np.testing.assert_allclose(blobs.covariances, [[36.0, 0.0, 6.25]], atol=1.0)
+
+
+def test_a_wrong_background_is_mended_by_the_ring():
+    coverage = disc_coverage([[70.3, 80.1]], 8.0)
+    right = measure(photograph(coverage), 160.0, coverage)
+    wrong = measure(photograph(coverage), 176.0, coverage)
+    np.testing.assert_allclose(wrong.pixels, right.pixels, atol=1e-3)
+    np.testing.assert_allclose(wrong.areas, right.areas, rtol=1e-3)
+
+
+def test_more_noise_gives_larger_sigmas():
+    coverage = disc_coverage([[70.3, 80.1]], 8.0)
+    sigmas = [measure(photograph(coverage, noise=n), 160.0, coverage).sigmas[0] for n in (0.0, 2.0, 4.0, 8.0)]
+    assert np.all(np.diff(sigmas) > 0.0)
+    assert sigmas[3] == pytest.approx(2.0 * sigmas[2], rel=0.35)
+
+
+def test_colour_counts_along_the_difference_from_the_floor():
+    coverage = disc_coverage([[70.3, 80.1]], 8.0)
+    floor, dot = (120.0, 120.0, 120.0), (60.0, 120.0, 180.0)
+    blobs = measure(photograph(coverage, floor=floor, dot=dot), 120.0, coverage)
+    np.testing.assert_allclose(blobs.pixels, [[70.3, 80.1]], atol=0.03)
+    np.testing.assert_allclose(blobs.contrasts, np.hypot(0.5, 0.5), rtol=0.02)
+
+
+def test_saturated_pixels_and_steps_of_the_light_are_told():
+    coverage = disc_coverage([[40.0, 40.0], [120.0, 120.0]], 9.0)
+    image = photograph(coverage, floor=80.0, dot=200.0)
+    image[36:45, 36:41] = 255
+    blobs = measure(image, 80.0, coverage)
+    assert blobs.clipped[0] > 0.2
+    assert blobs.clipped[1] == 0.0
+    assert (blobs.steps == 0.0).all()
