@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 from card_outlines import MEASURED_EVERY
-from markdown import table
+from markdown_table import table
 from numpy.typing import NDArray
 from sheet_oracle import transformed
 from sheet_trials import SheetTrial

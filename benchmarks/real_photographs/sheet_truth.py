@@ -33,6 +33,7 @@ class Photograph:
         image: grey, undistorted.
         frames: what the frame finder found.
         identities: the sheet in each of these frames as the oracle sees it, None where it sees none.
+        dots: shape (n, 2), the dots that the benchmark's own finder sees [px].
         sheets: the sheets whose dots are in the image, by index.
     """
 
@@ -40,7 +41,20 @@ class Photograph:
     image: Image
     frames: list[FoundFrame]
     identities: list[SheetPose | None]
+    dots: Array
     sheets: dict[int, SheetPose]
+
+
+def look_at(number: int, image: Image, camera_matrix: Array, sheets: list[Array]) -> Photograph:
+    """Find the frames in an image and which sheets they are, by the oracle."""
+    dots = find_sheet_dots(image)
+    frames = find_frames(image, camera_matrix)
+    identities = [
+        identify_sheet(frame.corners, frame_of(None, is_printed=frame.is_printed), dots, sheets)
+        for frame in frames
+    ]
+    known = {pose.sheet: pose for pose in identities if pose is not None}
+    return Photograph(number, image, frames, identities, dots, known)
 
 
 def examine(
@@ -48,31 +62,24 @@ def examine(
 ) -> list[Photograph]:
     """Find the frames in a row of images, and all sheets by their dots, followed forwards and backwards."""
     generator = np.random.default_rng(1)
-    photographs, dots_of = [], []
+    photographs = []
     for count, (number, image) in enumerate(images):
-        dots = find_sheet_dots(image)
-        frames = find_frames(image, camera_matrix)
-        identities = [
-            identify_sheet(frame.corners, frame_of(None, is_printed=frame.is_printed), dots, sheets)
-            for frame in frames
-        ]
-        known = {pose.sheet: pose for pose in identities if pose is not None}
+        photograph = look_at(number, image, camera_matrix, sheets)
         if count % SEARCH_EVERY == 0:
-            known.update(beside(known, sheets, dots, generator))
-        photographs.append(Photograph(number, image, frames, identities, known))
-        dots_of.append(dots)
-    _follow(photographs, dots_of, sheets)
+            photograph.sheets.update(beside(photograph.sheets, sheets, photograph.dots, generator))
+        photographs.append(photograph)
+    _follow(photographs, sheets)
     return photographs
 
 
-def _follow(photographs: list[Photograph], dots_of: list[Array], sheets: list[Array]) -> None:
+def _follow(photographs: list[Photograph], sheets: list[Array]) -> None:
     """Take sheets from image to image, forwards and then backwards."""
     for order in (range(1, len(photographs)), range(len(photographs) - 2, -1, -1)):
         for k in order:
             before, after = photographs[k - order.step], photographs[k]
             for index, pose in before.sheets.items():
                 if index not in after.sheets:
-                    moved = followed(pose, sheets[index], before.image, after.image, dots_of[k])
+                    moved = followed(pose, sheets[index], before.image, after.image, after.dots)
                     if (
                         moved is not None
                         and moved.matches >= LEAST_TRACKED

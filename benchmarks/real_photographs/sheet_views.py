@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import cv2
 import numpy as np
@@ -18,8 +19,11 @@ VIEW_CAMERA = PinholeCamera(350, 350, 339.44, 339.44, 174.5, 174.5)
 """The default camera's scale (2.61 px/mm at 130 mm) on a sensor that sees a whole sheet in any heading."""
 
 VIEW_MOUNT = CameraMount()
-FLOOR_HALF_WIDTH = 0.039
+FLOOR_HALF_WIDTH = 0.0385
 """A sheet is floor within this of its centre [m]; the frame's line, its margin and other sheets are outside."""
+
+BARE_HALF_WIDTH = 0.036
+"""Beyond the floor a view shows the brightness of the sheet at this distance, without its dots [m]."""
 
 BARE_WINDOW = 15  # larger than a dot or a line in the photographs [px]
 PITCH = 0.12
@@ -49,7 +53,7 @@ def random_view_pose(generator: np.random.Generator) -> PlanarPose:
 def sheet_view(image: Image, corners: Array, frame: Array, T_sheet_base: PlanarPose) -> Image:
     """Return what a camera straight above a sheet would see of it.
 
-    Beyond the floor that the sheet is, its outermost brightness without dots is continued: nothing else is in view.
+    Beyond the floor that the sheet is, its brightness without dots is continued: nothing else is in view.
 
     Args:
         image: grey, undistorted.
@@ -62,12 +66,17 @@ def sheet_view(image: Image, corners: Array, frame: Array, T_sheet_base: PlanarP
     rays = VIEW_CAMERA.rays_from_pixels(np.column_stack([columns.ravel(), rows.ravel()]))
     points = T_sheet_base.transform(VIEW_MOUNT.floor_points_from_rays(rays))
     on_floor = np.clip(points, -FLOOR_HALF_WIDTH, FLOOR_HALF_WIDTH)
-    pixels = cv2.perspectiveTransform(on_floor.reshape(-1, 1, 2), homography).astype(np.float32)
-    pixels = pixels.reshape(VIEW_CAMERA.height, VIEW_CAMERA.width, 2)
     bare = cv2.morphologyEx(image, cv2.MORPH_CLOSE, np.ones((BARE_WINDOW, BARE_WINDOW), dtype=np.uint8))
-    floor, beyond = (
-        cv2.remap(source, pixels[..., 0], pixels[..., 1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-        for source in (image, bare)
-    )
-    is_floor = (points == on_floor).all(axis=1).reshape(floor.shape)
-    return np.where(is_floor, floor, beyond).astype(np.uint8)
+    floor = _sampled(image, homography, on_floor)
+    beyond = _sampled(bare, homography, np.clip(points, -BARE_HALF_WIDTH, BARE_HALF_WIDTH))
+    view = np.where((points == on_floor).all(axis=1), floor, beyond)
+    return view.reshape(VIEW_CAMERA.height, VIEW_CAMERA.width)
+
+
+def _sampled(image: Image, homography: NDArray[np.floating[Any]], points: Array) -> Image:
+    """Return the image at points of the sheet, shape (n, 2) [m] to (n,)."""
+    pixels = cv2.perspectiveTransform(points[None], homography).astype(np.float32)
+    # In rows, for OpenCV remaps to at most 32767 columns.
+    u, v = np.moveaxis(pixels.reshape(VIEW_CAMERA.height, -1, 2), 2, 0)
+    levels = cv2.remap(image, u, v, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(levels.ravel(), dtype=np.uint8)

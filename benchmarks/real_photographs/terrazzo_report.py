@@ -6,7 +6,7 @@ from collections import Counter
 from itertools import pairwise
 
 import numpy as np
-from markdown import table
+from markdown_table import table
 from terrazzo_chips import COLOURS, DIAMETERS, dots_of_chips, segment_chips
 from terrazzo_trials import TerrazzoTrial
 from terrazzo_views import SCALE, Image
