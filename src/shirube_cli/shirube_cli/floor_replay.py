@@ -15,6 +15,8 @@ from domain_coordinator import domain_id
 from numpy.typing import NDArray
 from rclpy.executors import SingleThreadedExecutor
 
+from shirube_bags.errors import ReplayError
+from shirube_bags.node_questions import NodeQuestions
 from shirube_bags.stamps import NANOSECONDS
 from shirube_bags.trajectory import Trajectory, make_trajectory
 from shirube_cli.child_process import child_process, interrupt
@@ -72,11 +74,10 @@ def replay_floor_drive(
             'ROS_DOMAIN_ID': str(domain),
             'ROS_LOG_DIR': str(folder / 'log'),
         }
-        with (
-            child_process(node_command, environment, log) as node,
-            child_process(player, environment, None) as playing,
-        ):
-            _spin_until_ended(executor, playing, node, log)
+        with child_process(node_command, environment, log) as node:
+            _spin_until_heard(executor, listener, node, log)
+            with child_process(player, environment, None) as playing:
+                _spin_until_ended(executor, playing, node, log)
             _spin_for_diagnostics(executor, listener)
             code = interrupt(node)
     if code:
@@ -102,6 +103,36 @@ def _listening() -> Iterator[tuple[PoseListener, SingleThreadedExecutor, int]]:
             executor.shutdown()
             listener.destroy_node()
             context.try_shutdown()
+
+
+def _spin_until_heard(
+    executor: SingleThreadedExecutor, listener: PoseListener, node: subprocess.Popen[bytes], log: Path
+) -> None:
+    """Listen until no pose of the localizer can get lost any more.
+
+    Two nodes that start together may find each other's topics seconds apart, one direction before the other,
+    and a pose published before that is gone. The listener's subscription sees the node's publisher; that the
+    publisher sees the subscription, too, shows in an answer of the node: endpoints are announced in the order
+    in which they were made, and the asker's, which must be known to get an answer, was made last.
+
+    Raises:
+        CommandError: the node ended, or was not heard in time.
+    """
+    end = monotonic() + START_TIMEOUT
+
+    def has_ended() -> bool:
+        return node.poll() is not None or monotonic() > end
+
+    while not listener.sees_localizer() and not has_ended():
+        executor.spin_once(timeout_sec=0.1)
+    try:
+        NodeQuestions(listener, executor, has_ended).ask([f'/{LOCALIZER}'], START_TIMEOUT)
+    except ReplayError as fault:
+        raise CommandError(f'{fault}; its log is {log}') from fault
+    if node.poll() is not None:
+        raise CommandError(f'the node ended with exit code {node.returncode}; see {log}')
+    if monotonic() > end:
+        raise CommandError(f'the node was not heard within {START_TIMEOUT} s; see {log}')
 
 
 def _spin_until_ended(

@@ -53,8 +53,14 @@ class PoseListener(Node):
         self._localizer = localizer
         lossless = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
         self.create_subscription(CompressedImage, image_topic, self._take_image, lossless)
-        self.create_subscription(PoseStamped, f'/{localizer}/pose', self._take_pose, lossless)
+        self._poses = self.create_subscription(
+            PoseStamped, f'/{localizer}/pose', self._take_pose, lossless
+        )
         self.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, lossless)
+
+    def sees_localizer(self) -> bool:
+        """Return whether the subscription has found the publisher of the poses."""
+        return int(self._poses.get_publisher_count()) > 0
 
     def _take_image(self, message: CompressedImage, info: MessageInfo) -> None:
         self.images[_stamp(message.header)] = info['source_timestamp']
