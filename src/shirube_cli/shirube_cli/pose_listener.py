@@ -53,9 +53,7 @@ class PoseListener(Node):
         self._localizer = localizer
         lossless = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
         self.create_subscription(CompressedImage, image_topic, self._take_image, lossless)
-        self._poses = self.create_subscription(
-            PoseStamped, f'/{localizer}/pose', self._take_pose, lossless
-        )
+        self._poses = self.create_subscription(PoseStamped, f'/{localizer}/pose', self._take_pose, lossless)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, lossless)
 
     def sees_localizer(self) -> bool:
