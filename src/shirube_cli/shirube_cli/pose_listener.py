@@ -27,8 +27,13 @@ class PoseListener(Node):
     """Keeps what comes, by its stamp [ns].
 
     Attributes:
+        localizer: name of the localizer's node.
+        image_topic: topic of its images.
         images: when the image was published [ns].
         published: when the pose was published [ns].
+        image_count: how many images came; more than ``images`` holds when a bag is played again.
+        pose_count: how many poses came.
+        delays: from the publication of an image to that of its pose [ns], one a pose.
         positions: position x, y, z of the pose [m].
         quaternions: orientation x, y, z, w of the pose.
         diagnostics: the latest values of the localizer's diagnostics.
@@ -46,11 +51,15 @@ class PoseListener(Node):
         super().__init__('pose_listener', context=context)
         self.images: dict[int, int] = {}
         self.published: dict[int, int] = {}
+        self.image_count = 0
+        self.pose_count = 0
+        self.delays: list[int] = []
         self.positions: dict[int, tuple[float, float, float]] = {}
         self.quaternions: dict[int, tuple[float, float, float, float]] = {}
         self.diagnostics: dict[str, str] = {}
         self.reports = 0
-        self._localizer = localizer
+        self.localizer = localizer
+        self.image_topic = image_topic
         lossless = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
         self.create_subscription(CompressedImage, image_topic, self._take_image, lossless)
         self._poses = self.create_subscription(PoseStamped, f'/{localizer}/pose', self._take_pose, lossless)
@@ -60,18 +69,31 @@ class PoseListener(Node):
         """Return whether the subscription has found the publisher of the poses."""
         return int(self._poses.get_publisher_count()) > 0
 
+    def reasons(self) -> dict[str, int]:
+        """Return how many images had no pose for which reason, in the node's words."""
+        prefix = 'images without: '
+        return {
+            key.removeprefix(prefix): int(value)
+            for key, value in self.diagnostics.items()
+            if key.startswith(prefix)
+        }
+
     def _take_image(self, message: CompressedImage, info: MessageInfo) -> None:
         self.images[_stamp(message.header)] = info['source_timestamp']
+        self.image_count += 1
 
     def _take_pose(self, message: PoseStamped, info: MessageInfo) -> None:
         stamp, p, q = _stamp(message.header), message.pose.position, message.pose.orientation
         self.published[stamp] = info['source_timestamp']
+        self.pose_count += 1
+        if stamp in self.images:
+            self.delays.append(self.published[stamp] - self.images[stamp])
         self.positions[stamp] = (p.x, p.y, p.z)
         self.quaternions[stamp] = (q.x, q.y, q.z, q.w)
 
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            if status.name.startswith(self._localizer):
+            if status.name.startswith(self.localizer):
                 self.diagnostics = {pair.key: pair.value for pair in status.values}
                 self.reports += 1
 

@@ -93,7 +93,7 @@ class TrackerSettings:
     )
     thorough_interval: float = setting(
         1.0,
-        'time between searches of the whole map by pairs while the robot is lost',
+        'time between thorough searches of the whole map while the robot is lost',
         unit='s',
         minimum=0.0,
         maximum=60.0,

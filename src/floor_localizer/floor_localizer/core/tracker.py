@@ -76,11 +76,11 @@ class FloorTracker:
     def track_dots(self, stamp: float, dots: DetectedDots, camera: PinholeCamera) -> Fix | NoFix:
         """Find the pose from the dots of the next image, as `track`."""
         prior = self._area or self._motion.expect(stamp)
-        # Laying pairs on the whole map takes so long that a camera would be outrun if every image asked for it.
-        thorough = prior is None and stamp - self._last_thorough >= self._settings.thorough_interval
-        if thorough:
-            self._last_thorough = stamp
+        # A search without an end in sight takes so long that a camera would outrun it if every image asked for it.
+        thorough = stamp - self._last_thorough >= self._settings.thorough_interval
         result = self._localizer.locate_dots(dots, camera, prior, thorough=thorough)
+        if thorough or isinstance(result, Fix):
+            self._last_thorough = stamp
         if self._needs_help(result):
             result = self._with_earlier_views(stamp, dots, camera, prior, result)
         if isinstance(result, Fix):
