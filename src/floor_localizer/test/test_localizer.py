@@ -118,8 +118,8 @@ def test_order_of_the_dots_does_not_matter(floor, localizer):
 def test_another_floor_gives_no_fix(localizer):
     rng = np.random.default_rng(7)
     strange = random_floor(99)
-    for thorough in (True, False):
-        result = localizer.locate_dots(see(strange, pose_over(rng), rng).dots, CAMERA, thorough=thorough)
+    for effort in (1.0, 0.04):
+        result = localizer.locate_dots(see(strange, pose_over(rng), rng).dots, CAMERA, effort=effort)
         assert isinstance(result, NoFix)
         assert result.reason in {NoFixReason.NO_MATCH, NoFixReason.UNCERTAIN}
 
@@ -216,16 +216,16 @@ def test_a_wide_area_that_must_hold_refuses_what_lies_outside(floor, localizer):
 
 def test_pairs_find_what_constellations_cannot(floor, localizer):
     rng = np.random.default_rng(16)
-    found = {False: 0, True: 0}
+    found = {0.04: 0, 1.0: 0}
     for _ in range(10):
         pose = pose_over(rng)
         dots = see(floor, pose, rng, missing=0.65).dots
-        for thorough in found:
-            result = localizer.locate_dots(dots, CAMERA, thorough=thorough)
+        for effort in found:
+            result = localizer.locate_dots(dots, CAMERA, effort=effort)
             assert isinstance(result, NoFix) or is_right(result, pose)
-            found[thorough] += isinstance(result, Fix)
-    assert found[True] > found[False]
-    assert found[True] >= 8
+            found[effort] += isinstance(result, Fix)
+    assert found[1.0] > found[0.04]
+    assert found[1.0] >= 8
 
 
 def test_a_slanting_camera_with_dots_beyond_the_horizon_keeps_dots_and_matches_together(floor, indexed_floor):

@@ -35,9 +35,6 @@ _LEAST_DOTS = 5
 _NEIGHBOURS = 32
 _NEAR_PAIRS = 12
 _MIRROR_CELLS = 40000
-# Share of the cells that are opened when there is no time to be thorough: enough for nine of ten views at the paper's
-# 25 % missing and 50 % spurious dots.
-_HURRIED = 0.05
 # A place that matches this share of what the best place matches looks the same.
 _LOOKS_SAME = 0.8
 # An area wider than this [m] is searched by way of the whole map.
@@ -107,7 +104,7 @@ class FloorLocalizer:
         prior: PosePrior | None = None,
         *,
         earlier: FloorPoints | None = None,
-        thorough: bool = True,
+        effort: float = 1.0,
     ) -> Fix | NoFix:
         """Find the pose from the dots of an image.
 
@@ -116,8 +113,7 @@ class FloorLocalizer:
             camera: the camera's intrinsics.
             prior: where the robot is expected, if that is known.
             earlier: dots of earlier views in the base frame of now, that help when these are too few.
-            thorough: whether to take a quarter of a second for a view that matches nowhere: to open all cells of the
-                index that the settings allow, and then to lay pairs on the whole map.
+            effort: share of the search budgets of the settings that a view which matches nowhere may take.
         """
         dots, points = self._on_floor(dots, camera)
         if len(dots) == 0:
@@ -129,9 +125,9 @@ class FloorLocalizer:
                 NoFixReason.TOO_FEW_DOTS, f'{len(dots)} dots, at least {_LEAST_DOTS} are needed', dots
             )
         view = self._view(points)
-        search, used_prior = self._search(view, prior, thorough)
+        search, used_prior = self._search(view, prior, effort)
         if not is_accepted(search, search.best):
-            return self._no_fix(view, search, dots, used_prior, thorough)
+            return self._no_fix(view, search, dots, used_prior, effort)
         poses = [search.best] if used_prior else _alike_poses(search)
         if prior is not None and prior.must_hold:
             poses = [pose for pose in poses if _is_in_area(pose, prior)]
@@ -153,7 +149,7 @@ class FloorLocalizer:
             self._floor.density,
         )
 
-    def _search(self, view: ViewDots, prior: PosePrior | None, thorough: bool) -> tuple[Search, bool]:
+    def _search(self, view: ViewDots, prior: PosePrior | None, effort: float) -> tuple[Search, bool]:
         """Search near the prior, then everywhere unless the prior must hold."""
         settings, floor = self._settings, self._floor
         if prior is not None and prior.radius <= _WIDEST_NEAR:
@@ -164,10 +160,9 @@ class FloorLocalizer:
             if prior.must_hold:
                 return search, True
         search = self._new_search(view, float(len(floor.grid.points)))
-        cells = _share_of(settings.cells_max, thorough)
-        found = search_constellations(floor.grid, floor.index, view, search, cells)
-        if thorough and not found:
-            search_pairs(floor.grid, floor.addresses, view, search, settings.pairs_max)
+        cells, pairs = int(effort * settings.cells_max), int(effort * settings.pairs_max)
+        if not search_constellations(floor.grid, floor.index, view, search, cells):
+            search_pairs(floor.grid, floor.addresses, view, search, pairs)
         return search, False
 
     def _new_search(self, view: ViewDots, dots_in_scope: float) -> Search:
@@ -205,7 +200,7 @@ class FloorLocalizer:
         )
 
     def _no_fix(
-        self, view: ViewDots, search: Search, dots: DetectedDots, used_prior: bool, thorough: bool
+        self, view: ViewDots, search: Search, dots: DetectedDots, used_prior: bool, effort: float
     ) -> NoFix:
         """Tell why there is no pose."""
         found = f'{search.best[5]:.0f} of {len(dots)} dots match at best'
@@ -215,7 +210,7 @@ class FloorLocalizer:
             return NoFix(NoFixReason.OUTSIDE_AREA, found, dots)
         if search.best[0] < 0.0:
             return NoFix(NoFixReason.UNCERTAIN, found, dots)
-        if self._is_mirrored(view, _share_of(_MIRROR_CELLS, thorough)):
+        if self._is_mirrored(view, int(effort * _MIRROR_CELLS)):
             return NoFix(NoFixReason.MIRRORED, f'{len(dots)} dots', dots)
         return NoFix(NoFixReason.NO_MATCH, found, dots)
 
@@ -225,10 +220,6 @@ class FloorLocalizer:
         mirrored = view._replace(points=points, z=view.z.conj())
         search = self._new_search(view, float(len(self._floor.grid.points)))
         return search_constellations(self._floor.grid, self._floor.index, mirrored, search, cells)
-
-
-def _share_of(cells: int, thorough: bool) -> int:
-    return cells if thorough else round(_HURRIED * cells)
 
 
 def _level_state(pose: NDArray[np.float64], mount: CameraMount) -> NDArray[np.float64]:
