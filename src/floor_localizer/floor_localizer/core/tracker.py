@@ -20,7 +20,7 @@ from shirube_geometry import PinholeCamera, PlanarPose
 _AREA_SIGMAS = 3.0
 # Search efforts for a view that matches nowhere, a fifth of a second and a few hundredths of one: a camera would outrun
 # a tracker that takes the first for every image, and images would be lost while one is searched with all effort.
-_THOROUGH, _HURRIED = 0.3, 0.04
+THOROUGH, HURRIED = 0.3, 0.04
 
 
 class FloorTracker:
@@ -80,7 +80,7 @@ class FloorTracker:
         """Find the pose from the dots of the next image, as `track`."""
         prior = self._area or self._motion.expect(stamp)
         thorough = stamp - self._last_thorough >= self._settings.thorough_interval
-        result = self._localizer.locate_dots(dots, camera, prior, effort=_THOROUGH if thorough else _HURRIED)
+        result = self._localizer.locate_dots(dots, camera, prior, effort=THOROUGH if thorough else HURRIED)
         if thorough or isinstance(result, Fix):
             self._last_thorough = stamp
         if self._needs_help(result):
@@ -113,7 +113,7 @@ class FloorTracker:
         """Find the pose from this view and the earlier ones that odometry joins to it."""
         earlier = self._earlier_points(stamp)
         if earlier is not None:
-            joined = self._localizer.locate_dots(dots, camera, prior, earlier=earlier, effort=_HURRIED)
+            joined = self._localizer.locate_dots(dots, camera, prior, earlier=earlier, effort=HURRIED)
             if not self._needs_help(joined):
                 return joined
         if isinstance(alone, NoFix):
