@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from shirube_bags.atomic_file import write_text
 from shirube_bags.stamps import text_from_stamp
 from shirube_bags.trajectory import Trajectory
 from shirube_bags.trajectory_errors import TrajectoryErrors
+from shirube_files import write_text
 
 COLUMNS = (
     'stamp', 'position_error', 'heading_error',

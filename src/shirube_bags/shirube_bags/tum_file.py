@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from shirube_bags.atomic_file import write_text
 from shirube_bags.errors import TumFileError
 from shirube_bags.stamps import stamp_from_text, text_from_stamp
 from shirube_bags.trajectory import Trajectory, first_malformed_pose, make_trajectory
+from shirube_files import write_text
 
 COLUMNS = 'stamp x y z qx qy qz qw'
 

@@ -12,6 +12,7 @@ from shirube_cli.floor_accuracy import measure_accuracy
 from shirube_cli.floor_picture import draw_floor_picture
 from shirube_cli.floor_replay import replay_floor_drive
 from shirube_cli.floor_report import figures_as_text, page, sentence_on_limits
+from shirube_files import write_text
 
 # What must come out, with room for the rounding of other versions; lengths in metres, angles in radians.
 LIMITS = {
@@ -40,7 +41,7 @@ def demo_floor(root: Path, folder: Path) -> int:
     broken = broken_limits(accuracy.report, LIMITS)
     figures = figures_as_text(replay, accuracy)
     draw_floor_picture(folder / 'track.png', accuracy, load_dot_map(NodeSettings().map_path).points)
-    (folder / 'report.html').write_text(page(bag.name, 'track.png', figures, broken))
-    (folder / 'accuracy.json').write_text(json.dumps(report_as_json(accuracy.report), indent=2) + '\n')
+    write_text(folder / 'report.html', page(bag.name, 'track.png', figures, broken))
+    write_text(folder / 'accuracy.json', json.dumps(report_as_json(accuracy.report), indent=2) + '\n')
     print(f'{figures}\n{sentence_on_limits(broken)}\nReport: {folder / "report.html"}')
     return 1 if broken else 0

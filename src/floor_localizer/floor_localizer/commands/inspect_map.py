@@ -14,9 +14,9 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.map_inspection import describe_map
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.uniqueness import Place, ViewSettings, inspect_places, list_places
-from floor_localizer.files.atomic_file import written_beside
 from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
 from floor_localizer.map_report import map_report, places_report
+from shirube_files import written_beside
 from shirube_settings import SettingsError, check_settings, describe_settings
 
 

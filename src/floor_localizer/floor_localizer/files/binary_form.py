@@ -27,8 +27,8 @@ from floor_localizer.core.constellation.address_grid import AddressGrid
 from floor_localizer.core.constellation.constellation_index import ConstellationIndex
 from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.constellation.indexed_map import IndexedMap
-from floor_localizer.files.atomic_file import written_beside
 from floor_localizer.files.file_errors import DotMapError
+from shirube_files import written_beside
 
 SUFFIX = '.dotmap'
 MAGIC = b'\x89DOTMAP\n'

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from floor_localizer.core.dot_map import DotMap
-from floor_localizer.files.atomic_file import written_beside
 from floor_localizer.files.dot_map_check import check_dot_map
 from floor_localizer.files.file_errors import DotMapError
+from shirube_files import written_beside
 
 HEADER = 'x,y,diameter'
 _COLUMNS = HEADER.split(',')

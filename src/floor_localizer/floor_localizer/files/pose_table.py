@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from floor_localizer.core.fix import Fix, NoFix
-from floor_localizer.files.atomic_file import written_beside
 from floor_localizer.located_image import LocatedImage
 from shirube_bags.stamps import text_from_stamp
+from shirube_files import written_beside
 
 COLUMNS = (
     *('image', 'stamp', 'x', 'y', 'yaw', 'sigma_x', 'sigma_y', 'sigma_yaw'),

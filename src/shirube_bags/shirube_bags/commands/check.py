@@ -21,7 +21,6 @@ from shirube_bags.accuracy_report import (
     report_as_json,
     report_as_text,
 )
-from shirube_bags.atomic_file import write_text
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_trajectory import load_bag_trajectory, load_header_stamps
 from shirube_bags.coverage import measure_coverage
@@ -31,6 +30,7 @@ from shirube_bags.time_intervals import load_intervals
 from shirube_bags.trajectory import Trajectory
 from shirube_bags.trajectory_errors import TrajectoryErrors, compare_trajectories
 from shirube_bags.tum_file import load_tum, save_tum
+from shirube_files import write_text
 
 # Poses carry their image's stamp; files of other tools round it to microseconds.
 STAMP_TOLERANCE_NS = 1_000_000

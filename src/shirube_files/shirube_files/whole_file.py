@@ -33,3 +33,9 @@ def written_beside(path: Path) -> Iterator[BinaryIO]:
     except BaseException:
         beside.unlink(missing_ok=True)
         raise
+
+
+def write_text(path: Path | str, text: str) -> None:
+    """Write a file of text in UTF-8, whole or not at all, as `written_beside`."""
+    with written_beside(Path(path)) as file:
+        file.write(text.encode())

@@ -2,7 +2,7 @@
 
 import pytest
 
-from shirube_bags.atomic_file import write_text
+from shirube_files import write_text
 
 
 def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path):
