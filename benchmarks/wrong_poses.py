@@ -29,7 +29,7 @@ from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
-from floor_localizer.core.tracker import HURRIED
+from floor_localizer.core.settings import TrackerSettings
 
 FLOOR_SEED = 1
 OTHER_FLOORS = 10
@@ -162,7 +162,12 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument('--share', type=float, default=1.0, help='share of the views, for a quick look')
-    parser.add_argument('--effort', type=float, default=HURRIED, help='share of the search budgets')
+    parser.add_argument(
+        '--effort',
+        type=float,
+        default=TrackerSettings().usual_effort,
+        help='share of cells_max and pairs_max',
+    )
     parser.add_argument('--processes', type=int, default=os.cpu_count())
     arguments = parser.parse_args()
     os.environ['OPENBLAS_NUM_THREADS'] = '1'

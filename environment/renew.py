@@ -15,7 +15,7 @@ HEADS = {
     'runtime': 'What the nodes and commands need, every package pinned; valid on Python 3.11 and 3.12.\n'
     '# CONTRIBUTING.md says how to renew it.',
     'dev': 'What tests, checks and benchmarks need on top of runtime.lock.',
-    'oldest': 'The oldest supported set on Python 3.12, as Ubuntu 24.04 packages it; used by .ci/run only.',
+    'oldest': 'The oldest supported set: Python 3.12 with numpy, scipy and OpenCV as on Ubuntu 24.04; for .ci/run.',
 }
 
 

@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from floor_localizer.core.dot_extraction import DotDetector
 from floor_localizer.core.localizer import FloorLocalizer
+from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.warm_up import warm_up
 from floor_localizer.files.dot_map_file import load_indexed_map
 from floor_localizer.node_settings import NodeSettings
+
+PREPARING = 'preparing the search; the very first start compiles it, for about a minute'
+"""What to tell people who wait."""
 
 
 def localizer_from_map_file(node_settings: NodeSettings, settings: LocalizerSettings) -> FloorLocalizer:
     """Return a localizer for the map that the settings name, compiled and ready for its first image.
 
     Raises:
-        FloorLocalizerError: a map that is missing, malformed or not in metres.
+        FloorLocalizerError: a map that is missing, malformed or not in metres, or a camera that does not look at
+            the floor.
     """
+    check_mount(node_settings.mount)  # before what takes long
     floor = load_indexed_map(node_settings.map_path)
     warm_up()
     return FloorLocalizer(floor, node_settings.mount, settings, DotDetector(node_settings.dots))

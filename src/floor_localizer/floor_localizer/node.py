@@ -25,7 +25,7 @@ from floor_localizer.core.settings import LocalizerSettings, TrackerSettings
 from floor_localizer.core.tracker import FloorTracker
 from floor_localizer.debug_picture import debug_picture
 from floor_localizer.dot_markers import dot_markers, no_markers
-from floor_localizer.localizer_from_map_file import localizer_from_map_file
+from floor_localizer.localizer_from_map_file import PREPARING, localizer_from_map_file
 from floor_localizer.localizer_report import LocalizerReport
 from floor_localizer.node_settings import NodeSettings
 from shirube_geometry import PinholeCamera
@@ -34,7 +34,7 @@ from shirube_ros.image_conversion import image_from_array
 from shirube_ros.image_input import ImageInput
 from shirube_ros.message_error import PoseError
 from shirube_ros.message_guard import MessageGuard
-from shirube_ros.parameters import declare_parameters
+from shirube_ros.parameters import declare_parameters, refuse_misspelled_parameters
 from shirube_ros.pose_conversion import (
     planar_pose,
     planar_pose_with_covariance,
@@ -44,6 +44,8 @@ from shirube_ros.pose_conversion import (
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
 from shirube_ros.safe_main import run_node
 from shirube_ros.stamp_order import StampOrder
+
+_TELL_INTERVAL = 1.0  # between lines about found and lost poses [s]
 
 
 class FloorLocalizerNode(Node):
@@ -55,7 +57,7 @@ class FloorLocalizerNode(Node):
     ``image_raw``              Image or CompressedImage      the floor (``image_transport``)
     ``camera_info``            CameraInfo                    its calibration
     ``odom``                   Odometry                      optional: carries the pose between images
-    ``initialpose``            PoseWithCovarianceStamped     optional: the area to search first
+    ``initialpose``            PoseWithCovarianceStamped     optional: search only there until found
     =========================  ============================  =============================================
 
     =========================  ============================  =============================================
@@ -92,11 +94,12 @@ class FloorLocalizerNode(Node):
         """
         super().__init__('floor_localizer', **options)
         self._settings = declare_parameters(self, NodeSettings)
+        localizer_settings = declare_parameters(self, LocalizerSettings)
+        refuse_misspelled_parameters(self)
         self._report = LocalizerReport(self._map_name())
-        self.get_logger().info(
-            'preparing the search; only the very first start compiles it, for half a minute'
-        )
-        localizer = create_localizer(self._settings, declare_parameters(self, LocalizerSettings))
+        self.get_logger().info(PREPARING)
+        localizer = create_localizer(self._settings, localizer_settings)
+        self._had_fix: bool | None = None
         self._create_tracker = partial(create_tracker, localizer, self._settings.tracker)
         self._tracker = self._create_tracker()
         self._stamps = StampOrder(self._start_again)
@@ -137,9 +140,28 @@ class FloorLocalizerNode(Node):
         started = perf_counter()
         result = self._tracker.track(stamp, pixels, camera)
         self._report.add(result, perf_counter() - started)
+        self._tell_change(result)
         self._publish(Header(stamp=header.stamp, frame_id=self._settings.map_frame), result, camera)
         if self._debug_image.get_subscription_count() > 0:
             self._debug_image.publish(image_from_array(debug_picture(pixels, result), header))
+
+    def _tell_change(self, result: Fix | NoFix) -> None:
+        """Say a line when the pose is found or lost; the diagnostics tell the rest."""
+        has_fix = isinstance(result, Fix)
+        if has_fix == self._had_fix:
+            return
+        self._had_fix = has_fix
+        if isinstance(result, Fix):
+            pose = result.T_map_base
+            self.get_logger().info(
+                f'found: x {pose.x:.4f} m, y {pose.y:.4f} m, yaw {pose.yaw:.4f} rad, '
+                f'{int(result.matched.sum())} of {len(result.dots)} dots match',
+                throttle_duration_sec=_TELL_INTERVAL,
+            )
+        else:
+            self.get_logger().info(
+                f'no pose: {result.reason.value} ({result.detail})', throttle_duration_sec=_TELL_INTERVAL
+            )
 
     def _publish(self, header: Header, result: Fix | NoFix, camera: PinholeCamera) -> None:
         if isinstance(result, Fix):

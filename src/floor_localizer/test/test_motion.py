@@ -40,9 +40,22 @@ def test_between_messages_the_step_is_shared_across_the_cut_at_pi(motion, share)
     assert abs(START.turn_to(found)) == pytest.approx(0.6 * share)
 
 
-def test_a_little_outside_the_nearest_message_holds(motion):
-    assert_same(motion.odometry_at(10.4), START @ STEP)
+def test_a_little_before_the_first_message_it_holds(motion):
     assert_same(motion.odometry_at(9.8), START)
+
+
+@pytest.mark.parametrize('beyond', [0.5, 1.0])
+def test_a_little_after_the_last_message_the_robot_goes_on(motion, beyond):
+    found = motion.odometry_at(10.2 + 0.2 * beyond)
+    assert_same(found, START @ STEP @ PlanarPose(0.1 * beyond, 0.0, 0.6 * beyond), 1e-6)
+
+
+def test_after_a_gap_or_a_single_message_it_stays():
+    motion = Motion(SETTINGS)
+    motion.add_odometry(10.0, START)
+    assert_same(motion.odometry_at(10.1), START)
+    motion.add_odometry(11.0, START @ STEP)
+    assert_same(motion.odometry_at(11.1), START @ STEP)
 
 
 def test_stale_odometry_says_nothing(motion):

@@ -254,7 +254,12 @@ def test_without_a_map_the_demo_floor_is_announced(
 
 @pytest.mark.parametrize(
     ('parameter', 'words'),
-    [('map_file:=/no/such/map.csv', '/no/such/map.csv'), ('match_rate_min:=7.0', 'match_rate_min is 7.0')],
+    [
+        ('map_file:=/no/such/map.csv', '/no/such/map.csv'),
+        ('match_rate_min:=7.0', 'match_rate_min is 7.0'),
+        ('map_fil:=/no/such/map.csv', 'did you mean map_file?'),
+        ('camera_xyz:=[0.0, 0.0, -0.13]', 'camera_xyz: z is -0.13 m'),
+    ],
 )
 def test_a_bad_start_is_one_line_and_exit_code_1(parameter: str, words: str) -> None:
     program = subprocess.run(
@@ -266,5 +271,18 @@ def test_a_bad_start_is_one_line_and_exit_code_1(parameter: str, words: str) -> 
         check=False,
     )
     assert program.returncode == 1
-    assert words in program.stderr.splitlines()[-1]
-    assert 'Traceback' not in program.stderr
+    refusals = [line for line in program.stderr.splitlines() if not line.startswith(('[INFO]', '[WARN]'))]
+    assert len(refusals) == 1
+    assert words in refusals[0]
+
+
+def test_a_refused_parameter_is_all_that_is_said() -> None:
+    program = subprocess.run(
+        [sys.executable, '-m', 'floor_localizer.node', '--ros-args', '-p', 'match_rate_min:=7.0'],
+        env=os.environ | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert len(program.stderr.splitlines()) == 1

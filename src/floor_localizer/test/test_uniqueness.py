@@ -93,3 +93,12 @@ def test_places_cover_the_floor_and_nothing_else() -> None:
     assert all(np.hypot(*(floor.grid.points - place).T).min() < 0.064 for place in places)
     few = list_places(floor.grid, ViewSettings(places_max=50))
     assert len(few) < len(places)
+
+
+def test_a_map_that_is_mostly_gaps_has_places_too():
+    rng = np.random.default_rng(0)
+    points = np.vstack([rng.uniform(0.0, 0.2, (200, 2)), rng.uniform(3.0, 3.2, (200, 2))])
+    floor = index_map(DotMap(points, np.full(400, np.nan)))
+    places = list_places(floor.grid, ViewSettings(places_max=1))
+    assert len(places) == 1
+    assert np.min(np.linalg.norm(points - places[0], axis=1)) < 1e-6

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +9,7 @@ from numpy.typing import NDArray
 
 from scene_simulator.dot_floor import DotFloor
 from scene_simulator.scene_error import SceneError
+from shirube_files import written_beside
 
 SURVEY_ERROR = 0.00005
 """Standard deviation of a surveyed centre along each axis [m]: what careful photogrammetry reaches."""
@@ -48,13 +47,8 @@ def write_dot_map(dots: NDArray[np.float64], path: Path) -> None:
     Raises:
         SceneError: the file cannot be written.
     """
-    beside = path.with_name(f'{path.name}.partial-{os.getpid()}')
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        np.savetxt(beside, dots, fmt='%.6f', delimiter=',', header='x,y,diameter', comments='')
-        beside.replace(path)
+        with written_beside(path) as file:
+            np.savetxt(file, dots, fmt='%.6f', delimiter=',', header='x,y,diameter', comments='')
     except OSError as fault:
         raise SceneError(f'{path}: cannot be written ({fault.strerror}); choose a writable place') from fault
-    finally:
-        with contextlib.suppress(OSError):
-            beside.unlink()

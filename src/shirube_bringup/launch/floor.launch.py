@@ -1,14 +1,15 @@
 """Starts floor_localizer with its parameter file.
 
 Arguments: `params_file` (your own copy of config/floor_localizer.yaml), `image` (topic of the camera's
-images), `camera_info` (topic of its calibration), `use_sim_time`.
+images), `camera_info` (topic of its calibration), `use_sim_time` (what the parameter file says of it counts
+more).
 """
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
+from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.actions import Node, SetParameter
 from launch_ros.substitutions import FindPackageShare
 
 
@@ -28,14 +29,11 @@ def generate_launch_description() -> LaunchDescription:
         executable='node',
         name='floor_localizer',
         output='screen',
-        parameters=[
-            LaunchConfiguration('params_file'),
-            {'use_sim_time': ParameterValue(LaunchConfiguration('use_sim_time'), value_type=bool)},
-        ],
+        parameters=[LaunchConfiguration('params_file')],
         remappings=[
             ('image_raw', LaunchConfiguration('image')),
-            ('image_raw/compressed', [LaunchConfiguration('image'), '/compressed']),
             ('camera_info', LaunchConfiguration('camera_info')),
         ],
     )
-    return LaunchDescription([*arguments, node])
+    sim_time = SetParameter('use_sim_time', True, condition=IfCondition(LaunchConfiguration('use_sim_time')))
+    return LaunchDescription([*arguments, sim_time, node])

@@ -9,16 +9,24 @@ from shirube_cli.project import find_root, safe_environment
 
 
 def bench(arguments: Sequence[str]) -> int:
-    """Run ``benchmarks/<name>.py`` at the root with the remaining arguments and return its exit code.
+    """Run ``benchmarks/<name>.py`` or ``benchmarks/<name>/run.py`` with the remaining arguments.
+
+    Returns:
+        its exit code.
 
     Raises:
         CommandError: no such benchmark; the message lists those that are there.
     """
     root = find_root()
-    names = sorted(p.stem for p in (root / 'benchmarks').glob('*.py') if not p.stem.startswith('_'))
-    if not arguments or arguments[0] not in names:
+    programs = {
+        program.stem if program.stem != 'run' else program.parent.name: program
+        for program in sorted((root / 'benchmarks').glob('**/*.py'))
+        if program.stem == 'run' or (program.parent.name == 'benchmarks' and program.stem[0] != '_')
+    }
+    names = list(programs)
+    if not arguments or arguments[0] not in programs:
         raise CommandError(
             f'usage: shirube bench <name> [arguments …]; names: {", ".join(names) or "none yet"}'
         )
-    command = [sys.executable, str(root / 'benchmarks' / f'{arguments[0]}.py'), *arguments[1:]]
+    command = [sys.executable, str(programs[arguments[0]]), *arguments[1:]]
     return subprocess.run(command, cwd=root, env=safe_environment(), check=False).returncode

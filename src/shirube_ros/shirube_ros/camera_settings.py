@@ -17,7 +17,7 @@ class CameraSettings:
 
     camera_xyz: tuple[float, float, float] = setting(
         _DOWNWARD.xyz,
-        'position of the optical frame in base_frame',
+        'position of the optical frame in base_frame, whose plane z = 0 is the floor',
         unit='m',
         minimum=-10.0,
         maximum=10.0,

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
@@ -31,8 +32,8 @@ class ImageInput:
     ``<info_topic>``       sensor_msgs/CameraInfo          always
     =====================  ==============================  ==========================================
 
-    With ``auto`` the kind that comes first is taken and the other left alone from then on, so that a camera
-    which publishes both gives each image once.
+    With ``auto`` the kind that comes first is taken and the other is no longer subscribed to, so that a camera
+    which publishes both gives each image once, and does not compress for nobody.
     """
 
     def __init__(
@@ -53,22 +54,25 @@ class ImageInput:
             on_image: called with header, pixels ((h, w) gray or (h, w, 3) bgr) and camera of each good image.
         """
         self._topic, self._info_topic = topics
+        self._node = node
         self._on_image = on_image
         self._camera: PinholeCamera | None = None
         # The CameraInfo comes first: of two that are ready together the executor takes the older input.
         self._subscribe(node, guard, CameraInfo, self._info_topic, self._take_camera_info)
-        self._transport = transport
+        self._kinds: dict[str, Subscription] = {}
         if transport != 'raw':
             # A remapping of <topic> must hold for <topic>/compressed too.
-            compressed_topic = f'{node.resolve_topic_name(self._topic)}/compressed'
-            self._subscribe(node, guard, CompressedImage, compressed_topic, self._take_compressed)
+            topic = f'{node.resolve_topic_name(self._topic)}/compressed'
+            self._kinds['compressed'] = self._subscribe(
+                node, guard, CompressedImage, topic, self._take_compressed
+            )
         if transport != 'compressed':
-            self._subscribe(node, guard, Image, self._topic, self._take_raw)
+            self._kinds['raw'] = self._subscribe(node, guard, Image, self._topic, self._take_raw)
 
     def _subscribe(
         self, node: Node, guard: MessageGuard, kind: type, topic: str, callback: Callable[..., None]
-    ) -> None:
-        node.create_subscription(
+    ) -> Subscription:
+        return node.create_subscription(
             kind,
             topic,
             guard.guard(topic, callback),
@@ -81,17 +85,20 @@ class ImageInput:
         self._camera = camera_from_camera_info(message, self._info_topic)
 
     def _take_raw(self, message: Image) -> None:
-        if self._is_chosen('raw'):
-            self._hand_on(message.header, array_from_image(message, self._topic))
+        if 'raw' in self._kinds:
+            pixels = array_from_image(message, self._topic)
+            self._keep('raw')
+            self._hand_on(message.header, pixels)
 
     def _take_compressed(self, message: CompressedImage) -> None:
-        if self._is_chosen('compressed'):
-            self._hand_on(message.header, array_from_compressed_image(message, f'{self._topic}/compressed'))
+        if 'compressed' in self._kinds:
+            pixels = array_from_compressed_image(message, f'{self._topic}/compressed')
+            self._keep('compressed')
+            self._hand_on(message.header, pixels)
 
-    def _is_chosen(self, kind: str) -> bool:
-        if self._transport == 'auto':
-            self._transport = kind
-        return self._transport == kind
+    def _keep(self, kind: str) -> None:
+        for other in set(self._kinds) - {kind}:
+            self._node.destroy_subscription(self._kinds.pop(other))
 
     def _hand_on(self, header: Header, pixels: NDArray[np.uint8]) -> None:
         if self._camera is None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from difflib import get_close_matches
 from typing import TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 
-from shirube_settings import SettingDescription, describe_settings, settings_from_values
+from shirube_settings import SettingDescription, SettingsError, describe_settings, settings_from_values
 
 Settings = TypeVar('Settings')
 
@@ -35,6 +36,26 @@ def declare_parameters(node: Node, cls: type[Settings]) -> Settings:
         value = _value_of(settings, description.name)
         node.declare_parameter(description.name, value, _descriptor(description), ignore_override=True)
     return settings
+
+
+def refuse_misspelled_parameters(node: Node) -> None:
+    """Refuse a parameter that was given under nearly the name of one that there is; warn of others.
+
+    A file for many nodes (``/**``) may hold parameters of other nodes, so a strange name alone is no mistake.
+
+    Args:
+        node: the node, all its parameters declared.
+
+    Raises:
+        SettingsError: a name that is nearly a declared one; one line that names both.
+    """
+    declared = list(node._parameters)  # noqa: SLF001 rclpy has no public way to tell what was given
+    for name in sorted(node._parameter_overrides.keys() - set(declared)):  # noqa: SLF001
+        if name.startswith('qos_overrides.'):
+            continue
+        if close := get_close_matches(name, declared, n=1, cutoff=0.8):
+            raise SettingsError(f'parameter {name} does not exist, did you mean {close[0]}?')
+        node.get_logger().warning(f'parameter {name} does not exist here and is left out')
 
 
 def _given_value(node: Node, description: SettingDescription) -> object:

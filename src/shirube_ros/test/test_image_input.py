@@ -49,6 +49,9 @@ class Pair:
         publisher.publish(message)
         assert self._graph.spin_until(lambda: self._received() > before)
 
+    def subscriptions_of(self, topic: str) -> int:
+        return sum(each.topic_name == topic for each in self.viewer.subscriptions)
+
     def _received(self) -> int:
         return sum(count.received for count in self.guard.counts.values())
 
@@ -72,6 +75,35 @@ def test_a_compressed_image_arrives_also_remapped(graph: IsolatedGraph, remappin
     pair.send('camera_info', INFO)
     pair.send(f'{topic}/compressed', CompressedImage(format='png', data=data))
     np.testing.assert_array_equal(pair.seen[0][1], PIXELS)
+
+
+@pytest.mark.parametrize('first', ['raw', 'compressed'])
+def test_of_two_kinds_the_first_is_kept_and_the_other_no_longer_subscribed_to(
+    graph: IsolatedGraph, first: str
+) -> None:
+    pair = Pair(graph, 'auto')
+    messages = {
+        'raw': ('image_raw', image_from_array(PIXELS, Header())),
+        'compressed': (
+            'image_raw/compressed',
+            CompressedImage(data=array('B', cv2.imencode('.png', PIXELS)[1].tobytes())),
+        ),
+    }
+    pair.send('camera_info', INFO)
+    pair.send(*messages[first])
+    assert len(pair.seen) == 1
+    subscribed = {topic for topic in ('/image_raw', '/image_raw/compressed') if pair.subscriptions_of(topic)}
+    assert subscribed == {f'/{messages[first][0]}'}
+    pair.send(*messages[first])
+    assert len(pair.seen) == 2
+
+
+def test_a_broken_image_does_not_choose_its_kind(graph: IsolatedGraph) -> None:
+    pair = Pair(graph, 'auto')
+    pair.send('camera_info', INFO)
+    pair.send('image_raw/compressed', CompressedImage(data=array('B', b'no picture')))
+    pair.send('image_raw', image_from_array(PIXELS, Header()))
+    assert len(pair.seen) == 1
 
 
 def test_bad_images_and_calibrations_are_counted_and_the_next_good_one_works(graph: IsolatedGraph) -> None:

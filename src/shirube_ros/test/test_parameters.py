@@ -11,7 +11,7 @@ from rclpy.parameter import Parameter
 
 from shirube_ros.camera_settings import CameraSettings
 from shirube_ros.isolated_graph import IsolatedGraph
-from shirube_ros.parameters import declare_parameters
+from shirube_ros.parameters import declare_parameters, refuse_misspelled_parameters
 from shirube_settings import SettingsError, check_settings, setting
 
 
@@ -83,3 +83,19 @@ def test_bad_values_are_refused(graph: IsolatedGraph, overrides: dict[str, Any],
 def test_the_default_camera_looks_down_and_is_allowed() -> None:
     check_settings(CameraSettings())
     assert CameraSettings().mount.rotation[:, 2] == pytest.approx([0.0, 0.0, -1.0])
+
+
+def test_nearly_the_name_of_a_parameter_is_refused(graph: IsolatedGraph) -> None:
+    node, _ = settings_of(graph, **{'dots.diametr': 0.001})
+    with pytest.raises(
+        SettingsError, match=r'parameter dots\.diametr does not exist, did you mean dots\.diameter'
+    ):
+        refuse_misspelled_parameters(node)
+
+
+def test_a_parameter_of_another_node_is_only_warned_of(
+    graph: IsolatedGraph, capfd: pytest.CaptureFixture[str]
+) -> None:
+    node, _ = settings_of(graph, wheel_radius=0.1)
+    refuse_misspelled_parameters(node)
+    assert 'wheel_radius does not exist here' in capfd.readouterr().err

@@ -20,7 +20,7 @@ from floor_localizer.core.tracker import FloorTracker
 from floor_localizer.files.calibration_file import load_calibration
 from floor_localizer.files.image_files import list_images, load_image
 from floor_localizer.files.pose_table import save_pose_table
-from floor_localizer.localizer_from_map_file import localizer_from_map_file
+from floor_localizer.localizer_from_map_file import PREPARING, localizer_from_map_file
 from floor_localizer.located_image import LocatedImage
 from floor_localizer.node_settings import NodeSettings
 from shirube_bags.bag_reader import BagReader
@@ -71,7 +71,7 @@ def locate(options: argparse.Namespace) -> list[LocatedImage]:
 
 def prepare(settings: NodeSettings) -> FloorLocalizer:
     """Return the localizer, ready for its first image."""
-    print('preparing the search; only the very first start compiles it, for half a minute', file=sys.stderr)
+    print(PREPARING, file=sys.stderr)
     return localizer_from_map_file(settings, LocalizerSettings())
 
 

@@ -63,7 +63,7 @@ class NoFixReason(Enum):
     """Why there is no pose."""
 
     NO_DOTS = 'no dots on the floor'
-    TOO_FEW_DOTS = 'too few dots for this map'
+    TOO_FEW_DOTS = 'too few dots'
     NO_MATCH = 'the dots match no place of the map'
     MIRRORED = 'the dots match the map only mirrored: is the image or the map flipped?'
     AMBIGUOUS = 'the dots match several places of the map'

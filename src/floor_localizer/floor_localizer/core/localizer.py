@@ -26,6 +26,7 @@ from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_extraction import DotDetector
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
 from floor_localizer.core.floor_points import FloorPoints, join_points
+from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.pose_fit import MountedRays
 from floor_localizer.core.refinement import refine
 from floor_localizer.core.settings import LocalizerSettings
@@ -58,7 +59,11 @@ class FloorLocalizer:
             mount: where the camera sits on the robot.
             settings: how dots are matched, None for the defaults.
             detector: finds the dots of an image, None for the default one.
+
+        Raises:
+            FloorLocalizerError: a camera that does not look at the floor.
         """
+        check_mount(mount)
         self._floor = floor
         self._mount = mount
         self._settings = settings or LocalizerSettings()

@@ -42,8 +42,10 @@ class Motion:
         self._poses.clear()
 
     def odometry_at(self, stamp: float) -> PlanarPose | None:
-        """Return ``T_odom_base`` at a time, interpolated or from the nearest message, None when there is none
-        near.
+        """Return ``T_odom_base`` at a time, between messages or a little beyond them, None when there is none near.
+
+        An image is often newer than the last odometry: then the robot is taken to have gone on as between the
+        last two messages.
         """
         if not self._odometry:
             return None
@@ -51,11 +53,12 @@ class Motion:
         before, after = self._odometry[max(k - 1, 0)], self._odometry[min(k, len(self._odometry) - 1)]
         if min(abs(stamp - before[0]), abs(stamp - after[0])) > _STALE:
             return None
+        if stamp > after[0] and len(self._odometry) > 1 and after[0] - self._odometry[-2][0] <= _STALE:
+            before = self._odometry[-2]
+            return after[1] @ _share_of_step(before, after, (stamp - after[0]) / (after[0] - before[0]))
         if not before[0] < stamp < after[0]:
             return min((before, after), key=lambda entry: abs(entry[0] - stamp))[1]
-        share = (stamp - before[0]) / (after[0] - before[0])
-        step = before[1].inverse() @ after[1]
-        return before[1] @ PlanarPose(share * step.x, share * step.y, share * step.yaw)
+        return before[1] @ _share_of_step(before, after, (stamp - before[0]) / (after[0] - before[0]))
 
     def between(self, earlier: float, later: float) -> PlanarPose | None:
         """Return the pose at ``later`` in the base frame at ``earlier`` by odometry, None where it is not
@@ -101,3 +104,10 @@ class Motion:
             settings.still_radius + settings.acceleration_max * slack,
             min(settings.still_turn + settings.turn_acceleration_max * slack, math.pi),
         )
+
+
+def _share_of_step(
+    before: tuple[float, PlanarPose], after: tuple[float, PlanarPose], share: float
+) -> PlanarPose:
+    step = before[1].inverse() @ after[1]
+    return PlanarPose(share * step.x, share * step.y, share * step.yaw)

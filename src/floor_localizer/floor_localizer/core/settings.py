@@ -98,6 +98,15 @@ class TrackerSettings:
         minimum=0.0,
         maximum=60.0,
     )
+    thorough_effort: float = setting(
+        0.3, 'share of cells_max and pairs_max that a thorough search may take', minimum=0.0, maximum=1.0
+    )
+    usual_effort: float = setting(
+        0.04,
+        'the same for every other image without a match near where the robot is expected',
+        minimum=0.0,
+        maximum=1.0,
+    )
     joined_views: int = setting(
         4, 'so many views are joined by odometry when one alone has too few dots', minimum=1, maximum=20
     )

@@ -18,9 +18,6 @@ from shirube_geometry import PinholeCamera, PlanarPose
 
 # An area is searched out to this many standard deviations of the pose that was given.
 _AREA_SIGMAS = 3.0
-# Search efforts for a view that matches nowhere, a fifth of a second and a few hundredths of one: a camera would outrun
-# a tracker that takes the first for every image, and images would be lost while one is searched with all effort.
-THOROUGH, HURRIED = 0.3, 0.04
 
 
 class FloorTracker:
@@ -80,7 +77,9 @@ class FloorTracker:
         """Find the pose from the dots of the next image, as `track`."""
         prior = self._area or self._motion.expect(stamp)
         thorough = stamp - self._last_thorough >= self._settings.thorough_interval
-        result = self._localizer.locate_dots(dots, camera, prior, effort=THOROUGH if thorough else HURRIED)
+        # A fifth of a second: with all effort for every image a camera would outrun the search.
+        effort = self._settings.thorough_effort if thorough else self._settings.usual_effort
+        result = self._localizer.locate_dots(dots, camera, prior, effort=effort)
         if thorough or isinstance(result, Fix):
             self._last_thorough = stamp
         if self._needs_help(result):
@@ -113,7 +112,8 @@ class FloorTracker:
         """Find the pose from this view and the earlier ones that odometry joins to it."""
         earlier = self._earlier_points(stamp)
         if earlier is not None:
-            joined = self._localizer.locate_dots(dots, camera, prior, earlier=earlier, effort=HURRIED)
+            effort = self._settings.usual_effort
+            joined = self._localizer.locate_dots(dots, camera, prior, earlier=earlier, effort=effort)
             if not self._needs_help(joined):
                 return joined
         if isinstance(alone, NoFix):

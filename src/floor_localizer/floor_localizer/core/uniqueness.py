@@ -84,7 +84,8 @@ class Place:
 
 
 def list_places(grid: DotGrid, settings: ViewSettings) -> NDArray[np.float64]:
-    """Return the places to look at, shape (n, 2) [m]: a square lattice over the floor, where there are dots.
+    """Return the places to look at, shape (n, 2) [m]: a square lattice over the floor, where there are dots,
+    and some of the dots where the lattice meets none.
 
     The views lie side by side, or with gaps between them on a large floor.
     """
@@ -95,7 +96,12 @@ def list_places(grid: DotGrid, settings: ViewSettings) -> NDArray[np.float64]:
     counts = np.maximum((size / pitch).astype(np.int64), 1)
     axes = [lower[k] + (np.arange(counts[k]) + 0.5) * size[k] / counts[k] for k in range(2)]
     lattice = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
-    return lattice[[len(_dots_in_view(grid, x, y, settings.view_size)) > 0 for x, y in lattice]]
+    places = lattice[[len(_dots_in_view(grid, x, y, settings.view_size)) > 0 for x, y in lattice]]
+    if len(places) > 0:
+        return places
+    # A coarse lattice may miss all of a floor that is mostly gaps.
+    dots = np.linspace(0, len(grid.points) - 1, min(settings.places_max, len(grid.points))).astype(np.int64)
+    return grid.points[dots].astype(np.float64)
 
 
 def inspect_places(

@@ -1,7 +1,7 @@
 """Runs every compiled kernel once on a tiny made-up floor, so that the first real image does not wait for a
 compiler.
 
-The kernels are compiled at their first use, which takes some ten seconds, and kept on disk from then on.
+The kernels are compiled at their first use, which takes about a minute, and kept on disk from then on.
 """
 
 from __future__ import annotations

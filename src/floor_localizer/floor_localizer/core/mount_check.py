@@ -1,0 +1,27 @@
+"""Whether a camera can see the floor where it is mounted."""
+
+from __future__ import annotations
+
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from shirube_geometry import CameraMount
+
+# The optical axis of a camera that sees dots points this steeply downward at least (the sine of its slope).
+_LEAST_SLOPE = 0.1
+
+
+def check_mount(mount: CameraMount) -> None:
+    """Refuse a camera below the floor or one that looks away from it: its poses would be wrong, or none.
+
+    Raises:
+        FloorLocalizerError: one line that names the parameter and the remedy.
+    """
+    height = mount.xyz[2]
+    if height <= 0.0:
+        raise FloorLocalizerError(
+            f'camera_xyz: z is {height:g} m, it must be above the floor, which is the plane z = 0 of base_frame'
+        )
+    if -mount.rotation[2, 2] < _LEAST_SLOPE:
+        raise FloorLocalizerError(
+            f'camera_rpy: {", ".join(f"{angle:g}" for angle in mount.rpy)} rad does not look at the floor; '
+            f'{", ".join(f"{angle:.4f}" for angle in CameraMount().rpy)} looks straight down'
+        )
