@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 
 # The sign of the difference that a dot makes, 0 for any difference.
-_SIGNS = {'dark': -1.0, 'light': 1.0, 'any': 0.0}
+SIGNS = {'dark': -1.0, 'light': 1.0, 'any': 0.0}
 # Tiles, for which the noise of the floor is told, in diameters of the largest dot.
 _TILE = 1.6
 _SAMPLES_A_SIDE = 20
@@ -34,7 +34,7 @@ def contrast_image(
         background: shape (h, w, channels), grey levels of the floor.
         polarity: ``dark``, ``light``, or ``any`` for the root mean square over the channels.
     """
-    return np.asarray(_contrasts(image, background, _SIGNS[polarity]), dtype=np.float32)
+    return np.asarray(contrasts(image, background, SIGNS[polarity]), dtype=np.float32)
 
 
 def contrast_threshold(
@@ -79,9 +79,9 @@ def binarise(
         polarity: ``dark``, ``light``, or ``any``.
         threshold: shape (h, w), from :func:`contrast_threshold`.
     """
-    sign = _SIGNS[polarity]
+    sign = SIGNS[polarity]
     if sign == 0.0:
-        return np.asarray(_contrasts(image, background, sign) > threshold, dtype=np.uint8)
+        return np.asarray(contrasts(image, background, sign) > threshold, dtype=np.uint8)
     return np.asarray(_binarise(image[..., 0], background[..., 0], sign, threshold), dtype=np.uint8)
 
 
@@ -109,7 +109,7 @@ def _floor_thresholds(
 
 
 @njit(cache=True)
-def _contrasts(image: NDArray[np.uint8], background: NDArray[np.float32], sign: float) -> NDArray[np.float32]:
+def contrasts(image: NDArray[np.uint8], background: NDArray[np.float32], sign: float) -> NDArray[np.float32]:
     height, width, channels = image.shape
     result = np.empty((height, width), np.float32)
     for v in range(height):

@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 
+@njit(cache=True)
 def distance_basins(
     raster: NDArray[np.uint8], thin: float, largest_waist: float, smallest_radius: float
 ) -> tuple[NDArray[np.int32], int]:
@@ -28,11 +29,10 @@ def distance_basins(
         basins, shape (h, w), 0 outside and 1, 2, … inside; and the number of basins.
     """
     distances = _squared_distances(raster)
-    radius = thin * float(np.max(distances)) ** 0.5
+    radius = thin * np.max(distances) ** 0.5
     away = _squared_distances((distances <= radius**2).astype(np.uint8))
-    distances[away > radius**2] = 0
-    basins, count = _flood(distances, largest_waist**2, smallest_radius**2)
-    return basins, int(count)
+    distances *= away <= radius**2
+    return _flood(distances, largest_waist**2, smallest_radius**2)
 
 
 @njit(cache=True)

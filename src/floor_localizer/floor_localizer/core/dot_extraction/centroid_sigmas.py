@@ -1,0 +1,49 @@
+"""How far a centroid may be off: noise, shape, light, what touches a dot, and dots that nobody can part."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.dot_extraction.centroids import Blobs
+
+# Whatever the noise: ragged edges, unevenly coloured chips, texture of the floor; softer edges tell less [px].
+_SHAPE_SIGMA = 0.008
+# Nobody sees which of two touching dots a pixel between them belongs to [part of the diameter].
+_SPLIT_SIGMA = 0.02
+# The background follows a change of the light with an error; up to so much it does well.
+_STEP_SIGMA = 0.1
+_LARGEST_GRADIENT = 0.05
+# Noise moves the halves of the edge against each other by up to so much [part of the diameter].
+_CLEAN_DISCORD = 0.04
+# Long ones clearly larger than nine of ten others may be two: then the centroid lies between their centres.
+_LARGE_QUANTILE = 0.9
+_MERGED_AREA = 1.12
+_MERGED_ELONGATION = 1.2
+_MERGED_SIGMA = 0.17
+_FEWEST_BLOBS = 8
+
+
+def centroid_sigmas(
+    blobs: Blobs, elongations: NDArray[np.float64], split: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Return the standard deviations of the centroids of dots along each axis, shape (n,) [px].
+
+    Args:
+        blobs: the dots, n of them.
+        elongations: shape (n,), ratios of length to width, motion blur taken out.
+        split: shape (n,), which dots were one blob with others.
+    """
+    diameters = blobs.diameters
+    in_diameters = split * _SPLIT_SIGMA**2 + _seem_merged(blobs, elongations) * _MERGED_SIGMA**2
+    in_diameters += (_STEP_SIGMA * np.maximum(0.0, blobs.steps - _LARGEST_GRADIENT)) ** 2
+    shape = _SHAPE_SIGMA * np.maximum(1.0, blobs.softness)
+    discord = np.maximum(0.0, blobs.discords - _CLEAN_DISCORD * diameters)
+    return np.sqrt(blobs.noises**2 + shape**2 + discord**2 + in_diameters * diameters**2)
+
+
+def _seem_merged(blobs: Blobs, elongations: NDArray[np.float64]) -> NDArray[np.bool_]:
+    if len(blobs.areas) < _FEWEST_BLOBS:
+        return np.zeros(len(blobs.areas), dtype=np.bool_)
+    usual = np.quantile(blobs.areas, _LARGE_QUANTILE)
+    return np.asarray((blobs.areas > _MERGED_AREA * usual) & (elongations > _MERGED_ELONGATION))
