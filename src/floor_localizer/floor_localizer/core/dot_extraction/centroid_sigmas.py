@@ -6,16 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.dot_extraction.centroids import Blobs
+from floor_localizer.core.dot_extraction.noise_removal import excess_discords
 
-# Whatever the noise: ragged edges, unevenly coloured chips, texture of the floor; softer edges tell less [px].
-_SHAPE_SIGMA = 0.008
+# Whatever the noise: ragged edges and unevenly coloured chips, for an edge as wide as the dot [px].
+_SHAPE_SIGMA = 0.009
+_LARGEST_SOFTNESS = 0.9
+# Texture of the floor and compression are alike in neighbours: over a wide soft edge they add up.
+_SOFT_NOISE = 1.3
 # Nobody sees which of two touching dots a pixel between them belongs to [part of the diameter].
 _SPLIT_SIGMA = 0.02
-# The background follows a change of the light with an error; up to so much it does well.
+# The background follows a change of the light with an error: of second order while the change is small.
 _STEP_SIGMA = 0.1
-_LARGEST_GRADIENT = 0.05
-# Noise moves the halves of the edge against each other by up to so much [part of the diameter].
-_CLEAN_DISCORD = 0.04
+_STEP_GROWTH = 0.4
 # Long ones clearly larger than nine of ten others may be two: then the centroid lies between their centres.
 _LARGE_QUANTILE = 0.9
 _MERGED_AREA = 1.12
@@ -36,10 +38,10 @@ def centroid_sigmas(
     """
     diameters = blobs.diameters
     in_diameters = split * _SPLIT_SIGMA**2 + _seem_merged(blobs, elongations) * _MERGED_SIGMA**2
-    in_diameters += (_STEP_SIGMA * np.maximum(0.0, blobs.steps - _LARGEST_GRADIENT)) ** 2
-    shape = _SHAPE_SIGMA * np.maximum(1.0, blobs.softness)
-    discord = np.maximum(0.0, blobs.discords - _CLEAN_DISCORD * diameters)
-    return np.sqrt(blobs.noises**2 + shape**2 + discord**2 + in_diameters * diameters**2)
+    in_diameters += (blobs.steps * np.minimum(_STEP_SIGMA, _STEP_GROWTH * blobs.steps)) ** 2
+    noise = blobs.noises * np.maximum(1.0, _SOFT_NOISE * blobs.softness)
+    shape = _SHAPE_SIGMA * np.minimum(_LARGEST_SOFTNESS, blobs.softness)
+    return np.sqrt(noise**2 + shape**2 + excess_discords(blobs) ** 2 + in_diameters * diameters**2)
 
 
 def _seem_merged(blobs: Blobs, elongations: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -12,7 +12,10 @@ _LARGEST_CLIPPED_SHARE = 0.05
 # The edge of a shadow makes contrasts up to 1 times the step of the light over it.
 _LEAST_CONTRAST_TO_STEP = 1.3
 # What else than a dot has an outline whose faint part lies elsewhere than its strong one [diameters].
-_LARGEST_DISCORD = 0.15
+_LARGEST_DISCORD = 0.11
+# Ragged outlines make up so much, and noise so many of its deviations.
+_RAGGED_DISCORD = 0.04
+_DISCORD_NOISES = 3.0
 # Fewer blobs do not tell how motion blur stretches them.
 _FEWEST_BLOBS = 8
 
@@ -54,9 +57,15 @@ def are_dots(
     typical = typical_diameter(blobs.areas, settings.minimum_diameter, largest)
     sized &= diameters >= settings.minimum_relative_diameter * typical
     sized &= blobs.contrasts > _LEAST_CONTRAST_TO_STEP * blobs.steps
-    sized &= blobs.discords <= _LARGEST_DISCORD * diameters
+    sized &= excess_discords(blobs) <= _LARGEST_DISCORD * diameters
     sized &= elongations <= settings.maximum_elongation
     return sized & ~_reflections(blobs.clipped, sized)
+
+
+def excess_discords(blobs: Blobs) -> NDArray[np.float64]:
+    """Return by how much discords exceed what a ragged outline and noise explain, at least 0, shape (n,) [px]."""
+    explained = _RAGGED_DISCORD * blobs.diameters + _DISCORD_NOISES * blobs.noises
+    return np.asarray(np.maximum(0.0, blobs.discords - explained))
 
 
 def elongations_of(blobs: Blobs) -> NDArray[np.float64]:
