@@ -105,7 +105,7 @@ def measure_blobs(
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _measure(
     image: Image, background: Field, mask: Image, labels: Labels, boxes: Boxes, noise: Vector, reach: int
 ) -> Vector:
@@ -140,7 +140,7 @@ def _measure(
     return table
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _deviation(residuals: Vector, of_pixels: float) -> float:
     # Noise of a pixel around a blob, as it counts for the centroid.
     if len(residuals) < _FEWEST_OF_RING:
@@ -150,7 +150,7 @@ def _deviation(residuals: Vector, of_pixels: float) -> float:
     return np.sqrt(min(of_ring, of_pixels) ** 2 + common)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _places(patch: Labels, mask: Image, label: int, left: int, top: int) -> tuple[Places, int, Places]:
     # Rows and columns of a blob and, after them, of its soft edge; the number of the former; and its ring.
     places, ring = np.empty((patch.size, 2), np.int64), np.empty((patch.size, 2), np.int64)
@@ -171,7 +171,7 @@ def _places(patch: Labels, mask: Image, label: int, left: int, top: int) -> tupl
     return places[:count], inside, ring[:ring_count]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _centroid(coverage: Vector, places: Places, row: Vector) -> None:
     u, v, area = _weighted_mean(coverage, places, _FLOOR_COVERAGE, _DOT_COVERAGE)
     outer_u, outer_v, _ = _weighted_mean(coverage, places, _FLOOR_COVERAGE, _MIDDLE_COVERAGE)
@@ -188,7 +188,7 @@ def _centroid(coverage: Vector, places: Places, row: Vector) -> None:
     row[_SOFTNESS] = count / area
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _weighted_mean(coverage: Vector, places: Places, low: float, high: float) -> tuple[float, float, float]:
     # Centroid u, v and area when coverages up to low are floor and from high on are dot.
     area = su = sv = 0.0
@@ -200,7 +200,7 @@ def _weighted_mean(coverage: Vector, places: Places, low: float, high: float) ->
     return su / area, sv / area, area
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _shape(inside: Places, row: Vector) -> None:
     mu = mv = muu = muv = mvv = 0.0
     for k in range(len(inside)):
@@ -216,7 +216,7 @@ def _shape(inside: Places, row: Vector) -> None:
     row[_VV] = mvv / n - (mv / n) ** 2 + 1.0 / 12.0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _clipped(image: Image, background: Field, places: Places) -> float:
     clipped = 0
     for k in range(len(places)):
@@ -228,7 +228,7 @@ def _clipped(image: Image, background: Field, places: Places) -> float:
     return clipped / len(places)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _light_step(background: Field, inside: Places, direction: Vector) -> float:
     # Floor in the light taken for floor in the shade would have this contrast, or the other way round.
     darkest, brightest = np.inf, 0.0

@@ -20,7 +20,7 @@ _BINS = 64
 _UPPER_SHARE = 0.25
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def direction_of(image: Image, background: Field, places: Places) -> Vector:
     """Return the unit vector of the mean difference of some pixels from the floor, over the channels.
 
@@ -37,7 +37,7 @@ def direction_of(image: Image, background: Field, places: Places) -> Vector:
     return direction / max(np.sqrt(np.sum(direction**2)), 1e-12)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def differences_along(image: Image, background: Field, places: Places, direction: Vector) -> Vector:
     """Return the differences of pixels, shape (n,), from the floor along a direction, relative to the floor."""
     result = np.zeros(len(places))
@@ -48,7 +48,7 @@ def differences_along(image: Image, background: Field, places: Places, direction
     return result
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def floor_level(ring: Vector) -> float:
     """Return the mean of a ring's differences, shape (n,), without those of what lies on it; 0 for no ring."""
     if len(ring) == 0:
@@ -64,7 +64,7 @@ def floor_level(ring: Vector) -> float:
     return total / count
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _sorted_few(values: Vector) -> Vector:
     step = -(-len(values) // _FEW)
     few = values[::step].copy()
@@ -77,7 +77,7 @@ def _sorted_few(values: Vector) -> Vector:
     return few
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def dot_level(inside: Vector) -> float:
     """Return the mean of the upper quarter of the differences of a blob's own pixels, shape (n,)."""
     top = np.max(inside)

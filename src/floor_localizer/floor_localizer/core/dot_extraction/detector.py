@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.dot_extraction.background import smooth_background
+from floor_localizer.core.dot_extraction.background import enlarged, smooth_background
 from floor_localizer.core.dot_extraction.binarisation import binarise, contrast_threshold
 from floor_localizer.core.dot_extraction.centroid_sigmas import centroid_sigmas
 from floor_localizer.core.dot_extraction.centroids import Blobs, measure_blobs
@@ -72,6 +72,7 @@ class DotDetector:
         background = smooth_background(smooth, polarity, largest)
         threshold = contrast_threshold(smooth, background, polarity, self.settings)
         mask = binarise(smooth, background, polarity, threshold)
+        background = enlarged(background, width, height)
         labels, boxes = label_blobs(mask, SPECK * 0.25 * np.pi * smallest**2)
         typical = typical_diameter(boxes[:, 4].astype(np.float64), smallest, largest)
         boxes, split = split_touching(

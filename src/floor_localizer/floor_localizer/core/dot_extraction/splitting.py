@@ -68,7 +68,7 @@ def split_touching(
     return np.asarray(boxes, dtype=np.int32), np.asarray(split, dtype=np.bool_)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _split(
     labels: Labels,
     boxes: Boxes,
@@ -101,7 +101,7 @@ def _split(
     return boxes, is_part
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _candidates(labels: Labels, boxes: Boxes, smallest_area: float, largest_area: float) -> NDArray[np.int64]:
     found = np.empty(len(boxes), np.int64)
     count = 0
@@ -116,7 +116,7 @@ def _candidates(labels: Labels, boxes: Boxes, smallest_area: float, largest_area
     return found[:count]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _is_single(labels: Labels, box: NDArray[np.int32], label: int) -> bool:
     n = su = sv = suu = suv = svv = 0.0
     for v in range(box[3] - box[1]):
@@ -138,7 +138,7 @@ def _is_single(labels: Labels, box: NDArray[np.int32], label: int) -> bool:
     return ellipticity > _ELLIPTIC or (ellipticity > _CLUSTERED and elongation < _SHORT)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _outline_raster(
     labels: Labels, label: int, contrast: NDArray[np.float32], scale: int
 ) -> NDArray[np.uint8]:
@@ -163,7 +163,7 @@ def _outline_raster(
     return raster
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _interpolated(values: NDArray[np.float32], y: float, x: float) -> float:
     y, x = min(max(y, 0.0), values.shape[0] - 1.0), min(max(x, 0.0), values.shape[1] - 1.0)
     v, u = int(y), int(x)
@@ -173,7 +173,7 @@ def _interpolated(values: NDArray[np.float32], y: float, x: float) -> float:
     return above + (y - v) * (below - above)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _relabelled(
     labels: Labels, label: int, basins: NDArray[np.int32], scale: int, count: int
 ) -> NDArray[np.int32]:
