@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 # The floor varies slowly: a coarser image, in which the largest dot has about this size, shows it as well.
 # Closing and opening follow the edge of a shadow closely and take little time; a median does neither.
-_COARSE_DIAMETERS = {'dark': 16.0, 'light': 16.0, 'any': 12.0}
+_COARSE_DIAMETERS = {'dark': 24.0, 'light': 24.0, 'any': 12.0}
 
 
 def smooth_background(

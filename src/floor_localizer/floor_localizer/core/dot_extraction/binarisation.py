@@ -14,7 +14,9 @@ from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 SIGNS = {'dark': -1.0, 'light': 1.0, 'any': 0.0}
 # Tiles, for which the noise of the floor is told, in diameters of the largest dot.
 _TILE = 1.6
-_SAMPLES_A_SIDE = 13
+# Neighbouring samples of a row must lie on the same piece of floor also between many chips.
+_SAMPLES_A_ROW = 20
+_ROWS_A_TILE = 10
 # Dots lie in the upper part of the differences, the rest belongs to the floor; and the mean square of that
 # part of normally distributed differences of variance 1.
 _FLOOR_SHARE = 0.8
@@ -54,8 +56,9 @@ def contrast_threshold(
     """
     height, width = image.shape[:2]
     tile = _TILE * settings.largest_diameter(width, height)
-    step = max(1, int(tile / _SAMPLES_A_SIDE))
-    samples = np.ascontiguousarray(image[::step, ::step])
+    samples = np.ascontiguousarray(
+        image[:: max(1, int(tile / _ROWS_A_TILE)), :: max(1, int(tile / _SAMPLES_A_ROW))]
+    )
     some = enlarged(background, samples.shape[1], samples.shape[0])
     contrast = contrast_image(samples, some, polarity)
     rows, columns = max(1, round(height / tile)), max(1, round(width / tile))

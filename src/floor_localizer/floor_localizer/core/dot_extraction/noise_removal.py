@@ -12,7 +12,7 @@ _LARGEST_CLIPPED_SHARE = 0.05
 # The edge of a shadow makes contrasts up to 1 times the step of the light over it.
 _LEAST_CONTRAST_TO_STEP = 1.3
 # What else than a dot has an outline whose faint part lies elsewhere than its strong one [diameters].
-_LARGEST_DISCORD = 0.11
+_LARGEST_DISCORD = 0.25
 # Ragged outlines make up so much, and noise so many of its deviations.
 _RAGGED_DISCORD = 0.04
 _DISCORD_NOISES = 3.0
@@ -20,21 +20,30 @@ _DISCORD_NOISES = 3.0
 _FEWEST_BLOBS = 8
 
 
-def typical_diameter(areas: NDArray[np.float64], smallest: float, largest: float) -> float:
+def typical_diameter(
+    areas: NDArray[np.float64],
+    smallest: float,
+    largest: float,
+    contrasts: NDArray[np.float64] | float = 1.0,
+) -> float:
     """Return the diameter of the blob in which the median pixel of all blobs of a dot's size lies [px].
 
-    Specks, which are many but small, do not sway it.
+    Specks, which are many but small, do not sway it, and wet spots, which are large but pale, hardly.
 
     Args:
         areas: shape (n,), areas [px^2].
         smallest: diameter of the smallest dot [px].
         largest: diameter of the largest dot [px].
+        contrasts: shape (n,), contrasts of the blobs; their pixels count with the squares.
     """
-    diameters = np.sort(2.0 * np.sqrt(areas / np.pi))
-    diameters = diameters[(diameters >= smallest) & (diameters <= largest)]
-    if len(diameters) == 0:
+    diameters = 2.0 * np.sqrt(areas / np.pi)
+    order = np.argsort(diameters)
+    weights = (areas * np.square(contrasts))[order]
+    diameters = diameters[order]
+    weights[(diameters < smallest) | (diameters > largest)] = 0.0
+    covered = np.cumsum(weights)
+    if len(diameters) == 0 or covered[-1] == 0.0:
         return smallest
-    covered = np.cumsum(diameters**2)
     return float(diameters[np.searchsorted(covered, 0.5 * covered[-1])])
 
 
@@ -54,7 +63,7 @@ def are_dots(
     """
     diameters = blobs.diameters
     sized = (diameters >= settings.minimum_diameter) & (diameters <= largest) & (blobs.contrasts > 0.0)
-    typical = typical_diameter(blobs.areas, settings.minimum_diameter, largest)
+    typical = typical_diameter(blobs.areas, settings.minimum_diameter, largest, blobs.contrasts)
     sized &= diameters >= settings.minimum_relative_diameter * typical
     sized &= blobs.contrasts > _LEAST_CONTRAST_TO_STEP * blobs.steps
     sized &= excess_discords(blobs) <= _LARGEST_DISCORD * diameters
