@@ -65,8 +65,15 @@ def contrast_threshold(
     floor = _floor_thresholds(contrast, 1.0 / some.mean(axis=2), rows, columns, settings.noise_sigmas)
     np.maximum(floor, _SMALLEST_CONTRAST, out=floor)
     of_dots = contrast[contrast > cv2.resize(floor, contrast.shape[::-1], interpolation=cv2.INTER_LINEAR)]
-    typical = float(np.quantile(of_dots, 0.75)) if len(of_dots) else 0.0
+    typical = _typical_contrast(of_dots) if len(of_dots) else 0.0
     return np.asarray(np.maximum(floor, settings.minimum_relative_contrast * typical), dtype=np.float32)
+
+
+def _typical_contrast(contrasts_of_dots: NDArray[np.float32]) -> float:
+    # The median of the squares' sum: wet spots and shades, which are large but pale, do not sway it.
+    contrasts_of_dots = np.sort(contrasts_of_dots)
+    covered = np.cumsum(np.square(contrasts_of_dots))
+    return float(contrasts_of_dots[np.searchsorted(covered, 0.5 * covered[-1])])
 
 
 def binarise(
