@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from floor_localizer.core.dot_extraction.background import enlarged
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 
-# The sign of the difference that a dot makes, 0 for any difference.
 SIGNS = {'dark': -1.0, 'light': 1.0, 'any': 0.0}
+"""The sign of the difference that a dot makes, 0 for any difference."""
+
 # Tiles, for which the noise of the floor is told, in diameters of the largest dot.
 _TILE = 1.6
 # Neighbouring samples of a row must lie on the same piece of floor also between many chips.
@@ -25,19 +26,6 @@ _MEAN_SQUARE_OF_FLOOR_SHARE = 0.438
 _LARGEST_LEVEL = 2.5
 # A difference of 2 % from the floor is texture or dust, however little noise the camera has.
 _SMALLEST_CONTRAST = 0.02
-
-
-def contrast_image(
-    image: NDArray[np.uint8], background: NDArray[np.float32], polarity: str
-) -> NDArray[np.float32]:
-    """Return the contrast of each pixel to the floor, relative to the floor's luminance, shape (h, w).
-
-    Args:
-        image: shape (h, w, channels), grey levels.
-        background: shape (h, w, channels), grey levels of the floor.
-        polarity: ``dark``, ``light``, or ``any`` for the root mean square over the channels.
-    """
-    return np.asarray(contrasts(image, background, SIGNS[polarity]), dtype=np.float32)
 
 
 def contrast_threshold(
@@ -60,7 +48,7 @@ def contrast_threshold(
         image[:: max(1, int(tile / _ROWS_A_TILE)), :: max(1, int(tile / _SAMPLES_A_ROW))]
     )
     some = enlarged(background, samples.shape[1], samples.shape[0])
-    contrast = contrast_image(samples, some, polarity)
+    contrast = contrasts(samples, some, SIGNS[polarity])
     rows, columns = max(1, round(height / tile)), max(1, round(width / tile))
     floor = _floor_thresholds(contrast, 1.0 / some.mean(axis=2), rows, columns, settings.noise_sigmas)
     np.maximum(floor, _SMALLEST_CONTRAST, out=floor)
@@ -131,6 +119,13 @@ def _floor_thresholds(
 
 @njit(cache=True, error_model='numpy')
 def contrasts(image: NDArray[np.uint8], background: NDArray[np.float32], sign: float) -> NDArray[np.float32]:
+    """Return the contrast of each pixel to the floor, relative to the floor's luminance, shape (h, w).
+
+    Args:
+        image: shape (h, w, channels), grey levels.
+        background: shape (h, w, channels), grey levels of the floor.
+        sign: 1 for light dots, -1 for dark ones, 0 for the root mean square over the channels.
+    """
     height, width, channels = image.shape
     result = np.empty((height, width), np.float32)
     for v in range(height):

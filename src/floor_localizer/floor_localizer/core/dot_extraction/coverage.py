@@ -11,8 +11,8 @@ Field = NDArray[np.float32]
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-# The floor's level: the mean of the ring's pixels within so many deviations of the median; a few of them tell
-# the median, and half the distance of the sextiles is about the deviation.
+# The floor's level: the mean of the ring's pixels within so many deviations of the median. A few of them tell the
+# median, and the distance of the nearer sextile is about the deviation: what lies on a ring is on one side.
 _FEW = 25
 _INLIER_DEVIATIONS = 3.0
 # The dot's level: the mean of its upper quarter, as a small dot has few pixels that it covers wholly.
@@ -55,7 +55,8 @@ def floor_level(ring: Vector) -> float:
         return 0.0
     few = _sorted_few(ring)
     middle = few[len(few) // 2]
-    reach = _INLIER_DEVIATIONS * 0.5 * (few[(5 * len(few)) // 6] - few[len(few) // 6])
+    below, above = middle - few[len(few) // 6], few[(5 * len(few)) // 6] - middle
+    reach = _INLIER_DEVIATIONS * min(below, above)
     total, count = 0.0, 0
     for value in ring:
         if abs(value - middle) <= reach:
@@ -88,10 +89,13 @@ def dot_level(inside: Vector) -> float:
         place = min(_BINS - 1, int(max(0.0, value) / top * _BINS))
         counts[place] += 1
         sums[place] += value
-    count, total = 0, 0.0
+    wanted = max(1.0, _UPPER_SHARE * len(inside))
+    count, total = 0.0, 0.0
     for place in range(_BINS - 1, -1, -1):
-        count += counts[place]
-        total += sums[place]
-        if count >= _UPPER_SHARE * len(inside):
+        if counts[place] > 0:
+            part = min(1.0, (wanted - count) / counts[place])
+            count += part * counts[place]
+            total += part * sums[place]
+        if count >= wanted:
             break
     return total / count

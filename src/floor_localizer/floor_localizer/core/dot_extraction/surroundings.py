@@ -27,7 +27,7 @@ def grow_labels(labels: Labels, boxes: Boxes) -> None:
 
 @njit(cache=True)
 def _grow(labels: Labels, boxes: Boxes) -> None:
-    height, width = labels.shape
+    width = labels.shape[1]
     flat = labels.reshape(-1)
     front = _outline(labels, boxes)
     # Steps of four and of eight neighbours in turn grow an octagon, the nearest thing to a disc.
