@@ -18,9 +18,9 @@ _SPLIT_SIGMA = 0.02
 # The background follows a change of the light with an error: of second order while the change is small.
 _STEP_SIGMA = 0.1
 _STEP_GROWTH = 0.4
-# Long ones clearly larger than nine of ten others may be two: then the centroid lies between their centres.
-_LARGE_QUANTILE = 0.9
-_MERGED_AREA = 1.12
+# Long ones beyond the fence over the upper quartile (Tukey's, for the logarithm of the area, in distances of the
+# quartiles) may be two: then the centroid lies between their centres.
+_MERGED_FENCE = 0.5
 _MERGED_ELONGATION = 1.2
 _MERGED_SIGMA = 0.17
 _FEWEST_BLOBS = 8
@@ -47,5 +47,6 @@ def centroid_sigmas(
 def _seem_merged(blobs: Blobs, elongations: NDArray[np.float64]) -> NDArray[np.bool_]:
     if len(blobs.areas) < _FEWEST_BLOBS:
         return np.zeros(len(blobs.areas), dtype=np.bool_)
-    usual = np.quantile(blobs.areas, _LARGE_QUANTILE)
-    return np.asarray((blobs.areas > _MERGED_AREA * usual) & (elongations > _MERGED_ELONGATION))
+    lower, upper = np.quantile(blobs.areas, [0.25, 0.75])
+    fence = upper * (upper / lower) ** _MERGED_FENCE
+    return np.asarray((blobs.areas > fence) & (elongations > _MERGED_ELONGATION))

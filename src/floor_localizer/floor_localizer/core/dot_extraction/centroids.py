@@ -35,6 +35,9 @@ _FEWEST_OF_RING = 20
 # What spreads a ring more than the noise of single pixels is common to neighbours and averages out less.
 _COMMON_NOISE_WEIGHT = 2.2
 
+# Share of the photons in the variance of a camera's noise; reading out and compression make the rest.
+_PHOTONS = 0.7
+
 _COLUMNS = 12
 _U, _V, _AREA, _NOISE, _UU, _UV, _VV, _CONTRAST, _STEP, _CLIPPED, _SOFTNESS, _DISCORD = range(_COLUMNS)
 
@@ -131,10 +134,9 @@ def _measure(
         _shape(places[:inside], row)
         light = background[(top + bottom) // 2, (left + right) // 2]
         deviation = _deviation(on_ring - floor, noise[i] * np.sqrt(np.sum((direction / light) ** 2)))
-        # Photon noise grows with the root of the light, and the edge is half floor, half dot; of the rest,
-        # from reading out to compression, no more than this is known: half and half.
+        # Photon noise grows with the root of the light, and the edge is half floor, half dot.
         brightness = 1.0 + 0.5 * contrast * np.mean(direction)
-        row[_NOISE] *= deviation / contrast * np.sqrt(0.5 + 0.5 * max(0.0, brightness))
+        row[_NOISE] *= deviation / contrast * np.sqrt(1.0 - _PHOTONS + _PHOTONS * max(0.0, brightness))
         row[_STEP] = _light_step(background, places[:inside], direction)
         row[_CLIPPED] = _clipped(image, background, places)
     return table

@@ -20,7 +20,7 @@ _COARSE_SIZE = 90.0
 _SAMPLES_A_SIDE = 16
 # What differs from the floor counts less (Cauchy), on scales that shrink from that of the light's changes to
 # that of chips [relative].
-_OUTLIER_SCALES = (0.4, 0.28, 0.2, 0.14, 0.1, 0.07, 0.05)
+_OUTLIER_SCALES = (0.4, 0.24, 0.14, 0.08, 0.05)
 # A blob that fills less than this part of its bounding box is a net of floor between chips.
 _LEAST_FILLING = 0.4
 
