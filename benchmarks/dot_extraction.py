@@ -1,7 +1,8 @@
 """Dots from simulated images against the truth: `./shirube bench dot_extraction`.
 
-Prints a table of recall, precision, centroid error and time of the detector, and of Source Extractor (the
-package ``sep``, made for stars) where it is installed, for one condition after the other. One core.
+Prints a table of recall, precision, centroid error and time of the detector beside those of Source Extractor
+(the package ``sep``, made for stars) where it is installed (``pip install sep``), for one condition after the
+other. One core, CPU time, both detectors in turn on each image.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import argparse
 import math
 import platform
+import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -16,18 +18,16 @@ from functools import partial
 
 import cv2
 import numpy as np
+from _dot_conditions import CONDITIONS, Condition
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from tqdm import tqdm
 
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_extraction import DotDetector
-from scene_simulator.dot_floor import COLOURED, DARK_ON_LIGHT, LIGHT_ON_DARK, FloorDesign, lay_floor
-from scene_simulator.floor_camera import PAPER_CAMERA, Disturbance, FloorCamera
-from scene_simulator.floor_disturbance import ShadowEdge, SpecularReflection
-from scene_simulator.floor_litter import FloorArea, crumbs, dust, hairs, scratches
-from scene_simulator.imaging import Lighting, Sensor
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from scene_simulator.dot_floor import LIGHT_ON_DARK, lay_floor
+from scene_simulator.floor_camera import FloorCamera
+from shirube_geometry import CameraMount, PlanarPose
 
 try:
     import sep
@@ -36,76 +36,15 @@ except ImportError:
 
 Detect = Callable[[NDArray[np.uint8]], DetectedDots]
 
+HEADS = (
+    *('condition', 'recall', 'of touching chips', 'precision'),
+    *('median error px', 'rms error px', 'rms error / sigma', 'ms'),
+)
+
 _SIZE = 1.2
 _MARGIN = 0.3
 _ALONE = 1.3
 """A dot stands alone when no other centre is nearer than this multiple of the mean of both diameters."""
-
-NEAR_CAMERA = PinholeCamera(1280, 1024, 1857.0, 1857.0, 639.5, 511.5)
-WIDE_CAMERA = PinholeCamera(1280, 1024, 339.44, 339.44, 639.5, 511.5)
-
-
-def _shadow(x: float, y: float) -> tuple[Disturbance, ...]:
-    return (ShadowEdge((x, y), 0.4 + 5.0 * x),)
-
-
-def _dirt(x: float, y: float) -> tuple[Disturbance, ...]:
-    area = FloorArea((x - 0.1, y - 0.1), (x + 0.1, y + 0.1))
-    seed = int(1e6 * (x + y))
-    return (
-        crumbs(area, 300.0, seed),
-        dust(area, 5000.0, seed + 1),
-        hairs(area, 600.0, seed + 2),
-        scratches(area, 400.0, seed + 3),
-    )
-
-
-def _reflection(x: float, y: float) -> tuple[Disturbance, ...]:
-    return (SpecularReflection((math.sin(30.0 * x) * 0.6, math.cos(30.0 * y) * 0.6), 0.08),)
-
-
-@dataclass(frozen=True)
-class Condition:
-    """What is photographed, and how.
-
-    Attributes:
-        name: as the table calls it.
-        design: the floor.
-        camera: intrinsics.
-        lighting: lamps and lens.
-        sensor: noise.
-        colour: whether the camera takes colours.
-        blur: length of the motion during the exposure [px].
-        disturbances: what lies about at the place x, y of the camera [m].
-        images: how many.
-    """
-
-    name: str
-    design: FloorDesign = DARK_ON_LIGHT
-    camera: PinholeCamera = PAPER_CAMERA
-    lighting: Lighting = field(default_factory=Lighting)
-    sensor: Sensor = field(default_factory=Sensor)
-    colour: bool = False
-    blur: float = 0.0
-    disturbances: Callable[[float, float], tuple[Disturbance, ...]] | None = None
-    images: int = 24
-
-
-CONDITIONS = (
-    Condition('clean'),
-    Condition('gradient', lighting=Lighting(level=0.7, gradient=(0.6, -0.3), vignetting=0.4)),
-    Condition('shadow edge', disturbances=_shadow),
-    Condition('noise x3', sensor=Sensor(full_well=1000.0, read_noise=4.0)),
-    Condition('blur 3 px', blur=3.0),
-    Condition('blur 6 px', blur=6.0),
-    Condition('blur 10 px', blur=10.0),
-    Condition('dirt and hairs', disturbances=_dirt),
-    Condition('reflection', disturbances=_reflection),
-    Condition('light on dark', design=LIGHT_ON_DARK),
-    Condition('coloured', design=COLOURED, colour=True),
-    Condition('1280x1024, 0.07 mm/px', camera=NEAR_CAMERA, images=6),
-    Condition('1280x1024, 0.38 mm/px', camera=WIDE_CAMERA, images=3),
-)
 
 
 @dataclass(frozen=True)
@@ -129,7 +68,9 @@ class TrueImage:
 
 def photographs(condition: Condition, seed: int) -> Iterator[TrueImage]:
     """Yield the images of a condition."""
-    design = replace(condition.design, size=(_SIZE, _SIZE), count=round(5384 * _SIZE**2))
+    design = condition.design
+    share = _SIZE**2 / (design.size[0] * design.size[1])
+    design = replace(design, size=(_SIZE, _SIZE), count=round(share * design.count))
     floor = lay_floor(design, seed)
     camera = FloorCamera(condition.camera, condition.lighting, condition.sensor, condition.colour)
     rng = np.random.default_rng(seed)
@@ -149,7 +90,13 @@ def photographs(condition: Condition, seed: int) -> Iterator[TrueImage]:
         inside = ((pixels > margin) & (pixels < size - 1 - margin)).all(axis=1)
         u, v = np.clip(np.rint(pixels).astype(int), 0, size - 1).T
         clean = cv2.blur(photo.dirt, (5, 5))[v, u] < 0.05
-        yield TrueImage(photo.image, pixels, diameters, inside & clean, _stand_alone(pixels, diameters))
+        image = _compressed(photo.image, condition.jpeg_quality) if condition.jpeg_quality else photo.image
+        yield TrueImage(image, pixels, diameters, inside & clean, _stand_alone(pixels, diameters))
+
+
+def _compressed(image: NDArray[np.uint8], quality: int) -> NDArray[np.uint8]:
+    _, data = cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    return np.asarray(cv2.imdecode(data, cv2.IMREAD_UNCHANGED), dtype=np.uint8)
 
 
 def _stand_alone(pixels: NDArray[np.float64], diameters: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -186,37 +133,68 @@ def source_extractor(image: NDArray[np.uint8], sign: float) -> DetectedDots:
     return DetectedDots(np.column_stack([found['x'], found['y']]), diameters, sigmas)
 
 
-def row_of(name: str, method: str, detect: Detect, images: Sequence[TrueImage]) -> str:
-    """Return one row of the table."""
-    detect(images[0].image)
-    wanted = right = touching = parted = found = false = 0
-    errors, normalised, times = [], [], []
-    for truth in images:
-        start = time.process_time()
-        dots = detect(truth.image)
-        times.append(1e3 * (time.process_time() - start))
+@dataclass
+class Score:
+    """What one detector made of the images of a condition."""
+
+    wanted: int = 0
+    right: int = 0
+    touching: int = 0
+    parted: int = 0
+    found: int = 0
+    false: int = 0
+    errors: list[NDArray[np.float64]] = field(default_factory=list)
+    normalised: list[NDArray[np.float64]] = field(default_factory=list)
+    times: list[float] = field(default_factory=list)
+
+    def add(self, dots: DetectedDots, truth: TrueImage, seconds: float) -> None:
+        """Count the dots of one image; errors are those of chips that stand alone."""
         matched, chips = match(dots, truth)
-        found += len(dots)
-        false += len(dots) - len(matched)
-        wanted += truth.wanted.sum()
-        right += truth.wanted[chips].sum()
-        touching += (truth.wanted & ~truth.alone).sum()
-        parted += (truth.wanted & ~truth.alone)[chips].sum()
+        touching = truth.wanted & ~truth.alone
+        self.wanted += int(truth.wanted.sum())
+        self.right += int(truth.wanted[chips].sum())
+        self.touching += int(touching.sum())
+        self.parted += int(touching[chips].sum())
+        self.found += len(dots)
+        self.false += len(dots) - len(matched)
         sound = (truth.wanted & truth.alone)[chips]
         offsets = dots.pixels[matched[sound]] - truth.pixels[chips[sound]]
-        errors.append(np.hypot(*offsets.T))
-        normalised.append((offsets / dots.sigmas[matched[sound], None]).ravel())
-    error = np.concatenate(errors)
-    rms = math.sqrt(np.mean(error**2))
-    normalised_rms = math.sqrt(np.mean(np.concatenate(normalised) ** 2))
-    return (
-        f'| {name} | {method} | {right / wanted:.3f} | {parted / max(touching, 1):.2f} '
-        f'| {1.0 - false / max(found, 1):.3f} | {np.median(error):.3f} | {rms:.3f} '
-        f'| {normalised_rms:.2f} | {np.median(times):.1f} |'
-    )
+        self.errors.append(np.hypot(*offsets.T))
+        self.normalised.append((offsets / dots.sigmas[matched[sound], None]).ravel())
+        self.times.append(1e3 * seconds)
+
+    def cells(self) -> list[str]:
+        """Return the cells of the table."""
+        error = np.concatenate(self.errors)
+        return [
+            f'{self.right / self.wanted:.3f}',
+            f'{self.parted / max(self.touching, 1):.2f}',
+            f'{1.0 - self.false / max(self.found, 1):.3f}',
+            f'{np.median(error):.3f}',
+            f'{_rms(error):.3f}',
+            f'{_rms(np.concatenate(self.normalised)):.2f}',
+            f'{np.median(self.times):.1f}',
+        ]
 
 
-def main() -> None:
+def _rms(values: NDArray[np.float64]) -> float:
+    return math.sqrt(np.mean(values**2))
+
+
+def scores_of(detectors: Sequence[Detect], images: Sequence[TrueImage]) -> list[Score]:
+    """Return the detectors' scores."""
+    scores = [Score() for _ in detectors]
+    for detect in detectors:
+        detect(images[0].image)
+    for truth in images:
+        for detect, score in zip(detectors, scores, strict=True):
+            start = time.process_time()
+            dots = detect(truth.image)
+            score.add(dots, truth, time.process_time() - start)
+    return scores
+
+
+def main() -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(description='Dots from simulated images against the truth.')
     parser.add_argument('--only', default='', help='only the conditions whose name contains this')
@@ -224,20 +202,22 @@ def main() -> None:
     arguments = parser.parse_args()
     cv2.setNumThreads(1)
     detector = DotDetector()
-    print(f'{platform.machine()}, one core, numpy {np.__version__}, OpenCV {cv2.__version__}\n')
+    peer = 'shirube / sep' if sep is not None else 'shirube'
     print(
-        '| condition | method | recall | of touching | precision | error px | rms px | rms error/sigma | ms |'
+        f'{platform.machine()}, one core, numpy {np.__version__}, OpenCV {cv2.__version__}; values are {peer}\n'
     )
-    print('|---|---|---|---|---|---|---|---|---|')
+    print(f'| {" | ".join(HEADS)} |\n|{"---|" * len(HEADS)}')
     chosen = [condition for condition in CONDITIONS if arguments.only in condition.name]
     for condition in tqdm(chosen, leave=False):
         images = list(photographs(condition, arguments.seed))
-        sign = 1.0 if condition.design is LIGHT_ON_DARK else -1.0
-        rows = [row_of(condition.name, 'shirube', detector.detect, images)]
+        detectors: list[Detect] = [detector.detect]
         if sep is not None:
-            rows.append(row_of('', 'sep', partial(source_extractor, sign=sign), images))
-        tqdm.write('\n'.join(rows))
+            sign = 1.0 if condition.design is LIGHT_ON_DARK else -1.0
+            detectors.append(partial(source_extractor, sign=sign))
+        columns = zip(*(score.cells() for score in scores_of(detectors, images)), strict=True)
+        tqdm.write(f'| {condition.name} | {" | ".join(" / ".join(cells) for cells in columns)} |')
+    return 0
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(main())

@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 from drawn_floor import disc_coverage, photograph
@@ -13,7 +14,7 @@ def measure(image, floor, coverage):
     mask = (coverage > 0.3).astype(np.uint8)
     labels, boxes = label_blobs(mask)
     grow_labels(labels, boxes)
-    return measure_blobs(planes, background, mask, labels, boxes, np.zeros(len(boxes), dtype=bool))
+    return measure_blobs(planes, background, mask, labels, boxes)
 
 
 @pytest.mark.parametrize('diameter', [5.0, 8.0, 30.0])
@@ -41,9 +42,9 @@ def test_a_wrong_background_is_mended_by_the_ring():
     np.testing.assert_allclose(wrong.areas, right.areas, rtol=1e-3)
 
 
-def test_more_noise_gives_larger_sigmas():
+def test_twice_the_noise_gives_twice_the_noise_of_the_centroid():
     coverage = disc_coverage([[70.3, 80.1]], 8.0)
-    sigmas = [measure(photograph(coverage, noise=n), 160.0, coverage).sigmas[0] for n in (0.0, 2.0, 4.0, 8.0)]
+    sigmas = [measure(photograph(coverage, noise=n), 160.0, coverage).noises[0] for n in (0.0, 2.0, 4.0, 8.0)]
     assert np.all(np.diff(sigmas) > 0.0)
     assert sigmas[3] == pytest.approx(2.0 * sigmas[2], rel=0.35)
 
@@ -64,3 +65,24 @@ def test_saturated_pixels_and_steps_of_the_light_are_told():
     assert blobs.clipped[0] > 0.2
     assert blobs.clipped[1] == 0.0
     assert (blobs.steps == 0.0).all()
+
+
+def test_a_blob_at_the_border_is_not_measured():
+    coverage = disc_coverage([[1.0, 80.0], [158.5, 20.0], [80.0, 80.0]], 9.0)
+    contrasts = measure(photograph(coverage), 160.0, coverage).contrasts
+    assert sorted(contrasts > 0.0) == [False, False, True]
+
+
+def test_a_faint_neighbour_moves_the_outer_half_of_the_edge_against_the_inner():
+    coverage = disc_coverage([[70.3, 80.1]], 8.0)
+    alone = measure(photograph(coverage), 160.0, coverage).discords[0]
+    with_faint = np.maximum(coverage, 0.4 * disc_coverage([[75.5, 80.1]], 6.0))
+    assert alone < 0.1
+    assert measure(photograph(with_faint), 160.0, with_faint).discords[0] > 0.5
+
+
+def test_a_blurred_edge_is_softer():
+    coverage = disc_coverage([[70.3, 80.1]], 12.0)
+    blurred = cv2.GaussianBlur(coverage, (0, 0), 2.0)
+    sharp, soft = (measure(photograph(c), 160.0, c).softness[0] for c in (coverage, blurred))
+    assert soft > 2.0 * sharp

@@ -29,3 +29,24 @@ def test_an_empty_image_has_no_blob():
     labels, boxes = label_blobs(np.zeros((20, 30), np.uint8))
     assert boxes.shape == (0, 5)
     assert not labels.any()
+
+
+def test_specks_stay_floor_and_dots_count_from_one():
+    mask = np.zeros((40, 43), np.uint8)
+    mask[5:7, 5:6] = mask[20:26, 20:26] = mask[30:33, 40:43] = 255
+    labels, boxes = label_blobs(mask, 4.0)
+    assert not labels[:10].any()
+    np.testing.assert_array_equal(boxes, [[20, 20, 26, 26, 36], [40, 30, 43, 33, 9]])
+    np.testing.assert_array_equal(np.unique(labels[20:26, 20:26]), [1])
+
+
+def test_branches_that_meet_below_are_one_blob():
+    mask = np.array([[1, 0, 1, 0, 1], [1, 0, 1, 0, 1], [1, 1, 1, 1, 1]], np.uint8)
+    assert len(label_blobs(mask)[1]) == 1
+
+
+def test_runs_do_not_go_on_in_the_next_row_whatever_the_width():
+    for width in range(1, 18):
+        mask = np.zeros((3, width), np.uint8)
+        mask[0, -1] = mask[2, 0] = 1
+        assert len(label_blobs(mask)[1]) == 2

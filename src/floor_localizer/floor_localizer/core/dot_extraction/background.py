@@ -25,7 +25,7 @@ def smooth_background(
         largest_diameter: diameter of the largest dot [px].
 
     Returns:
-        array, shape (h, w, channels), at least 1 grey level.
+        array, shape (rows, columns, channels), for pixels as large as suffice, at least 1 grey level.
     """
     height, width, channels = image.shape
     factor = max(1, int(largest_diameter / _COARSE_DIAMETERS[polarity]))
@@ -37,8 +37,13 @@ def smooth_background(
     # Closing follows the noise up and opening down: the typical ratio takes that bias out again.
     step = 1 + len(coarse) // 80
     floor *= np.median(coarse[::step, ::step] / floor[::step, ::step], axis=(0, 1)).astype(np.float32)
-    fine = cv2.resize(floor, (width, height), interpolation=cv2.INTER_LINEAR)
-    return np.maximum(fine, np.float32(1.0)).reshape(height, width, channels)
+    return np.maximum(floor, np.float32(1.0)).reshape(coarse.shape)
+
+
+def enlarged(background: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
+    """Return the background for each pixel of the image, shape (height, width, channels)."""
+    fine = cv2.resize(background, (width, height), interpolation=cv2.INTER_LINEAR)
+    return fine.reshape(height, width, background.shape[2])
 
 
 def _without_dots(image: NDArray[np.uint8], polarity: str, window: int) -> NDArray[np.uint8]:

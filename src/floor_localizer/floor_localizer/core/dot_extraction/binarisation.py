@@ -7,13 +7,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from floor_localizer.core.dot_extraction.background import enlarged
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 
-# The sign of the difference that a dot makes, 0 for any difference.
-_SIGNS = {'dark': -1.0, 'light': 1.0, 'any': 0.0}
+SIGNS = {'dark': -1.0, 'light': 1.0, 'any': 0.0}
+"""The sign of the difference that a dot makes, 0 for any difference."""
+
 # Tiles, for which the noise of the floor is told, in diameters of the largest dot.
 _TILE = 1.6
-_SAMPLES_A_SIDE = 20
+# Neighbouring samples of a row must lie on the same piece of floor also between many chips.
+_SAMPLES_A_ROW = 20
+_ROWS_A_TILE = 10
 # Dots lie in the upper part of the differences, the rest belongs to the floor; and the mean square of that
 # part of normally distributed differences of variance 1.
 _FLOOR_SHARE = 0.8
@@ -24,45 +28,40 @@ _LARGEST_LEVEL = 2.5
 _SMALLEST_CONTRAST = 0.02
 
 
-def contrast_image(
-    image: NDArray[np.uint8], background: NDArray[np.float32], polarity: str
-) -> NDArray[np.float32]:
-    """Return the contrast of each pixel to the floor, relative to the floor's luminance, shape (h, w).
-
-    Args:
-        image: shape (h, w, channels), grey levels.
-        background: shape (h, w, channels), grey levels of the floor.
-        polarity: ``dark``, ``light``, or ``any`` for the root mean square over the channels.
-    """
-    return np.asarray(_contrasts(image, background, _SIGNS[polarity]), dtype=np.float32)
-
-
 def contrast_threshold(
     image: NDArray[np.uint8], background: NDArray[np.float32], polarity: str, settings: DotDetectorSettings
 ) -> NDArray[np.float32]:
-    """Return the contrast above which a pixel belongs to a dot, shape (h, w).
+    """Return the contrast above which a pixel belongs to a dot, for tiles of the image, shape (rows, columns).
 
     It lies above the noise and texture of the floor around, and at a part of the contrast that most dots
     have, so that the outline of a dot does not depend on the light.
 
     Args:
         image: shape (h, w, channels), slightly smoothed grey levels.
-        background: shape (h, w, channels), grey levels of the floor.
+        background: shape (rows, columns, channels), grey levels of the floor, from :func:`smooth_background`.
         polarity: ``dark``, ``light``, or ``any``.
         settings: settings of dot extraction.
     """
     height, width = image.shape[:2]
     tile = _TILE * settings.largest_diameter(width, height)
-    step = max(1, int(tile / _SAMPLES_A_SIDE))
-    contrast = contrast_image(image[::step, ::step], background[::step, ::step], polarity)
+    samples = np.ascontiguousarray(
+        image[:: max(1, int(tile / _ROWS_A_TILE)), :: max(1, int(tile / _SAMPLES_A_ROW))]
+    )
+    some = enlarged(background, samples.shape[1], samples.shape[0])
+    contrast = contrasts(samples, some, SIGNS[polarity])
     rows, columns = max(1, round(height / tile)), max(1, round(width / tile))
-    rounding = 1.0 / background[::step, ::step].mean(axis=2)
-    floor = _floor_thresholds(contrast, rounding, rows, columns, settings.noise_sigmas)
+    floor = _floor_thresholds(contrast, 1.0 / some.mean(axis=2), rows, columns, settings.noise_sigmas)
     np.maximum(floor, _SMALLEST_CONTRAST, out=floor)
     of_dots = contrast[contrast > cv2.resize(floor, contrast.shape[::-1], interpolation=cv2.INTER_LINEAR)]
-    typical = float(np.quantile(of_dots, 0.75)) if len(of_dots) else 0.0
-    np.maximum(floor, settings.minimum_relative_contrast * typical, out=floor)
-    return np.asarray(cv2.resize(floor, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.float32)
+    typical = _typical_contrast(of_dots) if len(of_dots) else 0.0
+    return np.asarray(np.maximum(floor, settings.minimum_relative_contrast * typical), dtype=np.float32)
+
+
+def _typical_contrast(contrasts_of_dots: NDArray[np.float32]) -> float:
+    # The median of the squares' sum: wet spots and shades, which are large but pale, do not sway it.
+    contrasts_of_dots = np.sort(contrasts_of_dots)
+    covered = np.cumsum(np.square(contrasts_of_dots))
+    return float(contrasts_of_dots[np.searchsorted(covered, 0.5 * covered[-1])])
 
 
 def binarise(
@@ -71,21 +70,31 @@ def binarise(
     polarity: str,
     threshold: NDArray[np.float32],
 ) -> NDArray[np.uint8]:
-    """Return the binary image, shape (h, w): 1 where the contrast lies above the threshold, else 0.
+    """Return the binary image, shape (h, w): not 0 where the contrast lies above the threshold, else 0.
+
+    For dark or light dots the levels that belong to the thresholds are rounded to whole grey levels.
 
     Args:
         image: shape (h, w, channels), slightly smoothed grey levels.
-        background: shape (h, w, channels), grey levels of the floor.
+        background: shape (rows, columns, channels), grey levels of the floor, from :func:`smooth_background`.
         polarity: ``dark``, ``light``, or ``any``.
-        threshold: shape (h, w), from :func:`contrast_threshold`.
+        threshold: shape (rows, columns), of its own, from :func:`contrast_threshold`.
     """
-    sign = _SIGNS[polarity]
+    height, width = image.shape[:2]
+    sign = SIGNS[polarity]
     if sign == 0.0:
-        return np.asarray(_contrasts(image, background, sign) > threshold, dtype=np.uint8)
-    return np.asarray(_binarise(image[..., 0], background[..., 0], sign, threshold), dtype=np.uint8)
+        fine = cv2.resize(threshold, (width, height), interpolation=cv2.INTER_LINEAR)
+        return np.asarray(contrasts(image, enlarged(background, width, height), sign) > fine, dtype=np.uint8)
+    # Contrasts of single pixels would take most of the time in a large image.
+    floor = background[..., 0]
+    coarse = cv2.resize(threshold, floor.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    levels = np.clip(np.rint(floor * (1.0 + sign * coarse)), 0.0, 255.0).astype(np.uint8)
+    levels = cv2.resize(levels, (width, height), interpolation=cv2.INTER_LINEAR)
+    mask = cv2.compare(image[..., 0], levels, cv2.CMP_LT if sign < 0.0 else cv2.CMP_GT)
+    return np.asarray(mask, dtype=np.uint8)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _floor_thresholds(
     contrast: NDArray[np.float32], rounding: NDArray[np.float32], rows: int, columns: int, sigmas: float
 ) -> NDArray[np.float32]:
@@ -108,8 +117,15 @@ def _floor_thresholds(
     return thresholds
 
 
-@njit(cache=True)
-def _contrasts(image: NDArray[np.uint8], background: NDArray[np.float32], sign: float) -> NDArray[np.float32]:
+@njit(cache=True, error_model='numpy')
+def contrasts(image: NDArray[np.uint8], background: NDArray[np.float32], sign: float) -> NDArray[np.float32]:
+    """Return the contrast of each pixel to the floor, relative to the floor's luminance, shape (h, w).
+
+    Args:
+        image: shape (h, w, channels), grey levels.
+        background: shape (h, w, channels), grey levels of the floor.
+        sign: 1 for light dots, -1 for dark ones, 0 for the root mean square over the channels.
+    """
     height, width, channels = image.shape
     result = np.empty((height, width), np.float32)
     for v in range(height):
@@ -120,19 +136,4 @@ def _contrasts(image: NDArray[np.uint8], background: NDArray[np.float32], sign: 
                 total += difference * difference if sign == 0.0 else np.float32(sign) * difference
             total /= np.float32(channels)
             result[v, u] = np.sqrt(total) if sign == 0.0 else total
-    return result
-
-
-@njit(cache=True)
-def _binarise(
-    image: NDArray[np.uint8], background: NDArray[np.float32], sign: float, threshold: NDArray[np.float32]
-) -> NDArray[np.uint8]:
-    # The comparison without a division, which takes most of the time in a large image.
-    factor = np.float32(sign)
-    height, width = image.shape
-    result = np.empty((height, width), np.uint8)
-    for v in range(height):
-        for u in range(width):
-            level = (factor + threshold[v, u]) * background[v, u]
-            result[v, u] = factor * np.float32(image[v, u]) > level
     return result

@@ -8,28 +8,38 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from floor_localizer.core.dot_extraction.coverage import (
+    Field,
+    Image,
+    Places,
+    Vector,
+    differences_along,
+    direction_of,
+    dot_level,
+    floor_level,
+)
 from floor_localizer.core.dot_extraction.image_noise import noise_at
 from floor_localizer.core.dot_extraction.labelling import Boxes, Labels
 from floor_localizer.core.dot_extraction.surroundings import REACH
-
-Image = NDArray[np.uint8]
-Field = NDArray[np.float32]
-Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
 
 # Pixels below are floor and above are dot; between, the dot covers them in part. So noise and texture of the
 # floor and of the dot's inside are kept out, and the edge, which alone tells the place, is left.
 _FLOOR_COVERAGE = 0.15
 _DOT_COVERAGE = 0.85
+_MIDDLE_COVERAGE = 0.5
 _SATURATED = 250
 # Saturated pixels on a floor brighter than this are floor.
 _SATURATED_FLOOR = 225.0
-# Whatever the noise: ragged edges, unevenly coloured chips, texture of the floor, compression [px].
-_SHAPE_SIGMA = 0.008
-# Nobody sees which of two touching dots a pixel between them belongs to [part of the diameter].
-_SPLIT_SIGMA = 0.02
+# A ring of fewer pixels does not tell their spread.
+_FEWEST_OF_RING = 20
+# What spreads a ring more than the noise of single pixels is common to neighbours and averages out less.
+_COMMON_NOISE_WEIGHT = 2.2
 
-_U, _V, _AREA, _SIGMA, _UU, _UV, _VV, _CONTRAST, _STEP, _CLIPPED = range(10)
+# Share of the photons in the variance of a camera's noise; reading out and compression make the rest.
+_PHOTONS = 0.7
+
+_COLUMNS = 12
+_U, _V, _AREA, _NOISE, _UU, _UV, _VV, _CONTRAST, _STEP, _CLIPPED, _SOFTNESS, _DISCORD = range(_COLUMNS)
 
 
 class Blobs(NamedTuple):
@@ -37,21 +47,31 @@ class Blobs(NamedTuple):
 
     Attributes:
         pixels: shape (n, 2), centroids u, v [px].
-        sigmas: shape (n,), standard deviation of a centroid along each axis [px].
+        noises: shape (n,), standard deviation of a centroid along each axis that the floor's noise makes [px].
         areas: shape (n,), areas, partly covered pixels counted in part [px^2].
         covariances: shape (n, 3), second moments uu, uv, vv of the outline [px^2].
-        contrasts: shape (n,), contrast to the floor, relative to its luminance; 0 for an empty blob.
+        contrasts: shape (n,), contrast to the floor, relative to its luminance; 0 for an empty blob or one
+            that the image border cuts.
         steps: shape (n,), how much the floor's luminance changes over the blob in the units of the contrast.
         clipped: shape (n,), share of a blob and its soft edge that a reflection saturates.
+        softness: shape (n,), area of the partly covered pixels over that of the blob.
+        discords: shape (n,), how far the centroids by the outer and by the inner half of the edge are apart [px].
     """
 
     pixels: NDArray[np.float64]
-    sigmas: NDArray[np.float64]
+    noises: NDArray[np.float64]
     areas: NDArray[np.float64]
     covariances: NDArray[np.float64]
     contrasts: NDArray[np.float64]
     steps: NDArray[np.float64]
     clipped: NDArray[np.float64]
+    softness: NDArray[np.float64]
+    discords: NDArray[np.float64]
+
+    @property
+    def diameters(self) -> NDArray[np.float64]:
+        """Diameters of the discs of equal area, shape (n,) [px]."""
+        return np.asarray(2.0 * np.sqrt(self.areas / np.pi))
 
 
 def measure_blobs(
@@ -60,12 +80,11 @@ def measure_blobs(
     mask: NDArray[np.uint8],
     labels: Labels,
     boxes: Boxes,
-    split: NDArray[np.bool_],
 ) -> Blobs:
     """Measure each blob in its own surroundings.
 
     A pixel weighs as much as the dot covers of it: its difference from the floor along the blob's own
-    colour, less the median of the ring, over the difference in the blob's inside.
+    colour, less that of the ring, over the difference in the blob's inside.
 
     Args:
         image: shape (h, w, channels), grey levels, not smoothed.
@@ -73,159 +92,133 @@ def measure_blobs(
         mask: shape (h, w), the binary image.
         labels: the blobs, grown by ``grow_labels``.
         boxes: bounding boxes of the blobs before they grew.
-        split: shape (n,), which of the blobs are parts of one.
     """
     noise = noise_at(image, (boxes[:, :2] + boxes[:, 2:4] - 1) // 2)
     table = _measure(image, background, mask, labels, boxes, noise, REACH)
-    diameters = 2.0 * np.sqrt(table[:, _AREA] / np.pi)
-    sigmas = np.sqrt(table[:, _SIGMA] ** 2 + _SHAPE_SIGMA**2 + (split * _SPLIT_SIGMA * diameters) ** 2)
     return Blobs(
         table[:, [_U, _V]],
-        sigmas,
+        table[:, _NOISE],
         table[:, _AREA],
         table[:, _UU : _VV + 1],
         table[:, _CONTRAST],
         table[:, _STEP],
         table[:, _CLIPPED],
+        table[:, _SOFTNESS],
+        table[:, _DISCORD],
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _measure(
     image: Image, background: Field, mask: Image, labels: Labels, boxes: Boxes, noise: Vector, reach: int
 ) -> Vector:
     height, width = labels.shape
-    table = np.zeros((len(boxes), 10))
+    table = np.zeros((len(boxes), _COLUMNS))
     for i in range(len(boxes)):
-        if boxes[i, 4] == 0:
+        left, top, right, bottom, area = boxes[i]
+        if area == 0 or left == 0 or top == 0 or right == width or bottom == height:
             continue
-        left, top = max(0, boxes[i, 0] - reach), max(0, boxes[i, 1] - reach)
-        right, bottom = min(width, boxes[i, 2] + reach), min(height, boxes[i, 3] + reach)
-        places, ring = _places(labels[top:bottom, left:right], i + 1, left, top)
-        direction = _direction(image, background, mask, places)
-        coverage = _coverage(image, background, mask, places, ring, direction, table[i])
-        if table[i, _CONTRAST] <= 0.0:
+        left, top, right, bottom = left - reach, top - reach, right + reach, bottom + reach
+        left, top, right, bottom = max(0, left), max(0, top), min(width, right), min(height, bottom)
+        places, inside, ring = _places(labels[top:bottom, left:right], mask, i + 1, left, top)
+        direction = direction_of(image, background, places[:inside])
+        coverage = differences_along(image, background, places, direction)
+        on_ring = differences_along(image, background, ring, direction)
+        floor = floor_level(on_ring)
+        contrast = dot_level(coverage[:inside]) - floor
+        if contrast <= 0.0:
             continue
-        _centroid(coverage, places, table[i])
-        if table[i, _AREA] > 0.0:
-            _shape(mask, places, table[i])
-            v, u = int(table[i, _V]), int(table[i, _U])
-            deviation = noise[i] * _noise_gain(direction, table[i, _CONTRAST], background[v, u])
-            table[i, _SIGMA] = _centroid_sigma(coverage, places, table[i]) * deviation
-            table[i, _STEP] = _light_step(background, mask, places, direction)
-            table[i, _CLIPPED] = _clipped(image, background, places)
+        row = table[i]
+        row[_CONTRAST] = contrast
+        _centroid((coverage - floor) / contrast, places, row)
+        _shape(places[:inside], row)
+        light = background[(top + bottom) // 2, (left + right) // 2]
+        deviation = _deviation(on_ring - floor, noise[i] * np.sqrt(np.sum((direction / light) ** 2)))
+        # Photon noise grows with the root of the light, and the edge is half floor, half dot.
+        brightness = 1.0 + 0.5 * contrast * np.mean(direction)
+        row[_NOISE] *= deviation / contrast * np.sqrt(1.0 - _PHOTONS + _PHOTONS * max(0.0, brightness))
+        row[_STEP] = _light_step(background, places[:inside], direction)
+        row[_CLIPPED] = _clipped(image, background, places)
     return table
 
 
-@njit(cache=True)
-def _places(patch: Labels, label: int, left: int, top: int) -> tuple[Places, Places]:
-    # Rows and columns of a blob with its soft edge, and of its ring.
+@njit(cache=True, error_model='numpy')
+def _deviation(residuals: Vector, of_pixels: float) -> float:
+    # Noise of a pixel around a blob, as it counts for the centroid.
+    if len(residuals) < _FEWEST_OF_RING:
+        return of_pixels
+    of_ring = np.sqrt(np.mean(residuals**2))
+    common = _COMMON_NOISE_WEIGHT**2 * max(0.0, of_ring**2 - of_pixels**2)
+    return np.sqrt(min(of_ring, of_pixels) ** 2 + common)
+
+
+@njit(cache=True, error_model='numpy')
+def _places(patch: Labels, mask: Image, label: int, left: int, top: int) -> tuple[Places, int, Places]:
+    # Rows and columns of a blob and, after them, of its soft edge; the number of the former; and its ring.
     places, ring = np.empty((patch.size, 2), np.int64), np.empty((patch.size, 2), np.int64)
-    count = ring_count = 0
+    inside = count = ring_count = 0
     for v in range(patch.shape[0]):
         for u in range(patch.shape[1]):
             if patch[v, u] == label:
-                places[count, 0], places[count, 1] = top + v, left + u
+                place = count
+                if mask[top + v, left + u]:
+                    places[count] = places[inside]
+                    place = inside
+                    inside += 1
+                places[place, 0], places[place, 1] = top + v, left + u
                 count += 1
             elif patch[v, u] == -label:
                 ring[ring_count, 0], ring[ring_count, 1] = top + v, left + u
                 ring_count += 1
-    return places[:count], ring[:ring_count]
+    return places[:count], inside, ring[:ring_count]
 
 
-@njit(cache=True)
-def _direction(image: Image, background: Field, mask: Image, places: Places) -> Vector:
-    # Unit vector of the blob's mean difference from the floor, over the channels.
-    direction = np.zeros(image.shape[2])
-    for k in range(len(places)):
-        v, u = places[k, 0], places[k, 1]
-        if mask[v, u]:
-            for c in range(image.shape[2]):
-                direction[c] += image[v, u, c] / background[v, u, c] - 1.0
-    return direction / max(np.sqrt(np.sum(direction**2)), 1e-12)
-
-
-@njit(cache=True)
-def _differences(image: Image, background: Field, places: Places, direction: Vector) -> Vector:
-    result = np.zeros(len(places))
-    for k in range(len(places)):
-        v, u = places[k, 0], places[k, 1]
-        for c in range(image.shape[2]):
-            result[k] += direction[c] * (image[v, u, c] / background[v, u, c] - 1.0)
-    return result
-
-
-@njit(cache=True)
-def _coverage(
-    image: Image, background: Field, mask: Image, places: Places, ring: Places, direction: Vector, row: Vector
-) -> Vector:
-    coverage = _differences(image, background, places, direction)
-    if len(ring) > 0:
-        coverage -= np.median(_differences(image, background, ring, direction))
-    core = np.empty(len(places))
-    count = 0
-    for k in range(len(places)):
-        if mask[places[k, 0], places[k, 1]]:
-            core[count] = coverage[k]
-            count += 1
-    if count > 0:
-        # The upper quarter: a small dot has few pixels that it covers wholly.
-        row[_CONTRAST] = np.mean(np.partition(core[:count], (3 * count) // 4)[(3 * count) // 4 :])
-    return coverage / max(row[_CONTRAST], 1e-6)
-
-
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _centroid(coverage: Vector, places: Places, row: Vector) -> None:
+    u, v, area = _weighted_mean(coverage, places, _FLOOR_COVERAGE, _DOT_COVERAGE)
+    outer_u, outer_v, _ = _weighted_mean(coverage, places, _FLOOR_COVERAGE, _MIDDLE_COVERAGE)
+    inner_u, inner_v, _ = _weighted_mean(coverage, places, _MIDDLE_COVERAGE, _DOT_COVERAGE)
+    row[_U], row[_V], row[_AREA] = u, v, area
+    row[_DISCORD] = np.hypot(outer_u - inner_u, outer_v - inner_v)
+    # Propagation of unit noise of the coverage; pixels clipped to floor or dot do not pass theirs on.
+    total, count = 0.0, 0
+    for k in range(len(places)):
+        if _FLOOR_COVERAGE < coverage[k] < _DOT_COVERAGE:
+            total += 0.5 * ((places[k, 1] - u) ** 2 + (places[k, 0] - v) ** 2)
+            count += 1
+    row[_NOISE] = np.sqrt(total) / (area * (_DOT_COVERAGE - _FLOOR_COVERAGE))
+    row[_SOFTNESS] = count / area
+
+
+@njit(cache=True, error_model='numpy')
+def _weighted_mean(coverage: Vector, places: Places, low: float, high: float) -> tuple[float, float, float]:
+    # Centroid u, v and area when coverages up to low are floor and from high on are dot.
     area = su = sv = 0.0
     for k in range(len(places)):
-        part = (coverage[k] - _FLOOR_COVERAGE) / (_DOT_COVERAGE - _FLOOR_COVERAGE)
-        part = min(1.0, max(0.0, part))
+        part = min(1.0, max(0.0, (coverage[k] - low) / (high - low)))
         area += part
         su += part * places[k, 1]
         sv += part * places[k, 0]
-    row[_AREA] = area
-    if area > 0.0:
-        row[_U], row[_V] = su / area, sv / area
+    return su / area, sv / area, area
 
 
-@njit(cache=True)
-def _shape(mask: Image, places: Places, row: Vector) -> None:
-    n = mu = mv = muu = muv = mvv = 0.0
-    for k in range(len(places)):
-        v, u = places[k, 0], places[k, 1]
-        if mask[v, u]:
-            x, y = u - row[_U], v - row[_V]
-            n += 1.0
-            mu += x
-            mv += y
-            muu += x * x
-            muv += x * y
-            mvv += y * y
-    n = max(n, 1.0)
+@njit(cache=True, error_model='numpy')
+def _shape(inside: Places, row: Vector) -> None:
+    mu = mv = muu = muv = mvv = 0.0
+    for k in range(len(inside)):
+        x, y = inside[k, 1] - row[_U], inside[k, 0] - row[_V]
+        mu += x
+        mv += y
+        muu += x * x
+        muv += x * y
+        mvv += y * y
+    n = len(inside)
     row[_UU] = muu / n - (mu / n) ** 2 + 1.0 / 12.0
     row[_UV] = muv / n - mu * mv / n**2
     row[_VV] = mvv / n - (mv / n) ** 2 + 1.0 / 12.0
 
 
-@njit(cache=True)
-def _noise_gain(direction: Vector, contrast: float, background: Field) -> float:
-    # Noise of a pixel's coverage for each grey level of noise on the floor. Edges of light dots are brighter
-    # than the floor, and photon noise grows with the root of the light.
-    brightness = np.maximum(1.0, 1.0 + 0.5 * contrast * direction)
-    return np.sqrt(np.sum(brightness * (direction / background) ** 2)) / contrast
-
-
-@njit(cache=True)
-def _centroid_sigma(coverage: Vector, places: Places, row: Vector) -> float:
-    # Propagation of unit noise of the coverage; pixels clipped to floor or dot do not pass theirs on.
-    total = 0.0
-    for k in range(len(places)):
-        if _FLOOR_COVERAGE < coverage[k] < _DOT_COVERAGE:
-            total += 0.5 * ((places[k, 1] - row[_U]) ** 2 + (places[k, 0] - row[_V]) ** 2)
-    return np.sqrt(total) / (row[_AREA] * (_DOT_COVERAGE - _FLOOR_COVERAGE))
-
-
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _clipped(image: Image, background: Field, places: Places) -> float:
     clipped = 0
     for k in range(len(places)):
@@ -237,15 +230,13 @@ def _clipped(image: Image, background: Field, places: Places) -> float:
     return clipped / len(places)
 
 
-@njit(cache=True)
-def _light_step(background: Field, mask: Image, places: Places, direction: Vector) -> float:
+@njit(cache=True, error_model='numpy')
+def _light_step(background: Field, inside: Places, direction: Vector) -> float:
     # Floor in the light taken for floor in the shade would have this contrast, or the other way round.
     darkest, brightest = np.inf, 0.0
-    for k in range(len(places)):
-        v, u = places[k, 0], places[k, 1]
-        if mask[v, u]:
-            brightness = np.sum(background[v, u])
-            darkest, brightest = min(darkest, brightness), max(brightest, brightness)
+    for k in range(len(inside)):
+        brightness = np.sum(background[inside[k, 0], inside[k, 1]])
+        darkest, brightest = min(darkest, brightness), max(brightest, brightness)
     if np.sum(direction) > 0.0:
         return brightest / darkest - 1.0
     return 1.0 - darkest / brightest

@@ -7,12 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.dot_extraction.background import smooth_background
+from floor_localizer.core.dot_extraction.background import enlarged, smooth_background
 from floor_localizer.core.dot_extraction.binarisation import binarise, contrast_threshold
-from floor_localizer.core.dot_extraction.centroids import measure_blobs
+from floor_localizer.core.dot_extraction.centroid_sigmas import centroid_sigmas
+from floor_localizer.core.dot_extraction.centroids import Blobs, measure_blobs
 from floor_localizer.core.dot_extraction.dot_image_error import DotImageError
 from floor_localizer.core.dot_extraction.labelling import label_blobs
-from floor_localizer.core.dot_extraction.noise_removal import are_dots, remove_specks, typical_diameter
+from floor_localizer.core.dot_extraction.noise_removal import are_dots, elongations_of, typical_diameter
 from floor_localizer.core.dot_extraction.polarity import choose_polarity
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 from floor_localizer.core.dot_extraction.splitting import split_touching
@@ -21,6 +22,9 @@ from shirube_settings import SettingsError, check_settings
 
 SMALLEST_SIDE = 32
 """An image with a side shorter than this shows no pattern of dots [px]."""
+
+SPECK = 0.5
+"""A blob of less than this part of the smallest dot's area is noise."""
 
 SMALLEST_PART = 0.55
 """A part of a blob is a dot of its own from this part of the typical dot's diameter on; hairs are thinner."""
@@ -68,18 +72,20 @@ class DotDetector:
         background = smooth_background(smooth, polarity, largest)
         threshold = contrast_threshold(smooth, background, polarity, self.settings)
         mask = binarise(smooth, background, polarity, threshold)
-        labels, boxes = label_blobs(mask)
-        remove_specks(labels, boxes, smallest)
+        background = enlarged(background, width, height)
+        labels, boxes = label_blobs(mask, SPECK * 0.25 * np.pi * smallest**2)
         typical = typical_diameter(boxes[:, 4].astype(np.float64), smallest, largest)
         boxes, split = split_touching(
             labels, boxes, image, background, polarity, max(smallest, SMALLEST_PART * typical), largest
         )
 
         grow_labels(labels, boxes)
-        blobs = measure_blobs(image, background, mask, labels, boxes, split)
-        kept = are_dots(blobs, boxes, width, height, self.settings)
-        diameters = 2.0 * np.sqrt(blobs.areas[kept] / np.pi)
-        return DetectedDots(blobs.pixels[kept], diameters, blobs.sigmas[kept])
+        blobs = measure_blobs(image, background, mask, labels, boxes)
+        elongations = elongations_of(blobs)
+        kept = are_dots(blobs, elongations, largest, self.settings)
+        blobs = Blobs(*(column[kept] for column in blobs))
+        sigmas = centroid_sigmas(blobs, elongations[kept], split[kept])
+        return DetectedDots(blobs.pixels, blobs.diameters, sigmas)
 
     def _channels(self, image: NDArray[np.uint8], largest: float) -> tuple[NDArray[np.uint8], str]:
         # The image as (h, w, 1) where brightness tells the dots, else as (h, w, 3); and the polarity.

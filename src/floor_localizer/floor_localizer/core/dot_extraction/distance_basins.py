@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 
+@njit(cache=True, error_model='numpy')
 def distance_basins(
     raster: NDArray[np.uint8], thin: float, largest_waist: float, smallest_radius: float
 ) -> tuple[NDArray[np.int32], int]:
@@ -28,14 +29,13 @@ def distance_basins(
         basins, shape (h, w), 0 outside and 1, 2, … inside; and the number of basins.
     """
     distances = _squared_distances(raster)
-    radius = thin * float(np.max(distances)) ** 0.5
+    radius = thin * np.max(distances) ** 0.5
     away = _squared_distances((distances <= radius**2).astype(np.uint8))
-    distances[away > radius**2] = 0
-    basins, count = _flood(distances, largest_waist**2, smallest_radius**2)
-    return basins, int(count)
+    distances *= away <= radius**2
+    return _flood(distances, largest_waist**2, smallest_radius**2)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _squared_distances(raster: NDArray[np.uint8]) -> NDArray[np.int32]:
     # Squared Euclidean distance of each pixel inside to the nearest one outside: a whole number.
     height, width = raster.shape
@@ -63,7 +63,7 @@ def _squared_distances(raster: NDArray[np.uint8]) -> NDArray[np.int32]:
     return result
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _flood(
     distances: NDArray[np.int32], largest_waist: float, smallest_radius: float
 ) -> tuple[NDArray[np.int32], int]:
@@ -95,7 +95,7 @@ def _flood(
     return _numbered(owner, parents, height, width)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _descending(values: NDArray[np.int32]) -> NDArray[np.int64]:
     # Places of the positive values, greatest first; whole numbers are sorted by counting.
     starts = np.zeros(np.max(values) + 2, np.int64)
@@ -112,14 +112,14 @@ def _descending(values: NDArray[np.int32]) -> NDArray[np.int64]:
     return places
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _root(parents: NDArray[np.int64], node: int) -> int:
     while parents[node] != node:
         node = parents[node]
     return node
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _numbered(
     owner: NDArray[np.int64], parents: NDArray[np.int64], height: int, width: int
 ) -> tuple[NDArray[np.int32], int]:

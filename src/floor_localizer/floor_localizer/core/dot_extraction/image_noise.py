@@ -6,11 +6,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-_TILE = 48
+# Tiles are a twelfth of the image, at least so many pixels wide; some 500 differences a tile will do.
+_SMALLEST_TILE = 48
+_TILES_A_SIDE = 12
+_ROWS_A_TILE = 12
+_COLUMNS_A_TILE = 48
 _LAG = 2
 # Dots, edges and texture lie in the upper part of the differences; the lower 40 % belong to the floor.
-_QUAN_TILE = 0.4
-_QUAN_TILE_OF_NORMAL = 0.5244
+_QUANTILE = 0.4
+_QUANTILE_OF_NORMAL = 0.5244
 
 
 def noise_at(image: NDArray[np.uint8], pixels: NDArray[np.integer]) -> NDArray[np.float64]:
@@ -26,25 +30,25 @@ def noise_at(image: NDArray[np.uint8], pixels: NDArray[np.integer]) -> NDArray[n
     Returns:
         array, shape (n,) [grey levels]; never less than rounding to whole levels makes.
     """
-    tiles = _noise_tiles(image)
-    return np.asarray(tiles[pixels[:, 1] // _TILE, pixels[:, 0] // _TILE], dtype=np.float64)
+    size = max(_SMALLEST_TILE, max(image.shape[:2]) // _TILES_A_SIDE)
+    tiles = _noise_tiles(image, size)
+    return np.asarray(tiles[pixels[:, 1] // size, pixels[:, 0] // size], dtype=np.float64)
 
 
 @njit(cache=True)
-def _noise_tiles(image: NDArray[np.uint8]) -> NDArray[np.float64]:
+def _noise_tiles(image: NDArray[np.uint8], size: int) -> NDArray[np.float64]:
     height, width, channels = image.shape
-    rows, columns = (height + _TILE - 1) // _TILE, (width + _TILE - 1) // _TILE
+    rows, columns = (height + size - 1) // size, (width + size - 1) // size
     noise = np.empty((rows, columns))
     counts = np.zeros(2 * 255 + 1, np.int64)
     for row in range(rows):
         for column in range(columns):
             # The last tile of a row or column reaches back to hold as many pixels as the others.
-            top = max(0, min(row * _TILE, height - _TILE))
-            left = max(0, min(column * _TILE, width - _TILE))
+            top = max(0, min(row * size, height - size))
+            left = max(0, min(column * size, width - size))
             counts[:] = 0
-            # Every fourth row will do: 500 differences give the noise to a few per cent.
-            for v in range(top, min(height, top + _TILE), 4):
-                for u in range(left, min(width, left + _TILE) - 2 * _LAG):
+            for v in range(top, min(height, top + size), size // _ROWS_A_TILE):
+                for u in range(left, min(width, left + size) - 2 * _LAG, size // _COLUMNS_A_TILE):
                     for c in range(channels):
                         sides = np.int64(image[v, u, c]) + np.int64(image[v, u + 2 * _LAG, c])
                         counts[abs(2 * np.int64(image[v, u + _LAG, c]) - sides)] += 1
@@ -55,12 +59,12 @@ def _noise_tiles(image: NDArray[np.uint8]) -> NDArray[np.float64]:
 @njit(cache=True)
 def _spread(counts: NDArray[np.int64]) -> float:
     # Differences are whole numbers: bin k holds those between k - 1/2 and k + 1/2.
-    wanted = _QUAN_TILE * np.sum(counts)
+    wanted = _QUANTILE * np.sum(counts)
     below = 0.0
     for k in range(len(counts)):
         if below + counts[k] >= wanted and counts[k] > 0:
             part = (wanted - below) / counts[k]
             quantile = 0.5 * part if k == 0 else k - 0.5 + part
-            return quantile / (_QUAN_TILE_OF_NORMAL * np.sqrt(6.0))
+            return quantile / (_QUANTILE_OF_NORMAL * np.sqrt(6.0))
         below += counts[k]
     return 0.0

@@ -3,81 +3,88 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from floor_localizer.core.dot_extraction.centroids import Blobs
-from floor_localizer.core.dot_extraction.labelling import Boxes, Labels
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 
 _LARGEST_CLIPPED_SHARE = 0.05
 # The edge of a shadow makes contrasts up to 1 times the step of the light over it.
 _LEAST_CONTRAST_TO_STEP = 1.3
+# What else than a dot has an outline whose faint part lies elsewhere than its strong one [diameters].
+_LARGEST_DISCORD = 0.25
+# Ragged outlines make up so much, and noise so many of its deviations.
+_RAGGED_DISCORD = 0.04
+_DISCORD_NOISES = 3.0
 # Fewer blobs do not tell how motion blur stretches them.
 _FEWEST_BLOBS = 8
 
 
-def remove_specks(labels: Labels, boxes: Boxes, smallest_diameter: float) -> None:
-    """Turn blobs of less than half the area of the smallest dot into floor, in place.
-
-    Args:
-        labels: the blobs.
-        boxes: their bounding boxes; the areas of specks become 0.
-        smallest_diameter: diameter of the smallest dot [px].
-    """
-    _remove(labels, boxes, 0.125 * np.pi * smallest_diameter**2)
-
-
-def typical_diameter(areas: NDArray[np.float64], smallest: float, largest: float) -> float:
+def typical_diameter(
+    areas: NDArray[np.float64],
+    smallest: float,
+    largest: float,
+    contrasts: NDArray[np.float64] | float = 1.0,
+) -> float:
     """Return the diameter of the blob in which the median pixel of all blobs of a dot's size lies [px].
 
-    Specks, which are many but small, do not sway it.
+    Specks, which are many but small, do not sway it, and wet spots, which are large but pale, hardly.
 
     Args:
         areas: shape (n,), areas [px^2].
         smallest: diameter of the smallest dot [px].
         largest: diameter of the largest dot [px].
+        contrasts: shape (n,), contrasts of the blobs; their pixels count with the squares.
     """
-    diameters = np.sort(2.0 * np.sqrt(areas / np.pi))
-    diameters = diameters[(diameters >= smallest) & (diameters <= largest)]
-    if len(diameters) == 0:
+    diameters = 2.0 * np.sqrt(areas / np.pi)
+    order = np.argsort(diameters)
+    weights = (areas * np.square(contrasts))[order]
+    diameters = diameters[order]
+    weights[(diameters < smallest) | (diameters > largest)] = 0.0
+    covered = np.cumsum(weights)
+    if len(diameters) == 0 or covered[-1] == 0.0:
         return smallest
-    covered = np.cumsum(diameters**2)
     return float(diameters[np.searchsorted(covered, 0.5 * covered[-1])])
 
 
 def are_dots(
-    blobs: Blobs, boxes: Boxes, width: int, height: int, settings: DotDetectorSettings
+    blobs: Blobs, elongations: NDArray[np.float64], largest: float, settings: DotDetectorSettings
 ) -> NDArray[np.bool_]:
-    """Tell dots from dirt, reflections and dots that the image border cuts (their centroids are biased).
+    """Tell dots from dirt and reflections.
 
     Args:
         blobs: the blobs, n of them.
-        boxes: their bounding boxes.
-        width: width of the image [px].
-        height: height of the image [px].
+        elongations: shape (n,), from :func:`elongations_of`.
+        largest: diameter of the largest dot [px].
         settings: settings of dot extraction.
 
     Returns:
         array, shape (n,).
     """
-    largest = settings.largest_diameter(width, height)
-    diameters = 2.0 * np.sqrt(blobs.areas / np.pi)
+    diameters = blobs.diameters
     sized = (diameters >= settings.minimum_diameter) & (diameters <= largest) & (blobs.contrasts > 0.0)
-    typical = typical_diameter(blobs.areas, settings.minimum_diameter, largest)
+    typical = typical_diameter(blobs.areas, settings.minimum_diameter, largest, blobs.contrasts)
     sized &= diameters >= settings.minimum_relative_diameter * typical
     sized &= blobs.contrasts > _LEAST_CONTRAST_TO_STEP * blobs.steps
-    whole = (boxes[:, :2] > 0).all(axis=1) & (boxes[:, 2] < width) & (boxes[:, 3] < height)
-    compact = _elongations(blobs.covariances, sized & whole) <= settings.maximum_elongation
-    return sized & whole & compact & ~_reflections(blobs.clipped, sized & whole)
+    sized &= excess_discords(blobs) <= _LARGEST_DISCORD * diameters
+    sized &= elongations <= settings.maximum_elongation
+    return sized & ~_reflections(blobs.clipped, sized)
 
 
-def _elongations(covariances: NDArray[np.float64], candidates: NDArray[np.bool_]) -> NDArray[np.float64]:
+def excess_discords(blobs: Blobs) -> NDArray[np.float64]:
+    """Return by how much discords exceed what a ragged outline and noise explain, at least 0, shape (n,) [px]."""
+    explained = _RAGGED_DISCORD * blobs.diameters + _DISCORD_NOISES * blobs.noises
+    return np.asarray(np.maximum(0.0, blobs.discords - explained))
+
+
+def elongations_of(blobs: Blobs) -> NDArray[np.float64]:
+    """Return the ratios of the blobs' lengths to their widths, motion blur taken out, shape (n,)."""
     # Motion blur stretches all dots alike: shapes are compared with the median shape, not with a disc.
-    uu, uv, vv = covariances.T
+    uu, uv, vv = blobs.covariances.T
     common = np.array([1.0, 0.0, 1.0])
-    if np.count_nonzero(candidates) >= _FEWEST_BLOBS:
-        common = np.median(covariances[candidates], axis=0)
+    measured = blobs.contrasts > 0.0
+    if np.count_nonzero(measured) >= _FEWEST_BLOBS:
+        common = np.median(blobs.covariances[measured], axis=0)
     a, b, c = common / np.sqrt(max(common[0] * common[2] - common[1] ** 2, 1e-12))
     half_trace = 0.5 * (c * uu - 2.0 * b * uv + a * vv)
     determinant = np.maximum(uu * vv - uv**2, 1e-12)
@@ -90,15 +97,3 @@ def _reflections(clipped: NDArray[np.float64], candidates: NDArray[np.bool_]) ->
     if not candidates.any() or np.median(clipped[candidates]) > _LARGEST_CLIPPED_SHARE:
         return np.zeros(len(clipped), dtype=np.bool_)
     return clipped > _LARGEST_CLIPPED_SHARE
-
-
-@njit(cache=True)
-def _remove(labels: Labels, boxes: Boxes, smallest_area: float) -> None:
-    for i in range(len(boxes)):
-        if boxes[i, 4] >= smallest_area:
-            continue
-        for v in range(boxes[i, 1], boxes[i, 3]):
-            for u in range(boxes[i, 0], boxes[i, 2]):
-                if labels[v, u] == i + 1:
-                    labels[v, u] = 0
-        boxes[i, 4] = 0

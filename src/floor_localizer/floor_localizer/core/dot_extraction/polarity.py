@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.dot_extraction.background import smooth_background
+from floor_localizer.core.dot_extraction.labelling import label_blobs
 
 # Reflections and dust also differ from the floor; chips of a second kind make up more than this.
 _SECOND_KIND = 0.4
@@ -14,11 +14,22 @@ _COLOUR_EXCESS = 1.3
 _SATURATED = 250
 # Of a dark floor, whole grey levels are coarse steps [grey levels].
 _ROUNDING = 4.0
+_SMALLEST_CONTRAST = 0.05
+_NOISE_SIGMAS = 5.0
 _COARSE_SIZE = 90.0
+_SAMPLES_A_SIDE = 16
+# What differs from the floor counts less (Cauchy), on scales that shrink from that of the light's changes to
+# that of chips [relative].
+_OUTLIER_SCALES = (0.4, 0.24, 0.14, 0.08, 0.05)
+# A blob that fills less than this part of its bounding box is a net of floor between chips.
+_LEAST_FILLING = 0.4
 
 
 def choose_polarity(image: NDArray[np.uint8], largest_diameter: float) -> str:
     """Return ``dark``, ``light`` or ``any``: the kind of which there are most; their size does not count.
+
+    The floor is what most of the image is, under a light that changes slowly. So a giant chip, which fills a
+    part of the view, stays a chip, and the floor beside it does not become a light dot.
 
     Args:
         image: shape (h, w, channels), grey levels.
@@ -29,18 +40,51 @@ def choose_polarity(image: NDArray[np.uint8], largest_diameter: float) -> str:
     height, width, channels = image.shape[0] // factor, image.shape[1] // factor, image.shape[2]
     whole = image[: height * factor, : width * factor]
     coarse = cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA).reshape(height, width, channels)
-    background = smooth_background(coarse, 'any', largest_diameter / factor)
-    difference = coarse / background - 1.0
-    difference[coarse.max(axis=2) >= _SATURATED] = 0.0
-    brightness = difference.mean(axis=2)
-    noise = 1.4826 * float(np.median(np.abs(brightness)))
-    threshold = np.maximum(max(0.05, 5.0 * noise), _ROUNDING / background.mean(axis=2))
-    dark, light = _blobs(brightness < -threshold), _blobs(brightness > threshold)
-    coloured = _blobs(np.sqrt((difference**2).mean(axis=2)) > threshold)
+    brightness = np.maximum(coarse.mean(axis=2, dtype=np.float32), np.float32(1.0))
+    # Twice the dots' size: they must stay the minority in the window.
+    window = 2 * round(1.2 * largest_diameter / factor) + 1
+    floor = _floor_brightness(cv2.medianBlur(brightness.astype(np.uint8), window))
+    relative = brightness / floor - 1.0
+    noise = 1.4826 * float(np.median(np.abs(relative)))
+    threshold = np.maximum(max(_SMALLEST_CONTRAST, _NOISE_SIGMAS * noise), _ROUNDING / floor)
+    usual = np.median(coarse[np.abs(relative) < threshold], axis=0)
+
+    # The rim of a reflection is bright, too.
+    saturated = (coarse.max(axis=2) >= _SATURATED).astype(np.uint8)
+    lit = cv2.dilate(saturated, np.ones((3, 3), np.uint8)) == 0
+    largest_area = 0.25 * np.pi * (largest_diameter / factor) ** 2
+    dark = _count((relative < -threshold) & lit, largest_area)
+    light = _count((relative > threshold) & lit, largest_area)
+    coloured = 0
+    if channels > 1:
+        tint = coarse / (usual / usual.mean()).astype(np.float32) / floor[..., None] - 1.0
+        coloured = _count((np.sqrt((tint**2).mean(axis=2)) > threshold) & lit, largest_area)
     if min(dark, light) > _SECOND_KIND * max(dark, light) or coloured > _COLOUR_EXCESS * max(dark, light):
         return 'any'
     return 'dark' if dark >= light else 'light'
 
 
-def _blobs(mask: NDArray[np.bool_]) -> int:
-    return int(cv2.connectedComponents(mask.astype(np.uint8))[0]) - 1
+def _floor_brightness(brightness: NDArray[np.uint8]) -> NDArray[np.float32]:
+    # Second order in the logarithm, fitted to some of the pixels.
+    height, width = brightness.shape
+    v, u = np.linspace(-1.0, 1.0, height), np.linspace(-1.0, 1.0, width)
+    step = max(1, -(-max(height, width) // _SAMPLES_A_SIDE))
+    levels = np.log(np.maximum(brightness[::step, ::step].ravel(), 1))
+    rows, columns = np.repeat(v[::step], len(u[::step])), np.tile(u[::step], len(v[::step]))
+    design = np.stack([np.ones(rows.size), columns, rows, columns**2, rows**2])
+    solution = np.array([np.median(levels), 0.0, 0.0, 0.0, 0.0])
+    for scale in _OUTLIER_SCALES:
+        weighted = design / (1.0 + ((levels - solution @ design) / scale) ** 2)
+        solution = np.linalg.solve(weighted @ design.T, weighted @ levels)
+    across = solution[1] * u + solution[3] * u**2
+    down = solution[0] + solution[2] * v + solution[4] * v**2
+    return np.asarray(np.exp(down[:, None] + across[None, :]), dtype=np.float32)
+
+
+def _count(mask: NDArray[np.bool_], largest_area: float) -> int:
+    # Blobs of a dot's size that are wholly in the image.
+    height, width = mask.shape
+    left, top, right, bottom, area = label_blobs(mask.astype(np.uint8))[1].T
+    whole = (left > 0) & (top > 0) & (right < width) & (bottom < height)
+    filled = area > _LEAST_FILLING * (right - left) * (bottom - top)
+    return int(np.count_nonzero(whole & filled & (area <= largest_area)))

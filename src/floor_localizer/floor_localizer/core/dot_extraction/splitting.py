@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from floor_localizer.core.dot_extraction.binarisation import contrast_image
+from floor_localizer.core.dot_extraction.binarisation import SIGNS, contrasts
 from floor_localizer.core.dot_extraction.distance_basins import distance_basins
 from floor_localizer.core.dot_extraction.labelling import DISCARDED, Boxes, Labels, bounding_boxes
 
@@ -61,30 +61,47 @@ def split_touching(
         the bounding boxes of the blobs and, after them, of the parts that were split off; and which of
         these are parts of a blob.
     """
-    count = len(boxes)
-    split = np.zeros(count, dtype=np.bool_)
     smallest_area = 0.25 * np.pi * smallest_diameter**2
     largest_area = _LARGEST_CLUSTER * 0.25 * np.pi * largest_diameter**2
-    for i in _candidates(labels, boxes, smallest_area, largest_area):
-        left, top, right, bottom, area = (int(number) for number in boxes[i])
+    candidates = _candidates(labels, boxes, smallest_area, largest_area)
+    boxes, split = _split(labels, boxes, image, background, SIGNS[polarity], candidates, smallest_diameter)
+    return np.asarray(boxes, dtype=np.int32), np.asarray(split, dtype=np.bool_)
+
+
+@njit(cache=True, error_model='numpy')
+def _split(
+    labels: Labels,
+    boxes: Boxes,
+    image: NDArray[np.uint8],
+    background: NDArray[np.float32],
+    sign: float,
+    candidates: NDArray[np.int64],
+    smallest_diameter: float,
+) -> tuple[Boxes, NDArray[np.bool_]]:
+    is_part = np.zeros(len(boxes), np.bool_)
+    for i in candidates:
+        left, top, right, bottom, area = boxes[i]
         scale = min(4, max(1, round(_RASTER / area**0.5)))
         patch = labels[top:bottom, left:right]
-        window = (slice(top, bottom), slice(left, right))
-        contrast = contrast_image(image[window], background[window], polarity)
+        contrast = contrasts(image[top:bottom, left:right], background[top:bottom, left:right], sign)
         raster = _outline_raster(patch, i + 1, contrast, scale)
         smallest_radius = 0.5 * _THINNED * scale * smallest_diameter
         basins, parts = distance_basins(raster, _HAIR, _LARGEST_WAIST, smallest_radius)
+        count = len(boxes)
         parted = _relabelled(patch, i + 1, basins, scale, count)
-        if parts > 1 or np.count_nonzero(parted == DISCARDED) > _SMALLEST_HAIR * area:
+        if parts > 1 or np.sum(parted == DISCARDED) > _SMALLEST_HAIR * area:
             patch[:] = parted
-            count += parts - 1
-            split[i] = True
-    if not split.any():
-        return boxes, split
-    return bounding_boxes(labels, count), np.append(split, np.ones(count - len(boxes), dtype=np.bool_))
+            found = bounding_boxes(parted, count + parts - 1)
+            found[:, 0:4:2] += left
+            found[:, 1:4:2] += top
+            boxes[i] = found[i]
+            boxes = np.concatenate((boxes, found[count:]))
+            is_part = np.concatenate((is_part, np.ones(parts - 1, np.bool_)))
+            is_part[i] = True
+    return boxes, is_part
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _candidates(labels: Labels, boxes: Boxes, smallest_area: float, largest_area: float) -> NDArray[np.int64]:
     found = np.empty(len(boxes), np.int64)
     count = 0
@@ -99,7 +116,7 @@ def _candidates(labels: Labels, boxes: Boxes, smallest_area: float, largest_area
     return found[:count]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _is_single(labels: Labels, box: NDArray[np.int32], label: int) -> bool:
     n = su = sv = suu = suv = svv = 0.0
     for v in range(box[3] - box[1]):
@@ -121,7 +138,7 @@ def _is_single(labels: Labels, box: NDArray[np.int32], label: int) -> bool:
     return ellipticity > _ELLIPTIC or (ellipticity > _CLUSTERED and elongation < _SHORT)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _outline_raster(
     labels: Labels, label: int, contrast: NDArray[np.float32], scale: int
 ) -> NDArray[np.uint8]:
@@ -146,7 +163,7 @@ def _outline_raster(
     return raster
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _interpolated(values: NDArray[np.float32], y: float, x: float) -> float:
     y, x = min(max(y, 0.0), values.shape[0] - 1.0), min(max(x, 0.0), values.shape[1] - 1.0)
     v, u = int(y), int(x)
@@ -156,7 +173,7 @@ def _interpolated(values: NDArray[np.float32], y: float, x: float) -> float:
     return above + (y - v) * (below - above)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def _relabelled(
     labels: Labels, label: int, basins: NDArray[np.int32], scale: int, count: int
 ) -> NDArray[np.int32]:

@@ -13,8 +13,6 @@ _RING = 2
 REACH = _MARGIN + _RING
 """How far the surroundings reach beyond the bounding box of a blob [px]."""
 
-_NEIGHBOURS = np.array([(0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)])
-
 
 def grow_labels(labels: Labels, boxes: Boxes) -> None:
     """Let all blobs grow into the floor at the same speed, in place; the border of two runs half way.
@@ -29,43 +27,44 @@ def grow_labels(labels: Labels, boxes: Boxes) -> None:
 
 @njit(cache=True)
 def _grow(labels: Labels, boxes: Boxes) -> None:
-    height, width = labels.shape
+    width = labels.shape[1]
+    flat = labels.reshape(-1)
     front = _outline(labels, boxes)
+    # Steps of four and of eight neighbours in turn grow an octagon, the nearest thing to a disc.
+    offsets = np.array([1, width, -1, -width, width + 1, width - 1, 1 - width, -width - 1])
     for step in range(REACH):
         sign = 1 if step < _MARGIN else -1
-        # Steps of four and of eight neighbours in turn grow an octagon, the nearest thing to a disc.
         neighbours = 4 if step % 2 == 0 else 8
-        following = np.empty((neighbours * len(front), 2), np.int32)
+        following = np.empty(neighbours * len(front), np.int64)
         count = 0
-        for i in range(len(front)):
-            v, u = front[i, 0], front[i, 1]
-            value = sign * abs(labels[v, u])
+        for place in front:
+            # At the image border, from where a step could leave the image, nothing is measured.
+            if not (0 < place % width < width - 1 and width <= place < len(flat) - width):
+                continue
+            value = sign * abs(flat[place])
             for k in range(neighbours):
-                y, x = v + _NEIGHBOURS[k, 0], u + _NEIGHBOURS[k, 1]
-                if 0 <= y < height and 0 <= x < width and labels[y, x] == 0:
-                    labels[y, x] = value
-                    following[count, 0], following[count, 1] = y, x
+                if flat[place + offsets[k]] == 0:
+                    flat[place + offsets[k]] = value
+                    following[count] = place + offsets[k]
                     count += 1
         front = following[:count]
 
 
 @njit(cache=True)
-def _outline(labels: Labels, boxes: Boxes) -> NDArray[np.int32]:
+def _outline(labels: Labels, boxes: Boxes) -> NDArray[np.int64]:
     height, width = labels.shape
-    outline = np.empty((np.sum(boxes[:, 4]), 2), np.int32)
+    outline = np.empty(np.sum(boxes[:, 4]), np.int64)
     count = 0
     for i in range(len(boxes)):
-        for v in range(boxes[i, 1], boxes[i, 3]):
-            for u in range(boxes[i, 0], boxes[i, 2]):
-                if labels[v, u] != i + 1:
-                    continue
-                inside = 0 < u < width - 1 and 0 < v < height - 1
-                if not inside or (
+        left, top, right, bottom = max(1, boxes[i, 0]), max(1, boxes[i, 1]), boxes[i, 2], boxes[i, 3]
+        for v in range(top, min(bottom, height - 1)):
+            for u in range(left, min(right, width - 1)):
+                if labels[v, u] == i + 1 and (
                     labels[v, u - 1] == 0
                     or labels[v, u + 1] == 0
                     or labels[v - 1, u] == 0
                     or labels[v + 1, u] == 0
                 ):
-                    outline[count, 0], outline[count, 1] = v, u
+                    outline[count] = v * width + u
                     count += 1
     return outline[:count]
