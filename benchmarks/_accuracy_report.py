@@ -49,7 +49,7 @@ def _accuracy_row(outcome: Outcome) -> str:
     stated, tracked = whitened_rms(right), whitened_rms(outcome.tracked)
     components = ', '.join(f'{ratio:.2f}' for ratio in stated[:3])
     bounds = [
-        _planar_bound(view, sigmas)
+        planar_bound(view, sigmas)
         for view, sigmas in zip(outcome.noise, true_sigmas(outcome.noise), strict=True)
     ]
     squares = normalised_squares(np.array([score.error for score in right]), np.array(bounds))
@@ -75,7 +75,7 @@ def _cause_row(outcome: Outcome) -> str:
     alone = np.concatenate([view.alone for view in views])
     errors = np.concatenate([view.errors for view in views])
     ratios = errors / np.concatenate([view.sigmas for view in views])[:, None]
-    own = [_planar_bound(view, view.sigmas) for view in views]
+    own = [planar_bound(view, view.sigmas) for view in views]
     agreement = np.diagonal(stated, axis1=1, axis2=2) / np.diagonal(own, axis1=1, axis2=2)
     expected = [
         np.trace(np.linalg.inv(covariance) @ _scatter(view, sigmas)) / 3.0
@@ -90,7 +90,7 @@ def _cause_row(outcome: Outcome) -> str:
     )
 
 
-def _planar_bound(view: DotNoise, sigmas: NDArray[np.float64]) -> NDArray[np.float64]:
+def planar_bound(view: DotNoise, sigmas: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the Cramér-Rao bound of x, y and yaw, shape (3, 3), for the centroids' deviations [px]."""
     return np.asarray(np.linalg.inv(information(view, weights(view, sigmas)))[:3, :3])
 
