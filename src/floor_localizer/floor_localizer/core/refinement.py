@@ -2,8 +2,8 @@
 matches stay.
 
 A tilted camera shifts a dot at distance r from the middle of the view by up to tilt r^2 / height, which no similarity
-takes up and which may be many times the dots' noise. So dots are first looked for that far from where they should be;
-from then on the residuals of the fit before tell how far.
+takes up and which may be many times the dots' noise. Where noise alone leaves dots out, they are first looked for that
+far from where they should be; from then on the residuals of the fit before tell how far.
 """
 
 from __future__ import annotations
@@ -20,13 +20,18 @@ from floor_localizer.core.constellation.dot_grid import DotGrid, nearest_dot
 from floor_localizer.core.pose_fit import MountedRays, fit_pose, map_point
 
 _MOST_FITS = 8
-# Whatever the tilt, a dot of the first fit is looked for at least this many gates away.
+# A dot of the first fit is looked for this many gates away,
 _FIRST_GATES = 2.5
-# And for the tilt no farther than this share of the mean spacing: beyond, a dot is found by chance.
+# and for the tilt, too, when that leaves out more than this share of the dots that are found so: a few that are left
+# out are false, and few dots would be bent to them by a tilt that is not there,
+_LEFT_OUT = 0.3
+# but for the tilt no farther than this share of the mean spacing: beyond, a dot is found by chance.
 _FARTHEST_BY_TILT = 0.25
 _FARTHEST = 0.45
 # The median length of a plane normal vector of unit deviation along each axis.
 _MEDIAN_LENGTH = math.sqrt(2.0 * math.log(2.0))
+# A median of many is certain to so many of its own standard deviations.
+_CERTAIN = 2.0
 
 
 class Refinement(NamedTuple):
@@ -66,7 +71,11 @@ def refine(
     matches = np.full(n, -1)
     previous = np.full(n, -2)
     targets = np.zeros((n, 2))
-    reaches = _first_reaches(grid, mounted, sigmas, state, prior_sigmas)
+    reaches = np.minimum(_FIRST_GATES * GATE * sigmas, _FARTHEST * grid.cell)
+    tilted = np.maximum(_reaches_by_tilt(grid, mounted, sigmas, state, prior_sigmas), reaches)
+    near = _match(grid, mounted, state, reaches, matches, targets)
+    if near < (1.0 - _LEFT_OUT) * _match(grid, mounted, state, tilted, matches, targets):
+        reaches = tilted
     for _ in range(_MOST_FITS):
         if _match(grid, mounted, state, reaches, matches, targets) < 3:
             break
@@ -80,14 +89,14 @@ def refine(
 
 
 @njit(cache=True)
-def _first_reaches(
+def _reaches_by_tilt(
     grid: DotGrid,
     mounted: MountedRays,
     sigmas: NDArray[np.float64],
     state: NDArray[np.float64],
     prior_sigmas: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return how far each dot is looked for while the tilt is not known, shape (n,) [m]."""
+    """Return how far off each dot may be while the tilt is not known, shape (n,) [m]."""
     n = len(sigmas)
     places = np.empty((n, 2))
     for k in range(n):
@@ -97,7 +106,7 @@ def _first_reaches(
     # A tolerance is the square root of 3 standard deviations of what is uniform within it.
     tilt = math.sqrt(3.0) * max(prior_sigmas[1], prior_sigmas[2])
     shifts = np.minimum(tilt / mounted.position[2] * squares, _FARTHEST_BY_TILT * grid.cell)
-    return np.minimum(np.maximum(GATE * sigmas + shifts, _FIRST_GATES * GATE * sigmas), _FARTHEST * grid.cell)
+    return GATE * sigmas + shifts
 
 
 @njit(cache=True)
@@ -129,7 +138,9 @@ def _spread(
     targets: NDArray[np.float64],
     sigmas: NDArray[np.float64],
 ) -> float:
-    """Return by how much the residuals exceed the dots' standard deviations; few false matches do not count."""
+    """Return by how much the residuals exceed the dots' standard deviations for certain, by their median: few false
+    matches do not count.
+    """
     ratios = np.empty(len(sigmas))
     count = 0
     for k in range(len(sigmas)):
@@ -137,4 +148,5 @@ def _spread(
             x, y = map_point(mounted, k, state)
             ratios[count] = math.hypot(x - targets[k, 0], y - targets[k, 1]) / sigmas[k]
             count += 1
-    return float(np.median(ratios[:count]) / _MEDIAN_LENGTH)
+    surely = 1.0 - _CERTAIN / (_MEDIAN_LENGTH * _MEDIAN_LENGTH * math.sqrt(count))
+    return float(surely * np.median(ratios[:count]) / _MEDIAN_LENGTH)
