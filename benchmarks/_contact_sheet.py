@@ -14,7 +14,7 @@ from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.debug_picture import debug_picture
 from floor_localizer.files.atomic_file import written_beside
 
-_ZOOM = 1.5
+_ZOOM = 1.25
 _STRIP, _GAP, _COLUMNS = 26, 6, 4
 _INK, _SHEET = (20, 20, 20), 255
 
@@ -31,7 +31,7 @@ def example_picture(image: NDArray[np.uint8], result: Fix | NoFix, label: str) -
         result = replace(result, dots=dots)
     picture = debug_picture(np.asarray(large, dtype=np.uint8), result)
     strip = np.full((_STRIP, picture.shape[1], 3), _SHEET, dtype=np.uint8)
-    cv2.putText(strip, label, (4, _STRIP - 8), cv2.FONT_HERSHEY_SIMPLEX, 0.55, _INK, 1, cv2.LINE_AA)
+    cv2.putText(strip, label, (4, _STRIP - 8), cv2.FONT_HERSHEY_SIMPLEX, 0.5, _INK, 1, cv2.LINE_AA)
     return np.vstack([strip, picture])
 
 
