@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from floor_views import CAMERA, MOUNT, pose_over, see
+from scipy.stats import chi2
 
 from floor_localizer.core.pose_fit import MountedRays
 from floor_localizer.core.refinement import refine
@@ -40,6 +43,57 @@ def test_dots_are_matched_with_those_that_they_are(floor, indexed_floor):
         indexed_floor.grid.points[found.matches[real]], floor.points[view.sources[real]], atol=1e-6
     )
     assert np.sum(found.matches[view.sources < 0] >= 0) <= 1
+
+
+@pytest.mark.parametrize('noise', [0.01, 0.2])
+@pytest.mark.parametrize('axis', range(6))
+def test_tilt_far_beyond_the_noise_keeps_the_dots(floor, indexed_floor, noise, axis):
+    rng = np.random.default_rng(axis)
+    pose, tilt = pose_over(rng), math.radians(2.0) * np.array([math.cos(axis), math.sin(axis)])
+    view = see(floor, pose, rng, tilt=tilt, noise=noise, spurious=8)
+    start = similarity_of(floor, view)
+    found = refined(indexed_floor, view, start, sigma=noise * MOUNT.xyz[2] / CAMERA.fx)
+    real = view.sources >= 0
+    assert np.mean(found.matches[real] >= 0) > 0.95
+    error = found.state - [pose.x, pose.y, pose.yaw, 0.0, *tilt]
+    assert error @ np.linalg.solve(found.covariance, error) < chi2.ppf(0.9999, 6)
+
+
+def test_sigmas_that_are_half_the_noise_keep_most_dots(floor, indexed_floor):
+    kept = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        view = see(floor, pose_over(rng), rng, noise=0.2)
+        sigma = 0.1 * MOUNT.xyz[2] / CAMERA.fx
+        kept.append(np.mean(refined(indexed_floor, view, similarity_of(floor, view), sigma).matches >= 0))
+    assert np.mean(kept) > 0.85
+
+
+@pytest.mark.parametrize('seed', range(8))
+def test_a_false_dot_does_not_bend_a_view_of_few(floor, indexed_floor, seed):
+    """Half a millimetre off is as two touching chips that are seen as one: no tilt that is not there explains it."""
+    rng = np.random.default_rng(seed)
+    pose = pose_over(rng)
+    view = see(floor, pose, rng)
+    few = np.argsort(np.hypot(*(view.dots.pixels - 117.0).T))[::6]
+    start = [pose.x, pose.y, pose.yaw, 0.0, 0.0, 0.0]
+    pixels = view.dots.pixels[few]
+    pixels[-1] += 1.5
+    rays = MountedRays(CAMERA.rays_from_pixels(pixels), MOUNT.rotation, np.array(MOUNT.xyz))
+    found = refine(indexed_floor.grid, rays, np.full(len(few), 5e-5), np.array(start), PRIORS)
+    error = (found.state - start)[:3]
+    assert error @ np.linalg.solve(found.covariance[:3, :3], error) < chi2.ppf(0.9999, 3)
+
+
+def similarity_of(floor, view):
+    """The level state that fits a view's own dots best: what a search for similarities hands over."""
+    real = view.sources >= 0
+    base = MOUNT.floor_points_from_rays(CAMERA.rays_from_pixels(view.dots.pixels[real]))
+    z, m = base @ (1.0, 1j), floor.points[view.sources[real]] @ (1.0, 1j)
+    turn, shift = np.linalg.lstsq(np.column_stack([z, np.ones(len(z))]), m, rcond=None)[0]
+    scale = abs(turn) - 1.0
+    base_place = shift + scale * turn / abs(turn) * complex(*MOUNT.xyz[:2])
+    return [base_place.real, base_place.imag, np.angle(turn), scale, 0.0, 0.0]
 
 
 def test_far_from_everything_nothing_is_matched(floor, indexed_floor):

@@ -70,7 +70,7 @@ class ShadowEdge:
 
 @dataclass(frozen=True)
 class WetSpot:
-    """A puddle that darkens the floor, most at its rim, and mirrors a lamp.
+    """A puddle that darkens the floor, most at its rim, and mirrors a lamp; its curved rim may mirror it, too.
 
     Attributes:
         centre: middle in the map frame [m].
@@ -78,6 +78,7 @@ class WetSpot:
         depth: share of the light that the water takes.
         shine: strength of the mirrored lamp, 1 saturates.
         seed: seed of its outline.
+        rim_shine: strength of the lamp in the rim, 1 saturates; brightest where the rim faces map's x.
     """
 
     centre: tuple[float, float]
@@ -85,6 +86,7 @@ class WetSpot:
     depth: float = 0.25
     shine: float = 0.9
     seed: int = 0
+    rim_shine: float = 0.0
 
     def disturb(self, view: FloorView) -> None:
         """Darken the floor under the water and add the mirrored lamp."""
@@ -97,7 +99,8 @@ class WetSpot:
         rim = np.exp(-np.square(inside / 0.0015))
         view.blend(self.depth * (_ramp(inside, 0.0015) + 0.5 * rim), _BLACK, dirt=False)
         crescent = np.exp(-0.5 * np.square((distance - 0.4 * self.radius) / (0.05 * self.radius)))
-        view.dazzle(self.shine * crescent * np.square(0.5 + 0.5 * np.cos(bearing)) ** 2)
+        facing = 0.5 + 0.5 * np.cos(bearing)
+        view.dazzle(self.shine * crescent * np.square(facing) ** 2 + self.rim_shine * rim * facing)
 
     def _edge(self, angles: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the outline's radius [m] in directions [rad]."""

@@ -48,8 +48,22 @@ class Suspension:
         Returns:
             its pose in the frame of the floor under ``base_link``: upright, with the robot's heading.
         """
-        heave, roll, pitch = self.motion_at(time)
-        turn = matrix_from_rpy((roll, pitch, 0.0))
-        x, y, z = turn @ at_rest.xyz + (0.0, 0.0, heave)
-        roll, pitch, yaw = Rotation.from_matrix(turn @ at_rest.rotation).as_euler('xyz')
-        return CameraMount((float(x), float(y), float(z)), (float(roll), float(pitch), float(yaw)))
+        return swayed_mount(at_rest, *(float(part) for part in self.motion_at(time)))
+
+
+def swayed_mount(at_rest: CameraMount, heave: float, roll: float, pitch: float) -> CameraMount:
+    """Return where the camera is when the body has heaved and turned about ``base_link``.
+
+    Args:
+        at_rest: pose of the camera in ``base_link``.
+        heave: rise of the body [m].
+        roll: its turn about the axis ahead [rad].
+        pitch: its turn about the axis to the left, after the roll [rad].
+
+    Returns:
+        the camera's pose in the frame of the floor under ``base_link``: upright, with the robot's heading.
+    """
+    turn = matrix_from_rpy((roll, pitch, 0.0))
+    x, y, z = turn @ at_rest.xyz + (0.0, 0.0, heave)
+    rpy = Rotation.from_matrix(turn @ at_rest.rotation).as_euler('xyz')
+    return CameraMount((float(x), float(y), float(z)), (float(rpy[0]), float(rpy[1]), float(rpy[2])))

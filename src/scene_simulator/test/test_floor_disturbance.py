@@ -70,6 +70,16 @@ def test_a_wet_spot_darkens_the_floor_within_its_radius() -> None:
     assert (seen < 0.95).sum() == pytest.approx(math.pi * (0.02 / 0.13 * 339.44) ** 2, rel=0.2)
 
 
+def test_the_rim_of_a_wet_spot_may_shine() -> None:
+    dull, bright = (photo_with(WetSpot((0.2, 0.2), radius=0.02, shine=0.0, rim_shine=r)) for r in (0.0, 0.8))
+    brighter = np.argwhere(bright.image.astype(int) - dull.image > 40) - 117.0
+    assert len(brighter) > 100
+    radii = np.hypot(*brighter.T) * 0.13 / 339.44
+    assert radii.min() > 0.012
+    assert radii.max() < 0.03
+    assert dull.dirt_share < bright.dirt_share
+
+
 def test_a_far_wet_spot_changes_nothing() -> None:
     assert (brightness(photo_with(WetSpot((0.35, 0.35), radius=0.02))) == 1.0).all()
 

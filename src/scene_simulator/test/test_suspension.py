@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from scene_simulator.suspension import Suspension
+from scene_simulator.suspension import Suspension, swayed_mount
 from shirube_geometry import CameraMount
 
 AT_REST = CameraMount()
@@ -47,3 +47,16 @@ def test_a_stiff_suspension_leaves_the_camera_alone() -> None:
     mount = Suspension(heave=0.0, tilt=0.0).mount_at(5.0, AT_REST)
     np.testing.assert_allclose(mount.xyz, AT_REST.xyz)
     np.testing.assert_allclose(mount.rotation, AT_REST.rotation, atol=1e-12)
+
+
+def test_a_body_that_only_rises_lifts_the_camera() -> None:
+    mount = swayed_mount(CameraMount(xyz=(0.2, -0.1, 0.13)), 0.004, 0.0, 0.0)
+    np.testing.assert_allclose(mount.xyz, (0.2, -0.1, 0.134))
+    np.testing.assert_allclose(mount.rotation, AT_REST.rotation, atol=1e-12)
+
+
+def test_a_body_that_pitches_down_takes_a_camera_ahead_of_it_down() -> None:
+    mount = swayed_mount(CameraMount(xyz=(0.2, 0.0, 0.13)), 0.0, 0.0, math.radians(2.0))
+    assert mount.xyz[2] == pytest.approx(
+        0.13 * math.cos(math.radians(2.0)) - 0.2 * math.sin(math.radians(2.0))
+    )

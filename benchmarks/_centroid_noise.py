@@ -1,0 +1,142 @@
+"""How well the dots that a pose rests on were measured, and what pose their noise allows at best.
+
+The truth comes from the renderer. The Cramér-Rao bound is that of `pose_fit`'s unknowns, computed another way:
+the camera that photographs is moved by each unknown, and the chips' pixels are differenced.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from _floor_photographs import Photograph, true_mount
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from floor_localizer.core.fix import Fix
+from scene_simulator.dot_floor import DotFloor
+from scene_simulator.floor_camera import FloorCamera
+from shirube_geometry import PlanarPose
+
+ALONE = 1.3
+"""A chip stands alone when no other centre is nearer than this multiple of the mean of both diameters."""
+
+_STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4, 1e-4, 1e-4])
+_GROUPS = 4
+_AREAS = 6
+
+
+@dataclass(frozen=True)
+class DotNoise:
+    """The n matched dots of one view.
+
+    Attributes:
+        pixels: shape (n, 2), true centres of the chips that they were matched with [px].
+        errors: shape (n, 2), centroids less these [px].
+        sigmas: shape (n,), as the detector states them [px].
+        alone: shape (n,), chips that touch no other.
+        jacobian: shape (n, 2, 6), of the pixels by x, y, yaw, scale, roll, pitch.
+        map_covariances: shape (n, 2, 2), of the map's dots, seen in the image [px^2].
+    """
+
+    pixels: NDArray[np.float64]
+    errors: NDArray[np.float64]
+    sigmas: NDArray[np.float64]
+    alone: NDArray[np.bool_]
+    jacobian: NDArray[np.float64]
+    map_covariances: NDArray[np.float64]
+
+
+def dot_noise(
+    floor: DotFloor, tree: cKDTree, camera: FloorCamera, photograph: Photograph, fix: Fix, survey_error: float
+) -> DotNoise:
+    """Measure the matched dots of a view against the rendered truth.
+
+    Args:
+        floor: the true floor.
+        tree: of its chips' centres.
+        camera: that took the photograph.
+        photograph: with its truth.
+        fix: the pose found.
+        survey_error: of the map [m].
+    """
+    chips = np.asarray(tree.query(fix.map_points[fix.matched])[1])
+    points = floor.points[chips]
+    mount = true_mount(photograph.sway)
+    pixels = camera.project(points, photograph.T_map_base, mount)
+    distances, others = map(np.asarray, tree.query(points, k=2))
+    jacobian = _jacobian(camera, points, photograph)
+    # A dot that lies elsewhere moves in the image as if the robot stood elsewhere.
+    by_place = jacobian[:, :, :2]
+    means = 0.5 * (floor.diameters[chips] + floor.diameters[others[:, 1]])
+    return DotNoise(
+        pixels,
+        fix.dots.pixels[fix.matched] - pixels,
+        fix.dots.sigmas[fix.matched],
+        distances[:, 1] > ALONE * means,
+        jacobian,
+        survey_error**2 * by_place @ by_place.transpose(0, 2, 1),
+    )
+
+
+def _jacobian(
+    camera: FloorCamera, points: NDArray[np.float64], photograph: Photograph
+) -> NDArray[np.float64]:
+    """Return how the pixels of floor points move with each unknown, shape (n, 2, 6), by central differences."""
+    pose = photograph.T_map_base
+    truth = np.array([pose.x, pose.y, pose.yaw, *photograph.sway])
+
+    def pixels(unknowns: NDArray[np.float64]) -> NDArray[np.float64]:
+        x, y, yaw, scale, roll, pitch = (float(unknown) for unknown in unknowns)
+        return camera.project(points, PlanarPose(x, y, yaw), true_mount((scale, roll, pitch)))
+
+    columns = [(pixels(truth + step) - pixels(truth - step)) / (2.0 * step.sum()) for step in np.diag(_STEPS)]
+    return np.stack(columns, axis=-1)
+
+
+def weights(noise: DotNoise, sigmas: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the inverse covariances of the dots' pixels, shape (n, 2, 2), for centroids that scatter by ``sigmas``,
+    shape (n,) [px], and the map.
+    """
+    return np.asarray(np.linalg.inv(sigmas[:, None, None] ** 2 * np.eye(2) + noise.map_covariances))
+
+
+def information(noise: DotNoise, inverse_covariances: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the Fisher information of the six unknowns, shape (6, 6), for the pixels' weights, shape (n, 2, 2)."""
+    return np.einsum('nia,nij,njb->ab', noise.jacobian, inverse_covariances, noise.jacobian)
+
+
+def true_sigmas(views: Sequence[DotNoise]) -> list[NDArray[np.float64]]:
+    """Return the deviations that the centroids of each view really had, measured over all views [px].
+
+    Dots that stand alone and dots that touch are sorted into groups by the deviation that the detector states;
+    the rms error of a group is that of its dots.
+    """
+    alone = np.concatenate([view.alone for view in views])
+    stated = np.concatenate([view.sigmas for view in views])
+    squares = np.concatenate([np.mean(view.errors**2, axis=1) for view in views])
+    found = np.empty(len(stated))
+    for kind in (alone, ~alone):
+        members = np.flatnonzero(kind)
+        for group in np.array_split(members[np.argsort(stated[members], kind='stable')], _GROUPS):
+            found[group] = math.sqrt(np.mean(squares[group])) if len(group) else math.nan
+    return np.split(found, np.cumsum([len(view.sigmas) for view in views])[:-1])
+
+
+def shared_error(views: Sequence[DotNoise], size: tuple[int, int]) -> float:
+    """Return the part of the error that dots that stand alone share at a place of the image, in all views [px].
+
+    Args:
+        views: the views.
+        size: width and height of the image [px].
+    """
+    errors = np.concatenate([view.errors[view.alone] for view in views])
+    pixels = np.concatenate([view.pixels[view.alone] for view in views])
+    areas = np.clip(pixels / size * _AREAS, 0, _AREAS - 1).astype(np.int64) @ (1, _AREAS)
+    counts = np.bincount(areas, minlength=_AREAS**2)
+    means = [np.bincount(areas, axis, minlength=_AREAS**2) / np.maximum(counts, 1) for axis in errors.T]
+    # What chance leaves in the means is taken off.
+    chance = np.mean(np.var(errors, axis=0)) * np.count_nonzero(counts) / counts.sum()
+    return math.sqrt(max(float(counts @ np.mean(np.square(means), axis=0)) / counts.sum() - chance, 0.0))

@@ -1,0 +1,105 @@
+"""Photographs of a simulated floor at places all over it, with the localizer that knows the floor's map."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.constellation.indexed_map import index_map
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.fix import PosePrior
+from floor_localizer.core.localizer import FloorLocalizer
+from floor_localizer.core.settings import LocalizerSettings, TrackerSettings
+from scene_simulator.demo_scene import DEMO_CAMERA, DEMO_FLOOR_SEED
+from scene_simulator.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign, lay_floor
+from scene_simulator.floor_camera import FloorCamera
+from scene_simulator.survey import SURVEY_ERROR, survey_floor
+from scene_simulator.suspension import swayed_mount
+from shirube_geometry import CameraMount, PlanarPose
+
+MOUNT = CameraMount()
+CAMERA = DEMO_CAMERA
+PRIOR_DISTANCE, PRIOR_TURN = 0.002, math.radians(1.0)
+MARGIN = 0.07
+"""A view at this distance from the floor's border lies on the floor however it is turned [m]."""
+
+# Powers of the inverse of the root of g^4 = g + 1: their multiples fill a cube evenly (Roberts 2018).
+_EVEN_STEPS = np.array([1.2207440846057596**-power for power in (1, 2, 3)])
+
+
+@dataclass(frozen=True)
+class SurveyedFloor:
+    """A floor and what the localizer knows of it.
+
+    Attributes:
+        design: what the floor looks like.
+        survey_error: standard deviation of the map's dots along each axis; the localizer is told [m].
+        seed: of the floor.
+    """
+
+    design: FloorDesign = DARK_ON_LIGHT
+    survey_error: float = SURVEY_ERROR
+    seed: int = DEMO_FLOOR_SEED
+
+    @cached_property
+    def floor(self) -> DotFloor:
+        """The true floor."""
+        return lay_floor(self.design, self.seed)
+
+    @cached_property
+    def localizer(self) -> FloorLocalizer:
+        """A localizer with the default settings and the floor's surveyed map."""
+        dots = survey_floor(self.floor, self.survey_error, self.seed + 1)
+        settings = LocalizerSettings(map_sigma=self.survey_error)
+        return FloorLocalizer(index_map(DotMap(dots[:, :2], dots[:, 2])), MOUNT, settings)
+
+    def places(self, count: int) -> Iterator[PlanarPose]:
+        """Yield poses that fill the floor and all headings evenly."""
+        for step in np.outer(np.arange(1, count + 1), _EVEN_STEPS) % 1.0:
+            x, y = MARGIN + step[:2] * (np.array(self.design.size) - 2.0 * MARGIN)
+            yield PlanarPose(float(x), float(y), math.tau * (float(step[2]) - 0.5))
+
+
+@dataclass(frozen=True)
+class Photograph:
+    """An image and the truth about it.
+
+    Attributes:
+        image: shape (h, w).
+        T_map_base: the robot's true pose.
+        sway: rise of the robot as a share of the camera's height, its roll and pitch [-, rad, rad].
+    """
+
+    image: NDArray[np.uint8]
+    T_map_base: PlanarPose
+    sway: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+def true_mount(sway: tuple[float, float, float]) -> CameraMount:
+    """Return where the camera is on a robot that sways so."""
+    scale, roll, pitch = sway
+    return swayed_mount(MOUNT, scale * MOUNT.xyz[2], roll, pitch)
+
+
+def photographer() -> FloorCamera:
+    """Return the camera of the demo: the paper's, with a lens that bends."""
+    return FloorCamera(CAMERA)
+
+
+def tracked_prior(truth: PlanarPose, number: int) -> PosePrior:
+    """Return where a tracked robot is expected: 2 mm and 1 degree beside the truth.
+
+    Args:
+        truth: where it is.
+        number: of the image; from one to the next the prior is off in another direction.
+    """
+    direction = math.tau * number * _EVEN_STEPS[0]
+    turn = PRIOR_TURN if number % 2 else -PRIOR_TURN
+    off = PlanarPose(PRIOR_DISTANCE * math.cos(direction), PRIOR_DISTANCE * math.sin(direction), turn)
+    tracking = TrackerSettings()
+    return PosePrior(truth @ off, tracking.still_radius, tracking.still_turn)

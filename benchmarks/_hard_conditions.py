@@ -1,0 +1,112 @@
+"""What makes a picture of the floor hard: light, dirt, motion, other chips, compression."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from _floor_photographs import CAMERA, MOUNT, Photograph, photographer
+from numpy.typing import NDArray
+
+from scene_simulator.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign
+from scene_simulator.floor_camera import Disturbance
+from scene_simulator.floor_disturbance import ShadowEdge, SpecularReflection, Tape, WetSpot
+from shirube_geometry import PlanarPose
+
+Disturbances = Callable[[PlanarPose, np.random.Generator], tuple[Disturbance, ...]]
+
+FEWER = replace(DARK_ON_LIGHT, count=DARK_ON_LIGHT.count // 4)
+LARGER = replace(DARK_ON_LIGHT, diameters=(0.006, 0.009), least_distance=0.0036)
+PALE = replace(DARK_ON_LIGHT, chip_colours=((0.50, 0.60, 0.65),))
+
+_MAT, _PAPER = (0.14, 0.13, 0.12), (0.88, 0.90, 0.90)
+_PIXEL = MOUNT.xyz[2] / CAMERA.fx
+
+
+def nothing(_pose: PlanarPose, _rng: np.random.Generator) -> tuple[Disturbance, ...]:
+    """Leave the floor as it is."""
+    return ()
+
+
+def shadow(pose: PlanarPose, rng: np.random.Generator) -> tuple[Disturbance, ...]:
+    """Lay a shadow's edge near the middle of the view."""
+    point = pose.transform(rng.uniform(-0.015, 0.015, (1, 2)))[0]
+    return (ShadowEdge((point[0], point[1]), rng.uniform(0.0, math.tau), rng.uniform(0.4, 0.7)),)
+
+
+def reflections(_pose: PlanarPose, rng: np.random.Generator) -> tuple[Disturbance, ...]:
+    """Mirror four lamps."""
+    places = rng.uniform(-0.8, 0.8, (4, 2))
+    return tuple(
+        SpecularReflection((u, v), rng.uniform(0.05, 0.12), rng.uniform(1.0, 1.5)) for u, v in places
+    )
+
+
+def half_covered(pose: PlanarPose, rng: np.random.Generator) -> tuple[Disturbance, ...]:
+    """Cover the half of the view beyond a line through its middle, with a dark mat or white paper."""
+    at_edge = PlanarPose(pose.x, pose.y, rng.uniform(-math.pi, math.pi))
+    start, end = at_edge.transform([(-0.2, 0.1), (0.2, 0.1)])
+    return (Tape((start[0], start[1]), (end[0], end[1]), 0.2, _MAT if rng.uniform() < 0.5 else _PAPER),)
+
+
+def wet(pose: PlanarPose, rng: np.random.Generator) -> tuple[Disturbance, ...]:
+    """Spill three puddles with bright rims into the view."""
+    centres = pose.transform(rng.uniform(-0.04, 0.04, (3, 2)))
+    return tuple(
+        WetSpot((x, y), rng.uniform(0.008, 0.02), 0.35, 0.9, int(rng.integers(1000)), rim_shine=0.9)
+        for x, y in centres
+    )
+
+
+@dataclass(frozen=True)
+class HardCondition:
+    """What is photographed, and how.
+
+    Attributes:
+        name: as the table calls it.
+        design: the floor.
+        disturbances: what lies about at a pose.
+        blur: length of the motion during the exposure [px].
+        jpeg_quality: of the compression, None for none.
+    """
+
+    name: str
+    design: FloorDesign = DARK_ON_LIGHT
+    disturbances: Disturbances = nothing
+    blur: float = 0.0
+    jpeg_quality: int | None = None
+
+    def photograph(self, floor: DotFloor, pose: PlanarPose, rng: np.random.Generator) -> Photograph:
+        """Take a picture of a floor of this design."""
+        course = rng.uniform(-math.pi, math.pi)
+        way = _PIXEL * self.blur * np.linspace(-0.5, 0.5, 4 * round(self.blur) + 1)
+        poses = [
+            PlanarPose(pose.x + s * math.cos(course), pose.y + s * math.sin(course), pose.yaw) for s in way
+        ]
+        photo = photographer().photograph(floor, poses, MOUNT, self.disturbances(pose, rng), rng)
+        image = photo.image if self.jpeg_quality is None else _compressed(photo.image, self.jpeg_quality)
+        return Photograph(image, pose)
+
+
+CONDITIONS = (
+    HardCondition('clean'),
+    HardCondition('shadow edge', disturbances=shadow),
+    HardCondition('reflections', disturbances=reflections),
+    HardCondition('motion blur 3 px', blur=3.0),
+    HardCondition('motion blur 6 px', blur=6.0),
+    HardCondition('motion blur 10 px', blur=10.0),
+    HardCondition('half covered', disturbances=half_covered),
+    HardCondition('wet spots', disturbances=wet),
+    HardCondition('4x fewer dots', design=FEWER),
+    HardCondition('dots 3x larger', design=LARGER),
+    HardCondition('low contrast', design=PALE),
+    HardCondition('JPEG at quality 30', jpeg_quality=30),
+)
+
+
+def _compressed(image: NDArray[np.uint8], quality: int) -> NDArray[np.uint8]:
+    _, data = cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    return np.asarray(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE), dtype=np.uint8)

@@ -1,0 +1,78 @@
+"""Errors of poses from rendered images are as large as their covariance says: chi-square, within its own chance."""
+
+import importlib
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from scene_simulator.dot_floor import DARK_ON_LIGHT
+from scene_simulator.survey import SURVEY_ERROR
+from shirube_geometry import PlanarPose
+
+BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
+VIEWS = 60
+# Chance leaves these limits once in a thousand runs.
+LOW, HIGH = 0.0005, 0.9995
+
+
+@pytest.fixture(scope='module')
+def bench() -> Iterator[ModuleType]:
+    sys.path.insert(0, str(BENCHMARKS))
+    yield importlib.import_module('pose_accuracy')
+    sys.path.remove(str(BENCHMARKS))
+
+
+@pytest.fixture(scope='module')
+def outcomes(bench: ModuleType) -> Any:
+    """What comes of a condition on a small floor."""
+    size = (1.8, 1.8)
+    design = replace(DARK_ON_LIGHT, size=size, count=round(5384 * size[0] * size[1]))
+    floors = {error: bench.SurveyedFloor(design, error) for error in (0.0, SURVEY_ERROR)}
+
+    def outcome(number: int, survey_error: float) -> Any:
+        return bench.outcome(floors[survey_error], bench.CONDITIONS[number], VIEWS, 1)
+
+    return outcome
+
+
+def normalised(scores: list[Any]) -> np.ndarray:
+    return np.array([score.error @ np.linalg.solve(score.covariance, score.error) for score in scores])
+
+
+@pytest.mark.parametrize('number', range(6))
+def test_errors_are_those_that_the_covariance_states(outcomes: Any, number: int) -> None:
+    outcome = outcomes(number, SURVEY_ERROR)
+    for scores in (outcome.scores, outcome.tracked):
+        assert [score.verdict for score in scores] == ['right'] * VIEWS
+        assert chi2.ppf(LOW, 3 * VIEWS) < np.sum(normalised(scores)) < chi2.ppf(HIGH, 3 * VIEWS)
+
+
+@pytest.mark.parametrize('number', [0, 4])
+def test_with_an_exact_map_a_pose_is_exact_to_a_hundredth_of_a_millimetre(outcomes: Any, number: int) -> None:
+    outcome = outcomes(number, 0.0)
+    assert max(score.distance for score in (*outcome.scores, *outcome.tracked)) < 1e-5
+    assert max(score.turn for score in (*outcome.scores, *outcome.tracked)) < 2e-4
+
+
+def test_the_bound_of_a_second_model_is_the_stated_covariance(outcomes: Any) -> None:
+    report = importlib.import_module('_accuracy_report')
+    outcome = outcomes(4, SURVEY_ERROR)
+    for score, view in zip(outcome.right, outcome.noise):
+        bound = report.planar_bound(view, view.sigmas)
+        np.testing.assert_allclose(np.diag(score.covariance), np.diag(bound), rtol=0.12)
+
+
+@pytest.mark.usefixtures('bench')
+def test_deviations_from_an_ideal_line_are_none() -> None:
+    line = importlib.import_module('_actuator_line')
+    poses = [PlanarPose(0.3 + 0.012 * k * 0.6, 0.2 + 0.012 * k * 0.8, 0.9) for k in range(51)]
+    away, turned = line.deviations(poses)
+    np.testing.assert_allclose(away, 0.0, atol=1e-12)
+    np.testing.assert_allclose(turned, 0.0, atol=1e-12)
