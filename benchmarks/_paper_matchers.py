@@ -9,7 +9,7 @@ import numpy as np
 from _paper_views import CAMERA, MOUNT, NOISE
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation.indexed_map import index_map
+from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import Fix
@@ -59,8 +59,12 @@ def pole_star(floor: NDArray[np.float64]) -> Matcher:
 
 def constellation(floor: NDArray[np.float64]) -> Matcher:
     """Return the suite's localizer on a floor, shape (N, 2) [m]."""
-    dot_map = DotMap(floor, np.full(len(floor), np.nan))
-    localizer = FloorLocalizer(index_map(dot_map), MOUNT)
+    return constellation_of(index_map(DotMap(floor, np.full(len(floor), np.nan))))
+
+
+def constellation_of(floor: IndexedMap) -> Matcher:
+    """Return the suite's localizer on a floor that is made ready."""
+    localizer = FloorLocalizer(floor, MOUNT)
 
     def locate(pixels: NDArray[np.float64]) -> Answer:
         diameters = np.full(len(pixels), DOT_DIAMETER / MOUNT.xyz[2] * CAMERA.fx)

@@ -15,19 +15,7 @@ from floor_localizer.core.constellation.alignment import (
     grow,
     match_view,
     no_matches,
-    order_neighbours,
 )
-
-
-def test_neighbours_are_those_of_a_tree():
-    points = np.random.default_rng(0).uniform(size=(40, 2))
-    _, expected = cKDTree(points).query(points, k=11)
-    np.testing.assert_array_equal(order_neighbours(points, 10), expected[:, 1:])
-
-
-@pytest.mark.parametrize(('dots', 'columns'), [(1, 0), (2, 1), (5, 4), (9, 6)])
-def test_a_dot_has_no_more_neighbours_than_there_are_others(dots, columns):
-    assert order_neighbours(np.random.default_rng(0).uniform(size=(dots, 2)), 6).shape == (dots, columns)
 
 
 def fit(z, m):

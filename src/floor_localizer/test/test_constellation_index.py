@@ -13,10 +13,11 @@ from floor_localizer.core.constellation.constellation_index import (
     build_constellation_index,
 )
 from floor_localizer.core.constellation.constellation_key import (
-    LANES,
     base_coordinates,
-    bucket_of_code,
+    bucket_of_hash,
+    hash_of_code,
     imbalance,
+    lane_hashes,
     pack_coordinates,
     sort_by_x,
     turn_around,
@@ -71,10 +72,10 @@ def test_index_holds_the_constellations_that_plain_search_finds(grid, index):
 
 def test_every_constellation_is_found_in_the_bucket_of_its_own_key(grid, index):
     points = grid.points.astype(np.float64)
-    cells = np.empty(LANES, dtype=np.int64)
+    table = lane_hashes(index.x_cell, index.y_cell)
     missed = total = 0
     for key, base in constellations(points, index.reach):
-        bucket = bucket_of_code(np.uint64(key), index.bits, cells)
+        bucket = bucket_of_hash(np.uint64(hash_of_code(np.uint64(key), table)), index.bits)
         entries = range(index.starts[bucket], index.starts[bucket + 1])
         total += 1
         missed += not any(

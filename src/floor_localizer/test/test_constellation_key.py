@@ -11,24 +11,26 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from floor_localizer.core.constellation.constellation_key import (
+    LANE_HASHES,
     LANES,
     OTHERS,
-    X_CELL,
     X_LOWER,
     X_STEPS,
-    Y_CELL,
     Y_LOWER,
     Y_STEPS,
     base_coordinates,
-    bucket_of_cells,
-    bucket_of_code,
+    bucket_of_hash,
+    cell_sides,
+    hash_of_code,
     imbalance,
     is_within,
+    lane_hashes,
     pack,
     pack_coordinates,
     sort_by_x,
     to_steps,
     turn_around,
+    unpack,
 )
 
 # The first call compiles.
@@ -152,9 +154,45 @@ def test_what_lies_between_is_within(a, b, c):
 
 
 @UNHURRIED
-@given(STEPS, st.integers(1, 24))
-def test_bucket_of_a_key_is_that_of_its_cells(steps, bits):
-    cells = np.where(np.arange(LANES) % 2 == 0, steps // X_CELL, steps // Y_CELL)
-    bucket = bucket_of_code(packed(steps), bits, np.empty(LANES, dtype=np.int64))
-    assert bucket == bucket_of_cells(cells, bits)
-    assert 0 <= bucket < 1 << bits
+@given(STEPS)
+def test_unpacking_is_the_inverse_of_packing(steps):
+    unpacked = np.empty(LANES, dtype=np.int64)
+    unpack(packed(steps), unpacked)
+    np.testing.assert_array_equal(unpacked, steps)
+
+
+def hash_of(steps, x_cell, y_cell):
+    return np.uint64(hash_of_code(packed(steps), lane_hashes(x_cell, y_cell)))
+
+
+@UNHURRIED
+@given(STEPS, STEPS)
+def test_keys_of_the_same_cell_have_the_same_hash_and_others_another(steps, others):
+    cells = np.where(np.arange(LANES) % 2 == 0, 16, 10)
+    same = bool(np.all(steps // cells == others // cells))
+    assert (hash_of(steps, 16, 10) == hash_of(others, 16, 10)) == same
+
+
+@UNHURRIED
+@given(STEPS, st.integers(0, LANES - 1))
+def test_the_next_cell_along_a_lane_is_an_addition_away(steps, lane):
+    cells = np.where(np.arange(LANES) % 2 == 0, 16, 10)
+    steps[lane] = min(steps[lane], 127 - cells[lane])
+    beyond = steps + cells * (np.arange(LANES) == lane)
+    expected = (int(hash_of(steps, 16, 10)) + int(LANE_HASHES[lane])) % 2**64
+    assert int(hash_of(beyond, 16, 10)) == expected
+
+
+def test_keys_of_a_random_floor_are_spread_over_the_buckets():
+    cells = np.random.default_rng(0).integers(0, 8, (4000, LANES))
+    buckets = [bucket_of_hash(hash_of(16 * row // 2, 8, 8), 12) for row in cells]
+    fullest = np.bincount(buckets, minlength=4096).max()
+    assert len(np.unique(buckets)) > 0.55 * 4096
+    assert fullest < 12
+
+
+def test_cells_of_a_hundred_times_more_keys_are_finer_by_the_eighth_root():
+    few, many = np.array(cell_sides(10**6)), np.array(cell_sides(10**8))
+    np.testing.assert_allclose(many / few, 100.0 ** (-1.0 / LANES), atol=0.06)
+    assert min(cell_sides(0)) > 0
+    assert min(cell_sides(10**12)) > 0

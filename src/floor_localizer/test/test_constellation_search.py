@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from search_scenes import SIGMA, found_pose, scene, search_of, similarity
+from search_scenes import found_pose, scene, search_of, similarity
 
-from floor_localizer.core.constellation.constellation_search import key_tolerance, search_constellations
+from floor_localizer.core.constellation.constellation_search import search_constellations
+from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.constellation.search_state import is_accepted, judge, new_search
+from floor_localizer.core.dot_map import DotMap
 
 CELLS = 400000
 
@@ -74,22 +76,24 @@ def test_too_few_matches_are_not_accepted_however_unlikely():
     assert is_accepted(search, search.best)
 
 
-def test_tolerance_and_length_change_places():
-    length = key_tolerance(SIGMA, 0.1)
-    assert key_tolerance(SIGMA, length) == pytest.approx(0.1)
+def test_a_view_of_two_places_finds_both(floor):
+    shift = np.array([2.0, 0.0])
+    twice = index_map(
+        DotMap(np.vstack([floor.points, floor.points + shift]), np.full(2 * len(floor), np.nan))
+    )
+    pose, _, dots = scene(floor, twice, 3, missing=0.2, spurious=8)
+    search = search_of(dots, twice)
+    assert search_constellations(twice.grid, twice.index, dots, search, CELLS)
+    found = sorted((found_pose(place) for place in (search.best, search.rival)), key=lambda place: place.x)
+    assert is_accepted(search, search.rival)
+    assert found[0].distance_to(pose) < 0.001
+    assert found[1].x - found[0].x == pytest.approx(shift[0], abs=0.001)
 
 
-def test_tolerance_keeps_nine_of_ten_true_coordinates():
-    rng = np.random.default_rng(0)
-    length, base = 0.03, np.array([[0.0, 0.0], [0.03, 0.0]])
-    dots = rng.uniform((0.005, -0.015), (0.025, 0.015), (2000, 2))
-
-    def x_of(ends, dot):
-        arm = ends[1] - ends[0]
-        return (dot - ends[0]) @ arm / (arm @ arm)
-
-    off = [
-        x_of(base + rng.normal(0, SIGMA, (2, 2)), dot + rng.normal(0, SIGMA, 2)) - x_of(base, dot)
-        for dot in dots
-    ]
-    assert np.mean(np.abs(off) <= key_tolerance(SIGMA, length)) > 0.95
+def test_the_same_view_is_searched_in_the_same_way(floor, indexed_floor):
+    _, _, dots = scene(floor, indexed_floor, 4, missing=0.3, spurious=20)
+    first, second = search_of(dots, indexed_floor), search_of(dots, indexed_floor)
+    for search in (first, second):
+        search_constellations(indexed_floor.grid, indexed_floor.index, dots, search, CELLS)
+    np.testing.assert_array_equal(first.counts, second.counts)
+    np.testing.assert_array_equal(first.best, second.best)

@@ -16,10 +16,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation.alignment import ViewDots, order_neighbours
+from floor_localizer.core.constellation.alignment import ViewDots
 from floor_localizer.core.constellation.constellation_search import search_constellations
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.constellation.near_search import search_near
+from floor_localizer.core.constellation.neighbours import order_neighbours
 from floor_localizer.core.constellation.pair_search import search_pairs
 from floor_localizer.core.constellation.search_state import Search, is_accepted, new_search
 from floor_localizer.core.detected_dots import DetectedDots

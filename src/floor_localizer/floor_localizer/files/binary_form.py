@@ -32,15 +32,15 @@ from shirube_files import written_beside
 
 SUFFIX = '.dotmap'
 MAGIC = b'\x89DOTMAP\n'
-VERSION = 1
+VERSION = 2
 _PREFIX = struct.Struct('<8sIII')
 _ALIGNMENT = 64
 _REMEDY = 'write it again from its CSV with "inspect_map MAP.csv --write MAP.dotmap"'
 # An index made by other rules than the search's would find nothing.
 _RULES = {
-    'x': [constellation_key.X_LOWER, constellation_key.X_STEPS, constellation_key.X_CELL],
-    'y': [constellation_key.Y_LOWER, constellation_key.Y_STEPS, constellation_key.Y_CELL],
-    'lanes': constellation_key.LANES,
+    'x': [constellation_key.X_LOWER, constellation_key.X_STEPS],
+    'y': [constellation_key.Y_LOWER, constellation_key.Y_STEPS],
+    'lanes': constellation_key.LANE_HASHES.tolist(),
     'most_indexed': constellation_index.MOST_INDEXED,
 }
 _PARTS: dict[str, Any] = {'grid': DotGrid, 'index': ConstellationIndex, 'addresses': AddressGrid}
@@ -181,6 +181,7 @@ def _check_sizes(binary_map: BinaryMap) -> None:
         and index.bases.shape == (constellations, 2)
         and index.starts.shape == ((1 << index.bits) + 1,)
         and index.starts[-1] == constellations
+        and min(index.x_cell, index.y_cell) > 0
         and addresses.bits.ndim == 2
         and min(grid.cell, addresses.block, binary_map.floor.density) > 0.0
     )

@@ -52,23 +52,6 @@ class ViewDots(NamedTuple):
     density: float
 
 
-@njit(cache=True)
-def order_neighbours(points: NDArray[np.float64], most: int) -> NDArray[np.int64]:
-    """Return for each dot the indices of up to ``most`` others from near to far, shape (n, m)."""
-    n = len(points)
-    m = min(n - 1, most)
-    nearest = np.empty((n, max(m, 0)), dtype=np.int64)
-    squared = np.empty(n)
-    for i in range(n):
-        for j in range(n):
-            dx = points[i, 0] - points[j, 0]
-            dy = points[i, 1] - points[j, 1]
-            squared[j] = dx * dx + dy * dy
-        squared[i] = -1.0
-        nearest[i] = np.argsort(squared)[1 : m + 1]
-    return nearest
-
-
 class MatchSums(NamedTuple):
     """Sums over matched dots from which their least-squares similarity follows.
 

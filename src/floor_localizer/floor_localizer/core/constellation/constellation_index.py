@@ -10,11 +10,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.constellation_key import (
-    LANES,
     OTHERS,
     base_coordinates,
-    bucket_of_code,
+    bucket_of_hash,
+    cell_sides,
+    hash_of_code,
     imbalance,
+    lane_hashes,
     pack_coordinates,
     sort_by_x,
     turn_around,
@@ -29,6 +31,7 @@ _WIDEST = 3.0
 _NEIGHBOURS = 64
 # Room for so many constellations a dot is made at first.
 _ROOM = 18
+_KEYS_PER_BUCKET = 4.0
 
 
 class ConstellationIndex(NamedTuple):
@@ -39,6 +42,8 @@ class ConstellationIndex(NamedTuple):
         bases: shape (M, 2) uint32, its base: the grid's indices of the dots at (0, 0) and (1, 0).
         starts: shape (2**bits + 1,) uint32, where each bucket begins.
         bits: number of bits of a bucket's number.
+        x_cell: side of a hash cell along x in steps of a key.
+        y_cell: the same along y.
         reach: the longest base [m].
     """
 
@@ -46,6 +51,8 @@ class ConstellationIndex(NamedTuple):
     bases: NDArray[np.uint32]
     starts: NDArray[np.uint32]
     bits: int
+    x_cell: int
+    y_cell: int
     reach: float
 
 
@@ -70,13 +77,19 @@ def build_constellation_index(grid: DotGrid) -> ConstellationIndex:
     of the dots are missing. The size follows the density around each dot, so sparse places are indexed like dense ones.
     """
     codes, bases, reach = _list_constellations(grid, _WIDEST * grid.cell)
-    bits = max(math.ceil(math.log2(max(len(codes), 2))), 1)
-    starts = np.zeros((1 << bits) + 1, dtype=np.uint32)
-    order = _sort_into_buckets(codes, bits, starts)
-    codes, bases = codes[order], bases[order]
-    for array in (codes, bases, starts):
+    bits = max(math.ceil(math.log2(max(len(codes) / _KEYS_PER_BUCKET, 2.0))), 1)
+    index = ConstellationIndex(
+        np.empty_like(codes),
+        np.empty_like(bases),
+        np.zeros((1 << bits) + 1, dtype=np.uint32),
+        bits,
+        *cell_sides(len(codes)),
+        reach,
+    )
+    _fill_buckets(codes, bases, index)
+    for array in (index.codes, index.bases, index.starts):
         array.flags.writeable = False
-    return ConstellationIndex(codes, bases, starts, bits, reach)
+    return index
 
 
 @njit(cache=True)
@@ -116,7 +129,28 @@ def _list_constellations(
                 total += 1
             if found > 0:
                 reach = max(reach, length)
-    return codes[:total].copy(), bases[:total].copy(), reach
+    return codes[:total], bases[:total], reach
+
+
+@njit(cache=True)
+def _fill_buckets(codes: NDArray[np.uint64], bases: NDArray[np.uint32], index: ConstellationIndex) -> None:
+    """Write keys and bases to the index bucket by bucket (a counting sort)."""
+    table = lane_hashes(index.x_cell, index.y_cell)
+    # The bucket of a key counts one place ahead: filling it moves its beginning to its end, where the next one begins.
+    begins = index.starts[1:]
+    for code in codes:
+        begins[bucket_of_hash(hash_of_code(code, table), index.bits)] += np.uint32(1)
+    total = np.uint32(0)
+    for bucket in range(len(begins)):
+        count = begins[bucket]
+        begins[bucket] = total
+        total += count
+    for i in range(len(codes)):
+        bucket = bucket_of_hash(hash_of_code(codes[i], table), index.bits)
+        entry = begins[bucket]
+        begins[bucket] = entry + np.uint32(1)
+        index.codes[entry] = codes[i]
+        index.bases[entry, 0], index.bases[entry, 1] = bases[i, 0], bases[i, 1]
 
 
 @njit(cache=True)
@@ -183,21 +217,3 @@ def _key(
         turn_around(xy)
     sort_by_x(xy)
     return pack_coordinates(xy), swapped
-
-
-@njit(cache=True)
-def _sort_into_buckets(codes: NDArray[np.uint64], bits: int, starts: NDArray[np.uint32]) -> NDArray[np.int64]:
-    """Fill ``starts`` and return the order that puts the codes bucket by bucket (a counting sort)."""
-    cells = np.empty(LANES, dtype=np.int64)
-    buckets = np.empty(len(codes), dtype=np.int64)
-    for i in range(len(codes)):
-        buckets[i] = bucket_of_code(codes[i], bits, cells)
-        starts[buckets[i] + 1] += np.uint32(1)
-    for b in range(len(starts) - 1):
-        starts[b + 1] += starts[b]
-    place = starts[:-1].astype(np.int64)
-    order = np.empty(len(codes), dtype=np.int64)
-    for i in range(len(codes)):
-        order[place[buckets[i]]] = i
-        place[buckets[i]] += 1
-    return order

@@ -24,14 +24,29 @@ _LARGEST = 127
 X_STEPS = _LARGEST / X_SPAN
 Y_STEPS = _LARGEST / Y_SPAN
 
-# Side of a hash cell in steps: about three times the tolerance at the paper's 1 px of noise.
-X_CELL, Y_CELL = 16, 10
-_X_CELLS, _Y_CELLS = _LARGEST // X_CELL + 1, _LARGEST // Y_CELL + 1
+# The side of a cell is the eighth root of this over the number of keys: a bucket then fills a cache line or two.
+_CROWDING = 0.5
+_FINEST, _COARSEST = 0.03, 0.3
 
 # A lane is seven bits of a step and a guard bit above them, which catches the borrow of a subtraction.
 _LANE = np.uint64(8)
 _LANE_MASK = np.uint64(_LARGEST)
 _GUARDS = np.uint64(0x8080808080808080)
+
+LANE_HASHES = np.array(
+    [
+        0x9E3779B97F4A7C15,
+        0xBF58476D1CE4E5B9,
+        0x94D049BB133111EB,
+        0xD6E8FEB86659FD93,
+        0xC2B2AE3D27D4EB4F,
+        0xFF51AFD7ED558CCD,
+        0xC4CEB9FE1A85EC53,
+        0x8EBC6AF09C88C6E3,
+    ],
+    dtype=np.uint64,
+)
+"""What a step to the next cell along a lane adds to a hash: odd numbers without a pattern."""
 
 
 @njit(cache=True)
@@ -114,21 +129,46 @@ def is_within(code: np.uint64, lower: np.uint64, upper: np.uint64) -> bool:
     return (((code | _GUARDS) - lower) & ((upper | _GUARDS) - code) & _GUARDS) == _GUARDS
 
 
-@njit(cache=True)
-def bucket_of_cells(cells: NDArray[np.int64], bits: int) -> int:
-    """Return the bucket in 0 .. 2**bits - 1 of eight hash cells, shape (8,)."""
-    number = np.uint64(0)
-    for k in range(OTHERS):
-        number = number * np.uint64(_X_CELLS) + np.uint64(cells[2 * k])
-        number = number * np.uint64(_Y_CELLS) + np.uint64(cells[2 * k + 1])
-    # Fibonacci hashing: the upper bits of the product are well mixed.
-    return int((number * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(64 - bits))
+def cell_sides(keys: int) -> tuple[int, int]:
+    """Return the sides of a hash cell along x and y in steps for an index of so many keys.
+
+    The cells of eight coordinates shrink with the eighth root of the number of keys, so that a cell holds as many in a
+    large index as in a small one.
+    """
+    side = min(max((_CROWDING / max(keys, 1)) ** (1.0 / LANES), _FINEST), _COARSEST)
+    return max(round(side * X_STEPS), 1), max(round(side * Y_STEPS), 1)
 
 
 @njit(cache=True)
-def bucket_of_code(code: np.uint64, bits: int, cells: NDArray[np.int64]) -> int:
-    """Return the bucket of a packed key; ``cells``, shape (8,), is room to work in."""
+def lane_hashes(x_cell: int, y_cell: int) -> NDArray[np.uint64]:
+    """Return what each step of each lane adds to a key's hash, shape (8, 128).
+
+    It is a multiple of the number of the step's cell, so that the next cell along a lane is one addition away.
+    """
+    table = np.empty((LANES, _LARGEST + 1), dtype=np.uint64)
     for k in range(LANES):
-        step = np.int64((code >> (_LANE * np.uint64(LANES - 1 - k))) & _LANE_MASK)
-        cells[k] = step // X_CELL if k % 2 == 0 else step // Y_CELL
-    return bucket_of_cells(cells, bits)
+        for step in range(_LARGEST + 1):
+            table[k, step] = np.uint64(step // (x_cell if k % 2 == 0 else y_cell)) * LANE_HASHES[k]
+    return table
+
+
+@njit(cache=True)
+def hash_of_code(code: np.uint64, table: NDArray[np.uint64]) -> np.uint64:
+    """Return the hash of the cell of a packed key by the table of `lane_hashes`."""
+    mixed = np.uint64(0)
+    for k in range(LANES):
+        mixed += table[k, np.int64((code >> (_LANE * np.uint64(LANES - 1 - k))) & _LANE_MASK)]
+    return mixed
+
+
+@njit(cache=True)
+def bucket_of_hash(mixed: np.uint64, bits: int) -> int:
+    """Return the bucket in 0 .. 2**bits - 1 of a hash: its upper bits are well mixed."""
+    return int(mixed >> np.uint64(64 - bits))
+
+
+@njit(cache=True)
+def unpack(code: np.uint64, steps: NDArray[np.int64]) -> None:
+    """Write the eight steps of a packed key to ``steps``, shape (8,)."""
+    for k in range(LANES):
+        steps[k] = np.int64((code >> (_LANE * np.uint64(LANES - 1 - k))) & _LANE_MASK)

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.constellation_key import OTHERS
 
-MOST_IN_LENS = 24
 MOST_GROUPS = 1024
 
 
@@ -40,17 +39,19 @@ def dots_in_lens(
         points: shape (n, 2), dots [m].
         first: one end of the base.
         second: the other end.
-        near: dots around the first end, where the others are looked for.
+        near: dots around the first end from near to far, where the others are looked for.
         longest: no two dots of a constellation are farther apart [m].
-        lens: shape (MOST_IN_LENS,), written; what does not fit is left out.
+        lens: shape (m,), written; what does not fit is left out.
     """
     found = 0
+    most = longest * longest
+    x0, y0 = points[first, 0], points[first, 1]
+    x1, y1 = points[second, 0], points[second, 1]
     for dot in near:
-        if found == MOST_IN_LENS:
+        x, y = points[dot, 0], points[dot, 1]
+        if (x - x0) * (x - x0) + (y - y0) * (y - y0) > most or found == len(lens):
             break
-        if dot in (first, second):
-            continue
-        if distance(points, first, dot) <= longest and distance(points, second, dot) <= longest:
+        if dot not in (first, second) and (x - x1) * (x - x1) + (y - y1) * (y - y1) <= most:
             lens[found] = dot
             found += 1
     return found

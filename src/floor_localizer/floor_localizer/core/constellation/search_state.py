@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from floor_localizer.core.acceptance import log_chance_alignments
@@ -64,7 +65,7 @@ def new_search(dots: int, dots_in_scope: float, accept_below: float, match_rate_
     )
 
 
-@njit(cache=True)
+@register_jitable
 def is_accepted(search: Search, pose: NDArray[np.float64]) -> bool:
     """Tell whether ``search.best`` or ``search.rival`` is no chance."""
     return pose[0] < search.log_accept and pose[5] >= search.least_matches

@@ -1,0 +1,132 @@
+"""SIFT features with FLANN and a vote, on rendered pictures of a patch of floor.
+
+The patch is 1.8 x 1.2 m, an eighth of the paper's floor: the picture of all of it at the camera's resolution would take
+a gigabyte of descriptors. Chips are missing and added as in the views of dots; there is no noise of centroids, as the
+picture has none, and neither the camera's height nor tilt is off.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from _paper_views import CAMERA, MOUNT, VIEW_SIZE
+from numpy.typing import NDArray
+
+from scene_simulator.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign, lay_floor
+from scene_simulator.floor_camera import FloorCamera
+from scene_simulator.floor_marks import FloorMarks
+from scene_simulator.floor_view import FloorView
+from scene_simulator.imaging import Sensor
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+
+PATCH = (1.8, 1.2)
+DENSITY = DARK_ON_LIGHT.count / math.prod(DARK_ON_LIGHT.size)
+# Lowe's ratio of the best to the second best, inliers that a pose needs, and by how much its scale may be off.
+RATIO, LEAST_INLIERS, SCALE_ERROR = 0.85, 6, 0.05
+_TILE = 1200
+_KD_TREES = {'algorithm': 1, 'trees': 4}
+
+
+class Picture(NamedTuple):
+    """One picture of the patch and the truth about it."""
+
+    image: NDArray[np.uint8]
+    T_map_view: PlanarPose
+
+
+class Features(NamedTuple):
+    """What SIFT sees in a picture: places in the view's frame, shape (n, 2) [m], and descriptors, shape (n, 128)."""
+
+    points: NDArray[np.float32]
+    descriptors: NDArray[np.float32]
+
+
+class AddedChips(NamedTuple):
+    """Chips that are not of the floor, as `scene_simulator` takes disturbances."""
+
+    marks: FloorMarks
+
+    def disturb(self, view: FloorView) -> None:
+        """Lay them into the view."""
+        view.paint(self.marks, dirt=True)
+
+
+def patch_floor(seed: int) -> DotFloor:
+    """Return the patch, as dense as the paper's floor."""
+    return lay_floor(FloorDesign(size=PATCH, count=round(DENSITY * math.prod(PATCH))), seed)
+
+
+def pictures(floor: DotFloor, number: int, missing: float, spurious: float, seed: int) -> Iterator[Picture]:
+    """Yield pictures at random places of the patch; rates are relative to the chips in view."""
+    camera = FloorCamera(intrinsics=CAMERA)
+    margin = VIEW_SIZE / math.sqrt(2.0)
+    others = FloorDesign(size=PATCH, count=max(round(spurious * len(floor)), 1))
+    for k in range(number):
+        rng = np.random.default_rng([seed, k])
+        pose = PlanarPose(
+            *rng.uniform(margin, np.array(PATCH) - margin), yaw=float(rng.uniform(-math.pi, math.pi))
+        )
+        added = AddedChips(lay_floor(others, 1000 + k).chips)
+        photo = camera.photograph(floor.worn(missing, k), [pose], MOUNT, disturbances=(added,), rng=rng)
+        yield Picture(photo.image, pose)
+
+
+class SiftMatcher:
+    """Locates pictures on one patch."""
+
+    def __init__(self, floor: DotFloor) -> None:
+        """Photograph the patch tile by tile and index its features."""
+        self._sift = cv2.SIFT_create()
+        self._metres_per_pixel = MOUNT.xyz[2] / CAMERA.fx
+        places, descriptors = [], []
+        side = _TILE * self._metres_per_pixel
+        tile = PinholeCamera(_TILE, _TILE, CAMERA.fx, CAMERA.fy, (_TILE - 1) / 2.0, (_TILE - 1) / 2.0)
+        camera = FloorCamera(intrinsics=tile, sensor=Sensor())
+        mount = CameraMount()
+        for x in np.arange(side / 2.0, PATCH[0] + side / 2.0, 0.8 * side):
+            for y in np.arange(side / 2.0, PATCH[1] + side / 2.0, 0.8 * side):
+                pose = PlanarPose(float(x), float(y), 0.0)
+                keypoints, described = self._sift.detectAndCompute(
+                    camera.photograph(floor, [pose], mount).image, None
+                )
+                pixels = np.array([keypoint.pt for keypoint in keypoints])
+                rays = tile.rays_from_pixels(pixels)
+                places.append(pose.transform(mount.floor_points_from_rays(rays)))
+                descriptors.append(described)
+        self._places = np.vstack(places).astype(np.float32)
+        self._matcher = cv2.FlannBasedMatcher(_KD_TREES, {'checks': 64})
+        self._matcher.add([np.vstack(descriptors)])
+        self._matcher.train()
+
+    def features(self, image: NDArray[np.uint8]) -> Features:
+        """Return the features of a picture."""
+        keypoints, descriptors = self._sift.detectAndCompute(image, None)
+        pixels = np.array([keypoint.pt for keypoint in keypoints])
+        points = MOUNT.floor_points_from_rays(CAMERA.rays_from_pixels(pixels))
+        return Features(points.astype(np.float32), descriptors)
+
+    def locate(self, features: Features) -> PlanarPose | None:
+        """Return the pose that most features agree on."""
+        pairs = self._matcher.knnMatch(features.descriptors, k=3)
+        view, on_map = [], []
+        for matches in pairs:
+            # Tiles overlap, so that the same feature may come twice: the third tells how good the first is.
+            best, others = matches[0], matches[1:]
+            if len(others) == 2 and best.distance < RATIO * others[1].distance:
+                view.append(features.points[best.queryIdx])
+                on_map.append(self._places[best.trainIdx])
+        if len(view) < LEAST_INLIERS:
+            return None
+        similarity, inliers = cv2.estimateAffinePartial2D(
+            np.array(view), np.array(on_map), ransacReprojThreshold=0.001, maxIters=2000
+        )
+        if similarity is None or int(inliers.sum()) < LEAST_INLIERS:
+            return None
+        a, b = float(similarity[0, 0]), float(similarity[1, 0])
+        if abs(math.hypot(a, b) - 1.0) > SCALE_ERROR:
+            return None
+        return PlanarPose(float(similarity[0, 2]), float(similarity[1, 2]), math.atan2(b, a))
