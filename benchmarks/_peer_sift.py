@@ -67,9 +67,8 @@ def pictures(floor: DotFloor, number: int, missing: float, spurious: float, seed
     others = FloorDesign(size=PATCH, count=max(round(spurious * len(floor)), 1))
     for k in range(number):
         rng = np.random.default_rng([seed, k])
-        pose = PlanarPose(
-            *rng.uniform(margin, np.array(PATCH) - margin), yaw=float(rng.uniform(-math.pi, math.pi))
-        )
+        x, y = rng.uniform(margin, np.array(PATCH) - margin).tolist()
+        pose = PlanarPose(x, y, float(rng.uniform(-math.pi, math.pi)))
         added = AddedChips(lay_floor(others, 1000 + k).chips)
         photo = camera.photograph(floor.worn(missing, k), [pose], MOUNT, disturbances=(added,), rng=rng)
         yield Picture(photo.image, pose)
@@ -80,7 +79,7 @@ class SiftMatcher:
 
     def __init__(self, floor: DotFloor) -> None:
         """Photograph the patch tile by tile and index its features."""
-        self._sift = cv2.SIFT_create()
+        self._sift = cv2.SIFT.create()
         self._metres_per_pixel = MOUNT.xyz[2] / CAMERA.fx
         places, descriptors = [], []
         side = _TILE * self._metres_per_pixel

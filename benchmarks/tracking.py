@@ -18,9 +18,9 @@ os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
 import cv2
 import numpy as np
+from _dot_conditions import NEAR_CAMERA, WIDE_CAMERA
 from _paper_matchers import DOT_DIAMETER
 from _paper_views import CAMERA, FLOOR_SIZE, MOUNT, NOISE, paper_floor, paper_views
-from dot_extraction import NEAR_CAMERA, WIDE_CAMERA
 from numpy.typing import NDArray
 from tqdm import tqdm
 

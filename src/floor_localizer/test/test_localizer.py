@@ -247,8 +247,9 @@ def test_a_slanting_camera_with_dots_beyond_the_horizon_keeps_dots_and_matches_t
 
 
 def test_only_dots_beyond_the_horizon_are_no_dots(indexed_floor):
-    mount = CameraMount(rpy=(-math.pi / 2.0, 0.0, -math.pi / 2.0))
-    sky = dots_at(np.random.default_rng(0).uniform((0.0, 0.0), (234.0, 100.0), (20, 2)))
+    # Ten degrees down, seen through a lens of 38 degrees: the horizon is at row 57.
+    mount = CameraMount(rpy=(-math.pi / 2.0 - math.radians(10.0), 0.0, -math.pi / 2.0))
+    sky = dots_at(np.random.default_rng(0).uniform((0.0, 0.0), (234.0, 50.0), (20, 2)))
     assert FloorLocalizer(indexed_floor, mount).locate_dots(sky, CAMERA).reason is NoFixReason.NO_DOTS
 
 
