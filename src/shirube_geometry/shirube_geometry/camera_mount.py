@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,10 +25,12 @@ class CameraMount:
     xyz: tuple[float, float, float] = (0.0, 0.0, 0.13)
     rpy: tuple[float, float, float] = (math.pi, 0.0, -math.pi / 2.0)
 
-    @property
+    @cached_property
     def rotation(self) -> NDArray[np.float64]:
-        """``R_base_camera``, shape (3, 3)."""
-        return matrix_from_rpy(self.rpy)
+        """``R_base_camera``, shape (3, 3), not to be written to."""
+        rotation = matrix_from_rpy(self.rpy)
+        rotation.flags.writeable = False
+        return rotation
 
     def floor_points_from_rays(self, rays: ArrayLike) -> NDArray[np.float64]:
         """Return where rays of the camera meet the floor.

@@ -20,21 +20,19 @@ def order_neighbours(points: NDArray[np.float64], most: int) -> NDArray[np.int64
     nearest = np.empty((n, m), dtype=np.int64)
     if m == 0:
         return nearest
-    squared = np.empty(n)
-    near = np.empty(n, dtype=np.int64)
+    # Sorted along x, the candidates for a circle follow each other.
+    order = np.argsort(points[:, 0])
+    x, y = points[order, 0], points[order, 1]
+    squared, near = np.empty(n), np.empty(n, dtype=np.int64)
     circle = max(_area(points) * _MORE * m / (math.pi * n), 1e-12)
     for i in range(n):
-        for j in range(n):
-            dx = points[i, 0] - points[j, 0]
-            dy = points[i, 1] - points[j, 1]
-            squared[j] = dx * dx + dy * dy
-        squared[i] = math.inf
         within = circle
-        count = _sort_within(squared, within, near)
+        count = _sort_within(x, y, i, within, squared, near)
         while count < m:
             within *= 3.0
-            count = _sort_within(squared, within, near)
-        nearest[i] = near[:m]
+            count = _sort_within(x, y, i, within, squared, near)
+        for k in range(m):
+            nearest[order[i], k] = order[near[k]]
     return nearest
 
 
@@ -46,11 +44,23 @@ def _area(points: NDArray[np.float64]) -> float:
 
 
 @njit(cache=True)
-def _sort_within(squared: NDArray[np.float64], most: float, near: NDArray[np.int64]) -> int:
-    """Write the indices of the distances up to ``most`` to ``near`` from small to large and return their number."""
+def _sort_within(
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    i: int,
+    most: float,
+    squared: NDArray[np.float64],
+    near: NDArray[np.int64],
+) -> int:
+    """Write the places of the dots up to a squared distance from dot i to ``near``, near to far; return how many.
+
+    The dots are sorted by x; ``squared`` is room for their squared distances.
+    """
+    reach = math.sqrt(most)
     count = 0
-    for j in range(len(squared)):
-        if squared[j] <= most:
+    for j in range(np.searchsorted(x, x[i] - reach), np.searchsorted(x, x[i] + reach, 'right')):
+        squared[j] = (x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2
+        if j != i and squared[j] <= most:
             k = count
             while k > 0 and squared[near[k - 1]] > squared[j]:
                 near[k] = near[k - 1]

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from floor_localizer.core.dot_extraction.labelling import label_blobs
@@ -64,21 +67,29 @@ def choose_polarity(image: NDArray[np.uint8], largest_diameter: float) -> str:
     return 'dark' if dark >= light else 'light'
 
 
+@njit(cache=True, error_model='numpy')
 def _floor_brightness(brightness: NDArray[np.uint8]) -> NDArray[np.float32]:
     # Second order in the logarithm, fitted to some of the pixels.
     height, width = brightness.shape
     v, u = np.linspace(-1.0, 1.0, height), np.linspace(-1.0, 1.0, width)
     step = max(1, -(-max(height, width) // _SAMPLES_A_SIDE))
-    levels = np.log(np.maximum(brightness[::step, ::step].ravel(), 1))
-    rows, columns = np.repeat(v[::step], len(u[::step])), np.tile(u[::step], len(v[::step]))
-    design = np.stack([np.ones(rows.size), columns, rows, columns**2, rows**2])
-    solution = np.array([np.median(levels), 0.0, 0.0, 0.0, 0.0])
+    some = brightness[::step, ::step]
+    design, levels = np.ones((some.size, 5)), np.empty(some.size)
+    for row in range(some.shape[0]):
+        for column in range(some.shape[1]):
+            k = row * some.shape[1] + column
+            levels[k] = math.log(max(some[row, column], 1))
+            design[k, 1], design[k, 2] = u[column * step], v[row * step]
+            design[k, 3:] = design[k, 1:3] ** 2
+    solution = np.zeros(5)
+    solution[0] = np.median(levels)
     for scale in _OUTLIER_SCALES:
-        weighted = design / (1.0 + ((levels - solution @ design) / scale) ** 2)
-        solution = np.linalg.solve(weighted @ design.T, weighted @ levels)
+        weights = 1.0 / (1.0 + ((levels - design @ solution) / scale) ** 2)
+        weighted = design * weights.reshape(-1, 1)
+        solution = np.linalg.solve(weighted.T @ design, weighted.T @ levels)
     across = solution[1] * u + solution[3] * u**2
     down = solution[0] + solution[2] * v + solution[4] * v**2
-    return np.asarray(np.exp(down[:, None] + across[None, :]), dtype=np.float32)
+    return np.exp(down.reshape(-1, 1) + across).astype(np.float32)
 
 
 def _count(mask: NDArray[np.bool_], largest_area: float) -> int:
