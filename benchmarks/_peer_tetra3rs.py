@@ -10,7 +10,9 @@ from __future__ import annotations
 import math
 import struct
 import tempfile
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from _paper_views import CAMERA, MOUNT, PaperView
@@ -19,7 +21,7 @@ from numpy.typing import NDArray
 from shirube_geometry import PlanarPose, wrap_angle
 
 try:
-    import tetra3rs
+    tetra3rs: Any = import_module('tetra3rs')
 except ImportError:
     tetra3rs = None
 

@@ -86,7 +86,7 @@ def _floor_brightness(brightness: NDArray[np.uint8]) -> NDArray[np.float32]:
     for scale in _OUTLIER_SCALES:
         weights = 1.0 / (1.0 + ((levels - design @ solution) / scale) ** 2)
         weighted = design * weights.reshape(-1, 1)
-        solution = np.linalg.solve(weighted.T @ design, weighted.T @ levels)
+        solution[:] = np.linalg.solve(weighted.T @ design, weighted.T @ levels)
     across = solution[1] * u + solution[3] * u**2
     down = solution[0] + solution[2] * v + solution[4] * v**2
     return np.exp(down.reshape(-1, 1) + across).astype(np.float32)
