@@ -8,10 +8,10 @@ import numpy as np
 from floor_views import CAMERA, MOUNT, View, pose_over, see
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation.alignment import ViewDots
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.constellation.neighbours import order_neighbours
 from floor_localizer.core.constellation.search_state import Search, new_search
+from floor_localizer.core.constellation.view_dots import ViewDots
 from floor_localizer.core.dot_map import DotMap
 from shirube_geometry import PlanarPose
 

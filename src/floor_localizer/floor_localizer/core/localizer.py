@@ -16,13 +16,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation.alignment import ViewDots
 from floor_localizer.core.constellation.constellation_search import search_constellations
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.constellation.near_search import search_near
-from floor_localizer.core.constellation.neighbours import order_neighbours
 from floor_localizer.core.constellation.pair_search import search_pairs
-from floor_localizer.core.constellation.search_state import Search, is_accepted, new_search
+from floor_localizer.core.constellation.search_state import LOOKS_SAME, Search, is_accepted, new_search
+from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mirrored
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_extraction import DotDetector
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
@@ -34,11 +33,8 @@ from floor_localizer.core.settings import LocalizerSettings
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, wrap_angle
 
 _LEAST_DOTS = 5
-_NEIGHBOURS = 32
 _NEAR_PAIRS = 12
 _MIRROR_CELLS = 40000
-# A place that matches this share of what the best place matches looks the same.
-_LOOKS_SAME = 0.8
 # An area wider than this [m] is searched by way of the whole map.
 _WIDEST_NEAR = 0.5
 
@@ -144,11 +140,8 @@ class FloorLocalizer:
         return self._fix(points, poses[0], dots, used_prior)
 
     def _view(self, points: FloorPoints) -> ViewDots:
-        xy = points.points
-        return ViewDots(
-            xy,
-            xy[:, 0] + 1j * xy[:, 1],
-            order_neighbours(xy, _NEIGHBOURS),
+        return make_view(
+            points.points,
             float(np.sqrt(np.mean(points.sigmas**2))),
             self._settings.tilt_tolerance / self._mount.xyz[2],
             self._settings.scale_tolerance,
@@ -222,10 +215,8 @@ class FloorLocalizer:
 
     def _is_mirrored(self, view: ViewDots, cells: int) -> bool:
         """Tell whether the mirrored view matches the map, as far as so many cells of the index tell."""
-        points = view.points * (1.0, -1.0)
-        mirrored = view._replace(points=points, z=view.z.conj())
         search = self._new_search(view, float(len(self._floor.grid.points)))
-        return search_constellations(self._floor.grid, self._floor.index, mirrored, search, cells)
+        return search_constellations(self._floor.grid, self._floor.index, mirrored(view), search, cells)
 
 
 def _level_state(pose: NDArray[np.float64], mount: CameraMount) -> NDArray[np.float64]:
@@ -240,7 +231,7 @@ def _level_state(pose: NDArray[np.float64], mount: CameraMount) -> NDArray[np.fl
 def _alike_poses(search: Search) -> list[NDArray[np.float64]]:
     """Return the best pose of a search, and its rival if that looks the same."""
     rival = search.rival
-    looks_same = is_accepted(search, rival) and rival[5] >= _LOOKS_SAME * search.best[5]
+    looks_same = is_accepted(search, rival) and rival[5] >= LOOKS_SAME * search.best[5]
     return [search.best, rival] if looks_same else [search.best]
 
 

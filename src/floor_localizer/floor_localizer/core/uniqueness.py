@@ -16,19 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.acceptance import log_chance_alignments
-from floor_localizer.core.constellation.alignment import ViewDots
 from floor_localizer.core.constellation.constellation_search import search_constellations
 from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.constellation.indexed_map import IndexedMap
-from floor_localizer.core.constellation.neighbours import order_neighbours
 from floor_localizer.core.constellation.pair_search import search_pairs
-from floor_localizer.core.constellation.search_state import Search, is_accepted, new_search
+from floor_localizer.core.constellation.search_state import LOOKS_SAME, Search, is_accepted, new_search
+from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mirrored
 from floor_localizer.core.settings import LocalizerSettings
 from shirube_settings import setting
 
-_NEIGHBOURS = 32
-# A place that matches this share of a view looks the same: the localizer calls it ambiguous.
-LOOKS_SAME = 0.8
 # A place that looks the same shares a quarter of the view's constellations: some are among so many.
 _LOOKUPS = 200
 # So few dots need not hold a constellation; laying pairs on the map finds them all the same.
@@ -143,9 +139,9 @@ def inspect_place(
     if _share(rival, view) >= LOOKS_SAME:
         kind = PlaceKind.TWIN
     else:
-        mirrored = _search(floor, _mirrored(view), settings)
-        if is_accepted(mirrored, mirrored.best) and _share(mirrored.best, view) >= LOOKS_SAME:
-            kind, rival = PlaceKind.MIRRORED_TWIN, mirrored.best
+        flipped = _search(floor, mirrored(view), settings)
+        if is_accepted(flipped, flipped.best) and _share(flipped.best, view) >= LOOKS_SAME:
+            kind, rival = PlaceKind.MIRRORED_TWIN, flipped.best
     where = (float(rival[3]), float(rival[4])) if math.isfinite(rival[0]) else None
     return Place(*middle, kind, len(dots), chance, _share(rival, view), where)
 
@@ -169,19 +165,13 @@ def _dots_in_view(grid: DotGrid, x: float, y: float, side: float) -> NDArray[np.
 def _view(
     points: NDArray[np.float64], density: float, view_settings: ViewSettings, settings: LocalizerSettings
 ) -> ViewDots:
-    return ViewDots(
+    return make_view(
         points,
-        points[:, 0] + 1j * points[:, 1],
-        order_neighbours(points, _NEIGHBOURS),
         math.hypot(view_settings.dot_sigma, settings.map_sigma),
         settings.tilt_tolerance / view_settings.view_size,
         settings.scale_tolerance,
         density,
     )
-
-
-def _mirrored(view: ViewDots) -> ViewDots:
-    return view._replace(points=view.points * (1.0, -1.0), z=view.z.conj())
 
 
 def _search(floor: IndexedMap, view: ViewDots, settings: LocalizerSettings) -> Search:

@@ -14,6 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.dot_grid import DotGrid, nearest_dot
+from floor_localizer.core.constellation.view_dots import ViewDots
 
 # A dot is looked for within this many standard deviations of where it should be.
 GATE = 3.2
@@ -28,28 +29,6 @@ _LOG_HOPELESS = -math.log(10.0)
 # It is worth a look at the whole view when they are this many times likelier by truth, and tried no further beyond.
 _LOG_WORTHY = math.log(30.0)
 _LOG_PLAIN = math.log(10000.0)
-
-
-class ViewDots(NamedTuple):
-    """The dots of one view, made ready for the search.
-
-    Attributes:
-        points: shape (n, 2), where the dots lie on the floor in the base frame, for the camera as mounted [m].
-        z: shape (n,) complex, the same.
-        nearest: shape (n, m), for each dot the others from near to far.
-        sigma: standard deviation of a dot's place along each axis, in the image and in the map together [m].
-        bend: shift of a dot by tilt, over the square of its distance from the dots fitted so far [1/m].
-        scale_tolerance: the camera's height may be off by this share.
-        density: dots of the map on a square metre where there are dots [1/m^2].
-    """
-
-    points: NDArray[np.float64]
-    z: NDArray[np.complex128]
-    nearest: NDArray[np.int64]
-    sigma: float
-    bend: float
-    scale_tolerance: float
-    density: float
 
 
 class MatchSums(NamedTuple):

@@ -8,9 +8,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation.alignment import ViewDots
 from floor_localizer.core.constellation.constellation_key import OTHERS
 from floor_localizer.core.constellation.lens import distance, dots_in_lens
+from floor_localizer.core.constellation.view_dots import ViewDots
 
 # A base with more dots in its lens is left out: hardly any of its constellations would be whole and indexed.
 MOST_CROWDED = 12

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation.alignment import ViewDots, grow
+from floor_localizer.core.constellation.alignment import grow
 from floor_localizer.core.constellation.constellation_bases import ViewBases, list_bases
 from floor_localizer.core.constellation.constellation_index import ConstellationIndex
 from floor_localizer.core.constellation.constellation_key import (
@@ -32,6 +32,7 @@ from floor_localizer.core.constellation.constellation_lookups import (
 from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.constellation.lens import MOST_GROUPS, dots_in_lens, groups_of_four
 from floor_localizer.core.constellation.search_state import Search, judge
+from floor_localizer.core.constellation.view_dots import ViewDots
 
 # A base is too short to look up when the noise is more than this share of it: nearly every key would fit.
 _NOISIEST = 0.028

@@ -8,11 +8,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation.alignment import GATE, ViewDots, grow
+from floor_localizer.core.constellation.alignment import GATE, grow
 from floor_localizer.core.constellation.dot_grid import DotGrid, dots_within
 from floor_localizer.core.constellation.lens import distance
 from floor_localizer.core.constellation.pair_search import choose_pairs
 from floor_localizer.core.constellation.search_state import Search, judge
+from floor_localizer.core.constellation.view_dots import ViewDots
 
 _SHORTEST, _LONGEST = 1.2, 5.0
 _MOST_AROUND = 20000

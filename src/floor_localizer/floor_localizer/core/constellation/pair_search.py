@@ -12,10 +12,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.address_grid import AddressGrid, is_occupied
-from floor_localizer.core.constellation.alignment import GATE, ViewDots, grow
+from floor_localizer.core.constellation.alignment import GATE, grow
 from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.constellation.lens import distance
 from floor_localizer.core.constellation.search_state import Search, is_accepted, judge
+from floor_localizer.core.constellation.view_dots import ViewDots
 
 # Bases in units of the mean spacing: shorter ones leave the turn too open, longer ones fit too many map pairs.
 _SHORTEST, _LONGEST = 1.0, 2.0

@@ -11,8 +11,12 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from floor_localizer.core.acceptance import log_chance_alignments
-from floor_localizer.core.constellation.alignment import ViewDots, match_closely, match_view
+from floor_localizer.core.constellation.alignment import match_closely, match_view
 from floor_localizer.core.constellation.dot_grid import DotGrid
+from floor_localizer.core.constellation.view_dots import ViewDots
+
+LOOKS_SAME = 0.8
+"""A place that matches this share of what the best place matches looks the same."""
 
 # The fitted scale may be off by this much more than the camera's height, for its own error.
 _SCALE_MARGIN = 1.3
