@@ -41,3 +41,12 @@ def test_lamps_mirrored_by_the_floor_change_nothing():
     lamps = sum(150.0 * np.exp(-0.5 * (np.hypot(u - x, v - 80.0) / 6.0) ** 2) for x in (30.0, 130.0))
     image = np.minimum(photograph(COVERAGE, 70.0, 15.0, noise=1.0) + lamps, 255).astype(np.uint8)
     assert chosen(image) == 'dark'
+
+
+@pytest.mark.parametrize('beyond', [0.15, 0.5, 2.0])
+@pytest.mark.parametrize('edge', [50, 80, 110])
+def test_the_edge_of_a_mat_or_a_shadow_changes_nothing(beyond, edge):
+    light = np.ones((160, 160))
+    light[:, edge:] = beyond
+    assert chosen(photograph(COVERAGE, 110.0, 30.0, light, noise=1.0)) == 'dark'
+    assert chosen(photograph(COVERAGE, 50.0, 110.0, light, noise=1.0)) == 'light'

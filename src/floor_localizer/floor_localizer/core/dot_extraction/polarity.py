@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -24,15 +25,34 @@ _SAMPLES_A_SIDE = 16
 # What differs from the floor counts less (Cauchy), on scales that shrink from that of the light's changes to
 # that of chips [relative].
 _OUTLIER_SCALES = (0.4, 0.24, 0.14, 0.08, 0.05)
+# A smooth floor that scatters more may have an edge [relative]; then it counts who tells so many times the dots.
+_UNEXPLAINED = 0.06
+_CLEARLY_MORE = 1.5
 # A blob that fills less than this part of its bounding box is a net of floor between chips.
 _LEAST_FILLING = 0.4
+
+
+class _Tally(NamedTuple):
+    """Blobs of a dot's size that differ from the floor: darker, lighter, and in colour or brightness; and by how much
+    the floor itself scatters [relative].
+    """
+
+    dark: int
+    light: int
+    coloured: int
+    noise: float
+
+    @property
+    def leading(self) -> int:
+        return max(self.dark, self.light)
 
 
 def choose_polarity(image: NDArray[np.uint8], largest_diameter: float) -> str:
     """Return ``dark``, ``light`` or ``any``: the kind of which there are most; their size does not count.
 
     The floor is what most of the image is, under a light that changes slowly. So a giant chip, which fills a
-    part of the view, stays a chip, and the floor beside it does not become a light dot.
+    part of the view, stays a chip, and the floor beside it does not become a light dot. Where that leaves much
+    unexplained, by the edge of a shadow or of a mat, the floor that follows the image may tell more dots.
 
     Args:
         image: shape (h, w, channels), grey levels.
@@ -46,25 +66,40 @@ def choose_polarity(image: NDArray[np.uint8], largest_diameter: float) -> str:
     brightness = np.maximum(coarse.mean(axis=2, dtype=np.float32), np.float32(1.0))
     # Twice the dots' size: they must stay the minority in the window.
     window = 2 * round(1.2 * largest_diameter / factor) + 1
-    floor = _floor_brightness(cv2.medianBlur(brightness.astype(np.uint8), window))
+    local = np.maximum(cv2.medianBlur(brightness.astype(np.uint8), window), 1)
+    largest_area = 0.25 * np.pi * (largest_diameter / factor) ** 2
+    tally = _tally(coarse, brightness, _floor_brightness(local), largest_area)
+    if tally.noise > _UNEXPLAINED:
+        second = _tally(coarse, brightness, local.astype(np.float32), largest_area)
+        if second.leading > _CLEARLY_MORE * tally.leading:
+            tally = second
+    if min(tally.dark, tally.light) > _SECOND_KIND * tally.leading:
+        return 'any'
+    if tally.coloured > _COLOUR_EXCESS * tally.leading:
+        return 'any'
+    return 'dark' if tally.dark >= tally.light else 'light'
+
+
+def _tally(
+    coarse: NDArray[np.uint8],
+    brightness: NDArray[np.float32],
+    floor: NDArray[np.float32],
+    largest_area: float,
+) -> _Tally:
     relative = brightness / floor - 1.0
     noise = 1.4826 * float(np.median(np.abs(relative)))
     threshold = np.maximum(max(_SMALLEST_CONTRAST, _NOISE_SIGMAS * noise), _ROUNDING / floor)
-    usual = np.median(coarse[np.abs(relative) < threshold], axis=0)
-
     # The rim of a reflection is bright, too.
     saturated = (coarse.max(axis=2) >= _SATURATED).astype(np.uint8)
     lit = cv2.dilate(saturated, np.ones((3, 3), np.uint8)) == 0
-    largest_area = 0.25 * np.pi * (largest_diameter / factor) ** 2
     dark = _count((relative < -threshold) & lit, largest_area)
     light = _count((relative > threshold) & lit, largest_area)
     coloured = 0
-    if channels > 1:
+    if coarse.shape[2] > 1:
+        usual = np.median(coarse[np.abs(relative) < threshold], axis=0)
         tint = coarse / (usual / usual.mean()).astype(np.float32) / floor[..., None] - 1.0
         coloured = _count((np.sqrt((tint**2).mean(axis=2)) > threshold) & lit, largest_area)
-    if min(dark, light) > _SECOND_KIND * max(dark, light) or coloured > _COLOUR_EXCESS * max(dark, light):
-        return 'any'
-    return 'dark' if dark >= light else 'light'
+    return _Tally(dark, light, coloured, noise)
 
 
 @njit(cache=True, error_model='numpy')
