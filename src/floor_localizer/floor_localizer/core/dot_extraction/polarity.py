@@ -28,6 +28,7 @@ _OUTLIER_SCALES = (0.4, 0.24, 0.14, 0.08, 0.05)
 # A smooth floor that scatters more may have an edge [relative]; then it counts who tells so many times the dots.
 _UNEXPLAINED = 0.06
 _CLEARLY_MORE = 1.5
+_EDGE = 0.25
 # A blob that fills less than this part of its bounding box is a net of floor between chips.
 _LEAST_FILLING = 0.4
 
@@ -68,9 +69,15 @@ def choose_polarity(image: NDArray[np.uint8], largest_diameter: float) -> str:
     window = 2 * round(1.2 * largest_diameter / factor) + 1
     local = np.maximum(cv2.medianBlur(brightness.astype(np.uint8), window), 1)
     largest_area = 0.25 * np.pi * (largest_diameter / factor) ** 2
-    tally = _tally(coarse, brightness, _floor_brightness(local), largest_area)
+    # The rim of a reflection is bright, too.
+    saturated = (coarse.max(axis=2) >= _SATURATED).astype(np.uint8)
+    usable = cv2.dilate(saturated, np.ones((3, 3), np.uint8)) == 0
+    tally = _tally(coarse, brightness, _floor_brightness(local), usable, largest_area)
     if tally.noise > _UNEXPLAINED:
-        second = _tally(coarse, brightness, local.astype(np.float32), largest_area)
+        # Along an edge a dot bends the median, so that the floor beside looks like a dot of the other kind.
+        edge = cv2.morphologyEx(local, cv2.MORPH_GRADIENT, np.ones((window, window), np.uint8))
+        usable &= edge < _EDGE * local
+        second = _tally(coarse, brightness, local.astype(np.float32), usable, largest_area)
         if second.leading > _CLEARLY_MORE * tally.leading:
             tally = second
     if min(tally.dark, tally.light) > _SECOND_KIND * tally.leading:
@@ -84,21 +91,19 @@ def _tally(
     coarse: NDArray[np.uint8],
     brightness: NDArray[np.float32],
     floor: NDArray[np.float32],
+    usable: NDArray[np.bool_],
     largest_area: float,
 ) -> _Tally:
     relative = brightness / floor - 1.0
     noise = 1.4826 * float(np.median(np.abs(relative)))
     threshold = np.maximum(max(_SMALLEST_CONTRAST, _NOISE_SIGMAS * noise), _ROUNDING / floor)
-    # The rim of a reflection is bright, too.
-    saturated = (coarse.max(axis=2) >= _SATURATED).astype(np.uint8)
-    lit = cv2.dilate(saturated, np.ones((3, 3), np.uint8)) == 0
-    dark = _count((relative < -threshold) & lit, largest_area)
-    light = _count((relative > threshold) & lit, largest_area)
+    dark = _count((relative < -threshold) & usable, largest_area)
+    light = _count((relative > threshold) & usable, largest_area)
     coloured = 0
     if coarse.shape[2] > 1:
         usual = np.median(coarse[np.abs(relative) < threshold], axis=0)
         tint = coarse / (usual / usual.mean()).astype(np.float32) / floor[..., None] - 1.0
-        coloured = _count((np.sqrt((tint**2).mean(axis=2)) > threshold) & lit, largest_area)
+        coloured = _count((np.sqrt((tint**2).mean(axis=2)) > threshold) & usable, largest_area)
     return _Tally(dark, light, coloured, noise)
 
 
