@@ -9,7 +9,7 @@ from floor_localizer.core.dot_extraction.centroids import Blobs
 from floor_localizer.core.dot_extraction.noise_removal import excess_discords
 
 # Whatever the noise: ragged edges and unevenly coloured chips, for an edge as wide as the dot [px].
-_SHAPE_SIGMA = 0.009
+_SHAPE_SIGMA = 0.006
 _LARGEST_SOFTNESS = 0.9
 # Texture of the floor and compression are alike in neighbours: over a wide soft edge they add up.
 _SOFT_NOISE = 1.3
@@ -17,7 +17,7 @@ _SOFT_NOISE = 1.3
 _SPLIT_SIGMA = 0.02
 # The background follows a change of the light with an error: of second order while the change is small.
 _STEP_SIGMA = 0.1
-_STEP_GROWTH = 0.4
+_STEP_GROWTH = 0.3
 # Long ones beyond the fence over the upper quartile (Tukey's, for the logarithm of the area, in distances of the
 # quartiles) may be two: then the centroid lies between their centres.
 _MERGED_FENCE = 0.5

@@ -33,7 +33,7 @@ _SATURATED_FLOOR = 225.0
 # A ring of fewer pixels does not tell their spread.
 _FEWEST_OF_RING = 20
 # What spreads a ring more than the noise of single pixels is common to neighbours and averages out less.
-_COMMON_NOISE_WEIGHT = 2.2
+_COMMON_NOISE_WEIGHT = 1.6
 
 # Share of the photons in the variance of a camera's noise; reading out and compression make the rest.
 _PHOTONS = 0.7
