@@ -54,6 +54,10 @@ class PoseListener(Node):
         self.image_count = 0
         self.pose_count = 0
         self.delays: list[int] = []
+        # An image and its pose come on two topics, either may be first.
+        self._waiting: dict[int, int] = {}
+        self._early: dict[int, int] = {}
+        self._latest = 0
         self.positions: dict[int, tuple[float, float, float]] = {}
         self.quaternions: dict[int, tuple[float, float, float, float]] = {}
         self.diagnostics: dict[str, str] = {}
@@ -79,15 +83,29 @@ class PoseListener(Node):
         }
 
     def _take_image(self, message: CompressedImage, info: MessageInfo) -> None:
-        self.images[_stamp(message.header)] = info['source_timestamp']
+        stamp, sent = _stamp(message.header), info['source_timestamp']
+        self.images[stamp] = sent
         self.image_count += 1
+        published = self._early.pop(stamp, None)
+        if stamp < self._latest:
+            # The bag begins again: what waits belongs to the round before.
+            self._waiting.clear()
+            self._early.clear()
+        self._latest = stamp
+        if published is None:
+            self._waiting[stamp] = sent
+        else:
+            self.delays.append(published - sent)
 
     def _take_pose(self, message: PoseStamped, info: MessageInfo) -> None:
         stamp, p, q = _stamp(message.header), message.pose.position, message.pose.orientation
         self.published[stamp] = info['source_timestamp']
         self.pose_count += 1
-        if stamp in self.images:
-            self.delays.append(self.published[stamp] - self.images[stamp])
+        sent = self._waiting.pop(stamp, None)
+        if sent is None:
+            self._early[stamp] = self.published[stamp]
+        else:
+            self.delays.append(self.published[stamp] - sent)
         self.positions[stamp] = (p.x, p.y, p.z)
         self.quaternions[stamp] = (q.x, q.y, q.z, q.w)
 
