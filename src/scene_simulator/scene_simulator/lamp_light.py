@@ -1,0 +1,129 @@
+"""Adds the light of lamps, and of their ghosts, to a frame; only their neighbourhood is computed."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_simulator.camera_motion import CameraMotion
+from scene_simulator.ceiling_lamp import CeilingLamp
+from scene_simulator.ceiling_lens import CeilingLens, LensGhost
+from scene_simulator.lamp_profile import face_homographies, lamp_profiles
+from scene_simulator.lamp_sighting import LampSighting, in_cone, sight_lamp, smear
+from scene_simulator.shutter import Shutter
+from shirube_geometry import PinholeCamera
+
+_SMEAR = 0.7
+"""Smear of a lamp between two instants of an exposure [px]: its edges are softer."""
+
+Window = tuple[slice, slice]
+
+
+class LampLight:
+    """Lamps in one frame."""
+
+    def __init__(
+        self,
+        camera: PinholeCamera,
+        shutter: Shutter,
+        lens: CeilingLens,
+        rays: NDArray[np.float64],
+        motion: CameraMotion,
+        stamp: float,
+    ) -> None:
+        """Start a frame.
+
+        Args:
+            camera: the camera's intrinsics.
+            shutter: its timing.
+            lens: its lens.
+            rays: shape (height + 2, width + 2, 2), rays of all pixels and of a border of one pixel, z = 1.
+            motion: the camera's way during the frame.
+            stamp: of the frame [s].
+        """
+        self._camera, self._shutter, self._lens, self._rays = camera, shutter, lens, rays
+        self._motion, self._stamp = motion, stamp
+        self._row_starts = shutter.row_starts(stamp, camera.height)
+
+    def add_lamp(self, light: NDArray[np.float32], index: int, lamp: CeilingLamp) -> LampSighting | None:
+        """Add a lamp and its ghosts to a picture.
+
+        Args:
+            light: shape (height, width), in full wells, changed in place; the lens has not dimmed it yet.
+            index: the lamp's index in the room.
+            lamp: the lamp.
+
+        Returns:
+            where it is; none for a lamp that leaves the cone of the lens.
+        """
+        sighting = sight_lamp(index, lamp, self._camera, self._shutter, self._stamp, self._motion)
+        time = self._stamp if sighting is None else sighting.time
+        window = self._window(lamp, time)
+        if window is not None:
+            light[window] += self._patch(lamp, window, self._instants(lamp, time))
+        if sighting is not None:
+            for ghost in self._lens.ghosts:
+                self._add_ghost(light, lamp, ghost, sighting)
+        return sighting
+
+    def _patch(self, lamp: CeilingLamp, window: Window, count: int) -> NDArray[np.float32]:
+        """Return the light of a lamp in a window, whose exposure is cut into ``count`` equal parts."""
+        rows, columns = window
+        cuts = self._shutter.exposure * np.arange(count + 1) / count
+        times = self._row_starts[rows, None] + cuts
+        levels = lamp.mean_levels(times[:, :-1], times[:, 1:])
+        middles = 0.5 * (times[:, :-1] + times[:, 1:])
+        homographies = face_homographies(lamp.xyz, lamp.rpy, *self._motion.poses(middles.ravel()))
+        rays = self._rays[rows.start : rows.stop + 2, columns.start : columns.stop + 2]
+        profiles = lamp_profiles(lamp, self._lens.blooming, rays, homographies.reshape(*middles.shape, 3, 3))
+        if self._lens.defocus > 0.0:
+            # Before the levels: the lens blurs the light, not the times of the rows.
+            for profile in profiles.reshape(-1, *profiles.shape[2:]):
+                profile[:] = cv2.GaussianBlur(
+                    profile, (0, 0), self._lens.defocus, borderType=cv2.BORDER_REPLICATE
+                )
+        weights = (lamp.brightness * self._shutter.exposure / count * levels).astype(np.float32)
+        return np.asarray(np.einsum('rik,ikrc->rc', weights, profiles))
+
+    def _add_ghost(
+        self, light: NDArray[np.float32], lamp: CeilingLamp, ghost: LensGhost, sighting: LampSighting
+    ) -> None:
+        """Add a ghost, which shines as bright as the lamp while its own rows are exposed."""
+        middle = np.array([self._camera.cx, self._camera.cy])
+        u, v = middle + ghost.scale * (np.array(sighting.centroid) - middle)
+        window = self._clipped(np.array([[u, v]]), ghost.margin)
+        if window is None:
+            return
+        starts = self._row_starts[window[0]]
+        levels = lamp.mean_levels(starts, starts + self._shutter.exposure).mean(axis=-1)
+        right = np.arange(window[1].start, window[1].stop) - u
+        down = np.arange(window[0].start, window[0].stop) - v
+        spot = ghost.profile(np.hypot(right[None, :], down[:, None]))
+        light[window] += (lamp.brightness * self._shutter.exposure * levels[:, None] * spot).astype(np.float32)
+
+    def _instants(self, lamp: CeilingLamp, time: float) -> int:
+        """Return into how many parts the exposure is cut, so that a lamp moves little within each."""
+        half = 0.5 * self._shutter.exposure
+        before, after = self._motion.pose(time - half), self._motion.pose(time + half)
+        return max(1, math.ceil(smear(np.array(lamp.xyz), self._camera, before, after) / _SMEAR))
+
+    def _window(self, lamp: CeilingLamp, time: float) -> Window | None:
+        """Return the part of the image that a lamp can reach, none when it reaches no pixel."""
+        half = 0.5 * self._shutter.exposure
+        points = lamp.map_points(lamp.shape.reach_points())
+        seen = [self._motion.pose(moment).camera_points(points) for moment in (time - half, time + half)]
+        inside = np.vstack(seen)
+        inside = inside[in_cone(inside, self._camera)]
+        if len(inside) == 0:
+            return None
+        return self._clipped(self._camera.pixels_from_points(inside), self._lens.margin)
+
+    def _clipped(self, pixels: NDArray[np.float64], margin: float) -> Window | None:
+        """Return rows and columns about pixels, shape (n, 2), with a margin [px], clipped to the image."""
+        size = np.array([self._camera.width, self._camera.height])
+        left, top = np.clip(np.floor(pixels.min(axis=0) - margin), 0, size).astype(int).tolist()
+        right, bottom = np.clip(np.ceil(pixels.max(axis=0) + margin) + 1, 0, size).astype(int).tolist()
+        return (slice(top, bottom), slice(left, right)) if left < right and top < bottom else None

@@ -1,0 +1,152 @@
+"""Where a lamp's light falls on the pixels of a window, exact to a small part of a pixel.
+
+Each pixel's ray is followed to the plane of the lamp's face at the pixel's own time. There the distance to the
+edge is known exactly; the gradient of the map from pixels to the plane turns it into pixels.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from scene_simulator.blooming import Blooming
+from scene_simulator.ceiling_lamp import CeilingLamp
+from scene_simulator.lamp_shape import ShapeKind
+from shirube_geometry import matrix_from_rpy
+
+_DISC, _LED_GRID = int(ShapeKind.DISC), int(ShapeKind.LED_GRID)
+
+
+def face_homographies(
+    xyz: tuple[float, float, float],
+    rpy: tuple[float, float, float],
+    positions: NDArray[np.float64],
+    rotations: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the maps from rays to the plane of a face.
+
+    Args:
+        xyz: origin of the face in the map frame [m].
+        rpy: orientation of the face in the map frame [rad].
+        positions: shape (n, 3), optical centres in the map frame [m].
+        rotations: shape (n, 3, 3), ``R_map_camera``.
+
+    Returns:
+        array, shape (n, 3, 3): times a ray (x, y, 1) it gives (w s, w t, w) with s and t on the face [m] and
+        w > 0 where the ray runs towards the plane.
+    """
+    first, second, normal = matrix_from_rpy(rpy).T
+    offsets = positions - np.array(xyz)
+    depths = -offsets @ normal
+    rows = [depths[:, None] * axis + (offsets @ axis)[:, None] * normal for axis in (first, second)]
+    from_map = np.stack([*rows, np.broadcast_to(normal, offsets.shape)], axis=1)
+    return np.asarray(np.where(depths < 0.0, -1.0, 1.0)[:, None, None] * (from_map @ rotations))
+
+
+def lamp_profiles(
+    lamp: CeilingLamp, blooming: Blooming, rays: NDArray[np.float64], homographies: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Return how much of the light of each part of a lamp falls on each pixel of a window.
+
+    Where both parts shine alike, their sum is eq. (4) for the whole lamp. Where one shines, blooming carries
+    its light over the line between them as far as over the edge, and as much is missing on its own side.
+
+    Args:
+        lamp: the lamp.
+        blooming: the glow.
+        rays: shape (rows + 2, columns + 2, 2), rays of the pixels and of a border of one pixel, z = 1.
+        homographies: shape (rows, instants, 3, 3), from ``face_homographies``.
+
+    Returns:
+        array, shape (instants, parts, rows, columns), 0 to 1.
+    """
+    rows, instants = homographies.shape[:2]
+    profiles = np.zeros((instants, lamp.waveform.parts, rows, rays.shape[1] - 2), dtype=np.float32)
+    bloom = (blooming.slope, blooming.spread, blooming.glow, blooming.glow_reach)
+    _fill(profiles, rays, homographies, int(lamp.shape.kind), lamp.shape.sizes, bloom)
+    return profiles
+
+
+@njit(cache=True)
+def _fill(
+    profiles: NDArray[np.float32],
+    rays: NDArray[np.float64],
+    homographies: NDArray[np.float64],
+    kind: int,
+    sizes: tuple[float, float, float],
+    bloom: tuple[float, float, float, float],
+) -> None:
+    instants, parts, rows, columns = profiles.shape
+    slope, spread = bloom[0], bloom[1]
+    for row in range(rows):
+        for instant in range(instants):
+            h = homographies[row, instant]
+            for column in range(columns):
+                x, y = rays[row + 1, column + 1]
+                w = h[2, 0] * x + h[2, 1] * y + h[2, 2]
+                if w <= 1e-9:
+                    continue
+                s = (h[0, 0] * x + h[0, 1] * y + h[0, 2]) / w
+                t = (h[1, 0] * x + h[1, 1] * y + h[1, 2]) / w
+                du = 0.5 * (rays[row + 1, column + 2] - rays[row + 1, column])
+                dv = 0.5 * (rays[row + 2, column + 1] - rays[row, column + 1])
+                s_x, s_y = (h[0, 0] - s * h[2, 0]) / w, (h[0, 1] - s * h[2, 1]) / w
+                t_x, t_y = (h[1, 0] - t * h[2, 0]) / w, (h[1, 1] - t * h[2, 1]) / w
+                s_u, s_v = s_x * du[0] + s_y * du[1], s_x * dv[0] + s_y * dv[1]
+                t_u, t_v = t_x * du[0] + t_y * du[1], t_x * dv[0] + t_y * dv[1]
+                distance, along_s, along_t = _edge(s, t, kind, sizes)
+                steepness = math.hypot(along_s * s_u + along_t * t_u, along_s * s_v + along_t * t_v)
+                light = _bloom(distance / steepness, bloom)
+                if parts == 1:
+                    profiles[instant, 0, row, column] = light
+                    continue
+                beyond = s / math.hypot(s_u, s_v)
+                first = _inside(beyond, slope, spread)
+                share = first / (first + _inside(-beyond, slope, spread))
+                profiles[instant, 0, row, column] = light * share
+                profiles[instant, 1, row, column] = light * (1.0 - share)
+
+
+@njit(cache=True)
+def _edge(
+    s: float, t: float, kind: int, sizes: tuple[float, float, float]
+) -> tuple[float, float, float]:
+    """Return the signed distance to a shape's edge [m], outside positive, and its gradient (a unit vector)."""
+    if kind == _DISC or kind == _LED_GRID:
+        if kind == _LED_GRID:
+            middle, pitch = 0.5 * (sizes[2] - 1.0), sizes[1]
+            s -= pitch * (min(max(round(s / pitch + middle), 0.0), sizes[2] - 1.0) - middle)
+            t -= pitch * (min(max(round(t / pitch + middle), 0.0), sizes[2] - 1.0) - middle)
+        radius = math.hypot(s, t)
+        if radius < 1e-12:
+            return -sizes[0], 1.0, 0.0
+        return radius - sizes[0], s / radius, t / radius
+    beside, above = abs(s) - sizes[0], abs(t) - sizes[1]
+    if beside > 0.0 and above > 0.0:
+        distance = math.hypot(beside, above)
+        return distance, math.copysign(beside, s) / distance, math.copysign(above, t) / distance
+    if beside > above:
+        return beside, 1.0, 0.0
+    return above, 0.0, 1.0
+
+
+@njit(cache=True)
+def _bloom(distance: float, bloom: tuple[float, float, float, float]) -> float:
+    """Return ``Blooming.profile`` at a distance [px]."""
+    inside = _inside(distance, bloom[0], bloom[1])
+    if bloom[2] == 0.0:
+        return inside
+    fading = min(max(distance / bloom[3] - 1.0, 0.0), 1.0)
+    return inside + bloom[2] * (0.5 + 0.5 * math.cos(math.pi * fading)) * (1.0 - inside)
+
+
+@njit(cache=True)
+def _inside(distance: float, slope: float, spread: float) -> float:
+    """Return 1 - sigma(slope (distance - spread)), 0 where single precision ends."""
+    exponent = slope * (distance - spread)
+    if exponent > 80.0:
+        return 1e-35
+    return 1.0 / (1.0 + math.exp(exponent))
