@@ -21,6 +21,7 @@ ALL_FILES = sorted(
 PURE = (
     'floor_localizer/floor_localizer/core',
     'floor_localizer/floor_localizer/floor_localizer_error.py',
+    'light_waveform',
     'scene_simulator',
     'shirube_geometry',
     'shirube_settings',
@@ -43,7 +44,7 @@ NOT_PURE = (
     'scene_simulator/scene_simulator/floor_messages.py',
     'scene_simulator/scene_simulator/survey.py',
 )
-PURE_LIBRARIES = {'numpy', 'scipy', 'cv2', 'numba', 'shirube_geometry', 'shirube_settings'}
+PURE_LIBRARIES = {'numpy', 'scipy', 'cv2', 'numba', 'light_waveform', 'shirube_geometry', 'shirube_settings'}
 TOUCHES_THE_WORLD = {
     'io',
     'logging',

@@ -6,7 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
+
+from scene_simulator.scene_error import SceneError
+
+_STEEPEST = 4.0
+"""Steepest edge that pixels still sample well [1/px]: as soft as 0.45 px of standard deviation make it."""
 
 
 @dataclass(frozen=True)
@@ -19,9 +25,9 @@ class Blooming:
     The glow gamma does not reach for ever: beyond ``glow_reach`` it fades to nothing at twice that distance.
 
     Attributes:
-        slope: alpha [1/px].
+        slope: alpha, 0 to 4 [1/px].
         spread: beta, how far beyond the edge the half brightness is seen [px].
-        glow: gamma relative to b; the default fits a real lamp, as the others do: 48 of 255.
+        glow: gamma relative to b, 0 to 1; the default fits a real lamp, as the others do: 48 of 255.
         glow_reach: distance from the edge up to which the glow holds its level [px].
     """
 
@@ -29,6 +35,26 @@ class Blooming:
     spread: float = 2.5
     glow: float = 48.0 / 255.0
     glow_reach: float = 12.0
+
+    def __post_init__(self) -> None:
+        """Refuse what no lens does or pixels cannot show.
+
+        Raises:
+            SceneError: a number outside its range.
+        """
+        if not (0.0 < self.slope <= _STEEPEST and 0.0 <= self.spread < math.inf):
+            raise SceneError(
+                f'blooming has slope {self.slope} and spread {self.spread}: give above 0 to 4, 0 or more'
+            )
+        if not (0.0 <= self.glow <= 1.0 and 0.0 < self.glow_reach < math.inf):
+            raise SceneError(
+                f'blooming has glow {self.glow} and reach {self.glow_reach}: give 0 to 1, above 0'
+            )
+
+    @property
+    def parameters(self) -> tuple[float, float, float, float]:
+        """What ``bloom`` needs: slope, spread, glow and its reach."""
+        return self.slope, self.spread, self.glow, self.glow_reach
 
     @property
     def margin(self) -> float:
@@ -38,12 +64,27 @@ class Blooming:
 
     def profile(self, distances: ArrayLike) -> NDArray[np.float64]:
         """Return the brightness relative to b at signed distances from the edge, outside positive [px]."""
-        d = np.asarray(distances, dtype=np.float64)
-        outside = 0.5 + 0.5 * np.tanh(0.5 * self.slope * (d - self.spread))
-        fading = np.clip(d / self.glow_reach - 1.0, 0.0, 1.0)
-        glow = self.glow * (0.5 + 0.5 * np.cos(math.pi * fading))
-        return np.asarray(1.0 - outside + glow * outside)
+        flat = np.asarray(distances, dtype=np.float64)
+        values = [bloom(float(distance), self.parameters) for distance in flat.ravel()]
+        return np.array(values).reshape(flat.shape)
 
 
-SHARP = Blooming(slope=4.0, spread=0.0, glow=0.0)
-"""A lens without blooming: the edge is as soft as a point of 0.45 px standard deviation makes it."""
+SHARP = Blooming(slope=_STEEPEST, spread=0.0, glow=0.0)
+"""A lens without blooming."""
+
+
+@njit(cache=True)
+def bloom(distance: float, parameters: tuple[float, float, float, float]) -> float:
+    """Return the brightness relative to b at a signed distance from the edge [px], see ``Blooming``."""
+    slope, spread, glow, reach = parameters
+    inside = share_inside(distance, slope, spread)
+    if glow == 0.0:
+        return inside
+    fading = min(max(distance / reach - 1.0, 0.0), 1.0)
+    return inside + glow * (0.5 + 0.5 * math.cos(math.pi * fading)) * (1.0 - inside)
+
+
+@njit(cache=True)
+def share_inside(distance: float, slope: float, spread: float) -> float:
+    """Return 1 - sigma(slope (distance - spread)), never quite 0."""
+    return 1.0 / (1.0 + math.exp(min(slope * (distance - spread), 80.0)))

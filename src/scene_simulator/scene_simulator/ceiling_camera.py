@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scene_simulator.camera_motion import CameraMotion, CameraPose, PoseAt
 from scene_simulator.ceiling_lens import CeilingLens
 from scene_simulator.ceiling_room import CeilingRoom
+from scene_simulator.ceiling_surface import CeilingSurface
 from scene_simulator.gain_sensor import GainSensor
 from scene_simulator.lamp_light import LampLight
 from scene_simulator.lamp_profile import face_homographies
@@ -38,13 +39,15 @@ class CeilingPhoto:
 
     Attributes:
         image: shape (height, width), grey levels.
-        stamp: middle of the frame's exposure, see ``Shutter`` [s].
-        pose: ``T_map_camera`` at the stamp.
+        stamp: when the first row starts to collect light, see ``Shutter`` [s].
+        middle: middle of the frame's exposure [s].
+        pose: ``T_map_camera`` at the middle.
         sightings: the lamps whose centres are in the image.
     """
 
     image: NDArray[np.uint8]
     stamp: float
+    middle: float
     pose: CameraPose
     sightings: tuple[LampSighting, ...]
 
@@ -73,13 +76,14 @@ class CeilingCamera:
         Args:
             room: ceiling and lights.
             pose_at: gives ``T_map_camera`` at a time [s].
-            stamp: middle of the frame's exposure [s].
+            stamp: when the first row starts to collect light [s].
             rng: source of the sensor's noise, none for a picture without.
         """
         motion = self._motion(pose_at, stamp)
         light, sightings = self._expose(room, motion, stamp)
         image = self.sensor.expose(light, rng)
-        return CeilingPhoto(image, stamp, pose_at(stamp), tuple(filter(self._is_inside, sightings)))
+        middle = self.shutter.frame_middle(stamp, self.intrinsics.height)
+        return CeilingPhoto(image, stamp, middle, pose_at(middle), tuple(filter(self._is_inside, sightings)))
 
     def light(self, room: CeilingRoom, pose_at: PoseAt, stamp: float) -> NDArray[np.float32]:
         """Return the light that the pixels of a frame collect, before the sensor: 1 fills the well.
@@ -101,33 +105,32 @@ class CeilingCamera:
     ) -> tuple[NDArray[np.float32], list[LampSighting]]:
         """Return the light of a frame and where the lamps are."""
         light = np.zeros((self.intrinsics.height, self.intrinsics.width), dtype=np.float32)
-        if room.surface is not None:
-            self._add_surface(light, room, motion, stamp)
+        if room.surface is not None and room.surface.ambient > 0.0:
+            self._add_surface(light, room.surface, motion, stamp)
         lamps = LampLight(self.intrinsics, self.shutter, self.lens, self._rays, motion, stamp)
         found = [lamps.add_lamp(light, index, lamp) for index, lamp in enumerate(room.lamps)]
         light *= self._transmission
         return light, [sighting for sighting in found if sighting is not None]
 
     def _add_surface(
-        self, light: NDArray[np.float32], room: CeilingRoom, motion: CameraMotion, stamp: float
+        self, light: NDArray[np.float32], surface: CeilingSurface, motion: CameraMotion, stamp: float
     ) -> None:
         """Add the light of the ceiling, smeared by the motion in the exposure."""
-        if room.surface is None or room.surface.ambient == 0.0:
-            return
         exposure, height = self.shutter.exposure, self.intrinsics.height
-        before, now, after = (motion.pose(stamp + share * exposure) for share in (-0.5, 0.0, 0.5))
-        ahead = now.position + now.rotation[:, 2] * (room.surface.height - now.position[2])
+        middle = self.shutter.frame_middle(stamp, height)
+        before, now, after = (motion.pose(middle + share * exposure) for share in (-0.5, 0.0, 0.5))
+        ahead = now.position + now.rotation[:, 2] * (surface.height - now.position[2])
         count = max(1, math.ceil(smear(ahead, self.intrinsics, before, after) / _CEILING_SMEAR))
-        middles = exposure * (np.arange(count) + 0.5) / count
-        times = self.shutter.row_starts(stamp, height)[:, None] + middles
-        place = ((0.0, 0.0, room.surface.height), (0.0, 0.0, 0.0))
-        homographies = face_homographies(*place, *motion.poses(times.ravel()))
-        room.surface.add_light(light, self._rays, homographies.reshape(height, count, 3, 3), exposure)
+        times = self.shutter.exposure_cuts(stamp, slice(0, height), count)
+        starts, stops = times[:, :-1], times[:, 1:]
+        poses = motion.poses(0.5 * (starts + stops).ravel())
+        homographies = face_homographies((0.0, 0.0, surface.height), (0.0, 0.0, 0.0), *poses)
+        levels = exposure / count * surface.mean_levels(starts, stops)
+        surface.add_light(light, self._rays, homographies.reshape(height, count, 3, 3), levels)
 
     def _motion(self, pose_at: PoseAt, stamp: float) -> CameraMotion:
         """Return the camera's way from the start of the first row's exposure to the end of the last row's."""
-        start = self.shutter.first_row_start(stamp, self.intrinsics.height)
-        return CameraMotion(pose_at, start, 2.0 * stamp - start)
+        return CameraMotion(pose_at, stamp, self.shutter.frame_end(stamp, self.intrinsics.height))
 
     def _is_inside(self, sighting: LampSighting) -> bool:
         u, v = sighting.centre

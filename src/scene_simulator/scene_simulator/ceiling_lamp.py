@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from light_waveform import Waveform, steady_light
 from scene_simulator.lamp_shape import Disc, LampShape
-from scene_simulator.waveform import Waveform, steady
 from shirube_geometry import matrix_from_rpy
 
 
@@ -32,7 +32,7 @@ class CeilingLamp:
 
     xyz: tuple[float, float, float]
     shape: LampShape = field(default_factory=Disc)
-    waveform: Waveform = field(default_factory=steady)
+    waveform: Waveform = field(default_factory=steady_light)
     brightness: float = 2000.0
     phase: float = 0.0
     clock_offset: float = 0.0

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from light_waveform import Waveform
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.ceiling_surface import CeilingSurface, panelled_ceiling
-from scene_simulator.lamp_shape import Disc, LampShape, LedGrid, Rectangle
+from scene_simulator.lamp_shape import LampShape, LedGrid
 from scene_simulator.scene_error import SceneError
-from scene_simulator.waveform import Waveform, mains_flicker
 
 PAPER_LAMPS = ((0.0, 0.0, 2.5), (0.0, 1.8, 2.5), (1.8, 0.0, 2.5), (1.8, 1.8, 2.5))
 """Places of the paper's panels (3.1) in the map frame [m]."""
@@ -35,22 +34,25 @@ class CeilingRoom:
         """Return the room with more lights, counted after the others."""
         return CeilingRoom((*self.lamps, *lights), self.surface)
 
-    def lit(self, ambient: float, contrast: float = 0.1, seed: int = 0) -> CeilingRoom:
-        """Return the room with its lights on, a panelled ceiling at the height of the first lamp.
+    def lit(
+        self, ambient: float, contrast: float = 0.1, seed: int = 0, flicker: Waveform | None = None
+    ) -> CeilingRoom:
+        """Return the room with its ceiling in the light: panels just above the first lamp.
 
         Args:
             ambient: mean light of the ceiling, in full wells per second of exposure [1/s].
             contrast: of its stains and joints relative to that.
             seed: of the stains.
+            flicker: how the light on the ceiling changes, steady by default.
 
         Raises:
             SceneError: without a lamp, or as for ``panelled_ceiling``.
         """
         if not self.lamps:
             raise SceneError('a room without a lamp has no height: make its ceiling with panelled_ceiling')
-        # A hand's breadth above, so that the lamps' faces are never in its plane.
-        surface = panelled_ceiling(self.lamps[0].xyz[2] + 0.02, ambient, contrast, seed)
-        return CeilingRoom(self.lamps, surface)
+        # A finger's breadth above, so that the lamps' faces are never in its plane.
+        height = self.lamps[0].xyz[2] + 0.02
+        return CeilingRoom(self.lamps, panelled_ceiling(height, ambient, contrast, seed, flicker))
 
 
 def paper_room(
@@ -59,7 +61,7 @@ def paper_room(
     """Return the paper's room (3.1), dark, with four panels of 8 x 8 LEDs.
 
     Args:
-        waveforms: what the four lamps send.
+        waveforms: what the four lamps send, in the order of ``PAPER_LAMPS``.
         shape: another shape for all four.
         brightness: of the lamps, in full wells per second of exposure [1/s].
 
@@ -67,24 +69,7 @@ def paper_room(
         SceneError: not four waveforms.
     """
     if len(waveforms) != len(PAPER_LAMPS):
-        raise SceneError(f'the paper\'s room has four lamps, and {len(waveforms)} waveforms are given')
+        raise SceneError(f'the room of the paper has 4 lamps: give 4 waveforms, not {len(waveforms)}')
     face = shape or LedGrid()
-    return CeilingRoom(
-        tuple(CeilingLamp(p, face, w, brightness) for p, w in zip(PAPER_LAMPS, waveforms, strict=True))
-    )
-
-
-def distractors(brightness: float = 2000.0) -> tuple[CeilingLamp, ...]:
-    """Return lights without a code in the paper's room: a spot, a flickering tube and panel, a window.
-
-    Args:
-        brightness: of the spot, in full wells per second of exposure [1/s]; the others are dimmer.
-    """
-    upright = math.pi / 2.0
-    mains = mains_flicker()
-    return (
-        CeilingLamp((0.9, 2.6, 2.48), Disc(0.04), brightness=brightness),
-        CeilingLamp((-0.8, 0.9, 2.45), Rectangle(0.03, 1.2), mains, 0.7 * brightness),
-        CeilingLamp((2.9, 0.3, 2.5), Rectangle(0.3, 0.3), mains, 0.4 * brightness, phase=0.003),
-        CeilingLamp((0.9, 3.9, 1.9), Rectangle(1.6, 1.0), brightness=0.6 * brightness, rpy=(upright, 0.0, 0.0)),
-    )
+    lamps = zip(PAPER_LAMPS, waveforms, strict=True)
+    return CeilingRoom(tuple(CeilingLamp(xyz, face, waveform, brightness) for xyz, waveform in lamps))

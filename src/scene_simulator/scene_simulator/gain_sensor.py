@@ -43,7 +43,11 @@ class GainSensor:
         height, width = light.shape
         image = np.empty(light.shape, dtype=np.uint8)
         if rng is None:
-            pool, starts, read_noise = np.zeros(width, dtype=np.float32), np.zeros(height, dtype=np.int64), 0.0
+            pool, starts, read_noise = (
+                np.zeros(width, dtype=np.float32),
+                np.zeros(height, dtype=np.int64),
+                0.0,
+            )
         else:
             pool, read_noise = _normal_numbers(), self.read_noise
             starts = rng.integers(0, _POOL - width, height)

@@ -46,7 +46,6 @@ class LampLight:
         """
         self._camera, self._shutter, self._lens, self._rays = camera, shutter, lens, rays
         self._motion, self._stamp = motion, stamp
-        self._row_starts = shutter.row_starts(stamp, camera.height)
 
     def add_lamp(self, light: NDArray[np.float32], index: int, lamp: CeilingLamp) -> LampSighting | None:
         """Add a lamp and its ghosts to a picture.
@@ -60,7 +59,7 @@ class LampLight:
             where it is; none for a lamp that leaves the cone of the lens.
         """
         sighting = sight_lamp(index, lamp, self._camera, self._shutter, self._stamp, self._motion)
-        time = self._stamp if sighting is None else sighting.time
+        time = sighting.time if sighting else self._shutter.frame_middle(self._stamp, self._camera.height)
         window = self._window(lamp, time)
         if window is not None:
             light[window] += self._patch(lamp, window, self._instants(lamp, time))
@@ -72,8 +71,7 @@ class LampLight:
     def _patch(self, lamp: CeilingLamp, window: Window, count: int) -> NDArray[np.float32]:
         """Return the light of a lamp in a window, whose exposure is cut into ``count`` equal parts."""
         rows, columns = window
-        cuts = self._shutter.exposure * np.arange(count + 1) / count
-        times = self._row_starts[rows, None] + cuts
+        times = self._shutter.exposure_cuts(self._stamp, rows, count)
         levels = lamp.mean_levels(times[:, :-1], times[:, 1:])
         middles = 0.5 * (times[:, :-1] + times[:, 1:])
         homographies = face_homographies(lamp.xyz, lamp.rpy, *self._motion.poses(middles.ravel()))
@@ -97,12 +95,14 @@ class LampLight:
         window = self._clipped(np.array([[u, v]]), ghost.margin)
         if window is None:
             return
-        starts = self._row_starts[window[0]]
-        levels = lamp.mean_levels(starts, starts + self._shutter.exposure).mean(axis=-1)
+        starts, stops = self._shutter.exposure_cuts(self._stamp, window[0], 1).T
+        levels = lamp.mean_levels(starts, stops).mean(axis=-1)
         right = np.arange(window[1].start, window[1].stop) - u
         down = np.arange(window[0].start, window[0].stop) - v
         spot = ghost.profile(np.hypot(right[None, :], down[:, None]))
-        light[window] += (lamp.brightness * self._shutter.exposure * levels[:, None] * spot).astype(np.float32)
+        light[window] += (lamp.brightness * self._shutter.exposure * levels[:, None] * spot).astype(
+            np.float32
+        )
 
     def _instants(self, lamp: CeilingLamp, time: float) -> int:
         """Return into how many parts the exposure is cut, so that a lamp moves little within each."""

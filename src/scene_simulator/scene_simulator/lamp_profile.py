@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scene_simulator.blooming import Blooming
+from scene_simulator.blooming import Blooming, bloom, share_inside
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.lamp_shape import ShapeKind
 from shirube_geometry import matrix_from_rpy
@@ -65,8 +65,8 @@ def lamp_profiles(
     """
     rows, instants = homographies.shape[:2]
     profiles = np.zeros((instants, lamp.waveform.parts, rows, rays.shape[1] - 2), dtype=np.float32)
-    bloom = (blooming.slope, blooming.spread, blooming.glow, blooming.glow_reach)
-    _fill(profiles, rays, homographies, int(lamp.shape.kind), lamp.shape.sizes, bloom)
+    shape = int(lamp.shape.kind), lamp.shape.sizes
+    _fill(profiles, rays, homographies, *shape, blooming.parameters)
     return profiles
 
 
@@ -77,10 +77,10 @@ def _fill(
     homographies: NDArray[np.float64],
     kind: int,
     sizes: tuple[float, float, float],
-    bloom: tuple[float, float, float, float],
+    glow: tuple[float, float, float, float],
 ) -> None:
     instants, parts, rows, columns = profiles.shape
-    slope, spread = bloom[0], bloom[1]
+    slope, spread = glow[0], glow[1]
     for row in range(rows):
         for instant in range(instants):
             h = homographies[row, instant]
@@ -99,23 +99,21 @@ def _fill(
                 t_u, t_v = t_x * du[0] + t_y * du[1], t_x * dv[0] + t_y * dv[1]
                 distance, along_s, along_t = _edge(s, t, kind, sizes)
                 steepness = math.hypot(along_s * s_u + along_t * t_u, along_s * s_v + along_t * t_v)
-                light = _bloom(distance / steepness, bloom)
+                light = bloom(distance / steepness, glow)
                 if parts == 1:
                     profiles[instant, 0, row, column] = light
                     continue
                 beyond = s / math.hypot(s_u, s_v)
-                first = _inside(beyond, slope, spread)
-                share = first / (first + _inside(-beyond, slope, spread))
+                first = share_inside(beyond, slope, spread)
+                share = first / (first + share_inside(-beyond, slope, spread))
                 profiles[instant, 0, row, column] = light * share
                 profiles[instant, 1, row, column] = light * (1.0 - share)
 
 
 @njit(cache=True)
-def _edge(
-    s: float, t: float, kind: int, sizes: tuple[float, float, float]
-) -> tuple[float, float, float]:
+def _edge(s: float, t: float, kind: int, sizes: tuple[float, float, float]) -> tuple[float, float, float]:
     """Return the signed distance to a shape's edge [m], outside positive, and its gradient (a unit vector)."""
-    if kind == _DISC or kind == _LED_GRID:
+    if kind in (_DISC, _LED_GRID):
         if kind == _LED_GRID:
             middle, pitch = 0.5 * (sizes[2] - 1.0), sizes[1]
             s -= pitch * (min(max(round(s / pitch + middle), 0.0), sizes[2] - 1.0) - middle)
@@ -131,22 +129,3 @@ def _edge(
     if beside > above:
         return beside, 1.0, 0.0
     return above, 0.0, 1.0
-
-
-@njit(cache=True)
-def _bloom(distance: float, bloom: tuple[float, float, float, float]) -> float:
-    """Return ``Blooming.profile`` at a distance [px]."""
-    inside = _inside(distance, bloom[0], bloom[1])
-    if bloom[2] == 0.0:
-        return inside
-    fading = min(max(distance / bloom[3] - 1.0, 0.0), 1.0)
-    return inside + bloom[2] * (0.5 + 0.5 * math.cos(math.pi * fading)) * (1.0 - inside)
-
-
-@njit(cache=True)
-def _inside(distance: float, slope: float, spread: float) -> float:
-    """Return 1 - sigma(slope (distance - spread)), 0 where single precision ends."""
-    exponent = slope * (distance - spread)
-    if exponent > 80.0:
-        return 1e-35
-    return 1.0 / (1.0 + math.exp(exponent))

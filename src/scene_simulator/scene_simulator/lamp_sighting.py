@@ -17,11 +17,11 @@ from shirube_geometry import PinholeCamera
 class LampSighting:
     """A lamp in a frame, without the glow about it.
 
-    All of it holds for ``time``, the middle of the exposure of the row that the lamp's middle falls on.
+    All of it holds for ``time``, when the row that the lamp's middle falls on is in the middle of its exposure.
 
     Attributes:
         lamp: its index in the room.
-        time: [s]; the stamp of the frame for a global shutter.
+        time: middle of that exposure [s].
         centre: pixel u, v of the middle of the lamp's face [px].
         centroid: pixel u, v of the middle of its outline's area [px]; perspective and distortion part it from
             the centre when the camera tilts.
@@ -56,16 +56,21 @@ def sight_lamp(
         stamp: of the frame [s].
         motion: the camera's way during the frame.
     """
-    time = stamp
+    time = shutter.frame_middle(stamp, camera.height)
+    # The row on which the middle falls gives the time, and the time the row: they settle at once.
     for _ in range(3):
-        points = motion.pose(time).camera_points(lamp.map_points(np.vstack([np.zeros(2), lamp.shape.outline()])))
+        points = motion.pose(time).camera_points(
+            lamp.map_points(np.vstack([np.zeros(2), lamp.shape.outline()]))
+        )
         if not in_cone(points, camera).all():
             return None
         pixels = camera.pixels_from_points(points)
         row = min(max(float(pixels[0, 1]), 0.0), camera.height - 1.0)
-        time = stamp + shutter.row_time * (row - 0.5 * (camera.height - 1))
+        time = shutter.row_middle(stamp, row)
     area, centroid = _area_and_centroid(pixels[1:])
-    lowest, highest = np.clip([np.ceil(pixels[1:, 1].min()), np.floor(pixels[1:, 1].max()) + 1], 0, camera.height)
+    lowest, highest = np.clip(
+        [np.ceil(pixels[1:, 1].min()), np.floor(pixels[1:, 1].max()) + 1], 0, camera.height
+    )
     return LampSighting(
         index,
         time,
@@ -87,9 +92,7 @@ def in_cone(points_camera: NDArray[np.float64], camera: PinholeCamera) -> NDArra
     return np.asarray(across < 4.0 / 3.0 * widest * points_camera[:, 2])
 
 
-def smear(
-    point: NDArray[np.float64], camera: PinholeCamera, before: CameraPose, after: CameraPose
-) -> float:
+def smear(point: NDArray[np.float64], camera: PinholeCamera, before: CameraPose, after: CameraPose) -> float:
     """Return how far a point of the map frame, shape (3,), moves in the image between two poses [px]."""
     pixels = [camera.pixels_from_points(pose.camera_points(point[None, :]))[0] for pose in (before, after)]
     return float(np.hypot(*(pixels[1] - pixels[0])))
