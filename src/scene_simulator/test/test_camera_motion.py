@@ -34,8 +34,8 @@ def test_points_of_the_map_go_to_the_camera_and_back() -> None:
 
 
 def test_poses_between_the_knots_are_the_true_ones() -> None:
-    motion = CameraMotion(moving, 2.0, 2.016)
-    times = np.linspace(2.0, 2.016, 41)
+    motion = CameraMotion(moving, 1.0, 1.016)
+    times = np.linspace(1.0, 1.016, 41)
     positions, rotations = motion.poses(times)
     for time, position, rotation in zip(times, positions, rotations, strict=True):
         true = moving(float(time))

@@ -21,7 +21,7 @@ from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
 SMALL = PinholeCamera(200, 160, 636.4, 636.4, 99.5, 79.5)
 BENT = PinholeCamera(640, 512, 318.0, 320.0, 322.1, 250.3, (-0.1, 0.01, 0.0008, -0.0005, 0.0))
-EVEN = CeilingLens(vignetting=0.0, blooming=SHARP)
+EVEN_TO_DIM = CeilingLens(vignetting=0.4).transmission(SMALL)
 TILTED = CameraMount((0.0, 0.0, 0.0), (0.06, -0.04, math.pi / 2.0 + 0.2))
 UNEVEN = waveform_of_steps([0.7e-3, 0.2e-3, 1.1e-3, 0.5e-3], [1.0, 0.25, 0.0, 0.6])
 OVERHEAD = (0.0, 0.0, 2.5)
@@ -191,8 +191,17 @@ def test_defocus_keeps_the_light_and_the_place() -> None:
     room = CeilingRoom((CeilingLamp((0.01, 0.02, 2.5), Disc(0.02)),))
     sharp, soft = camera().light(room, resting, 0.0), camera(defocus=2.0).light(room, resting, 0.0)
     assert soft.sum() == pytest.approx(sharp.sum(), rel=1e-3)
-    assert soft.max() < sharp.max()
     np.testing.assert_allclose(centroid(soft), centroid(sharp), atol=0.01)
+    squares = np.square(np.arange(200) - centroid(sharp)[0])
+    wide, narrow = (light.sum(axis=0) @ squares / light.sum() for light in (soft, sharp))
+    assert wide - narrow == pytest.approx(2.0**2, rel=0.02)
+
+
+def test_vignetting_dims_a_lamp_and_the_ceiling_alike() -> None:
+    corner = (75 * 2.5 / 636.4, -95 * 2.5 / 636.4, 2.5)
+    room = CeilingRoom((CeilingLamp(corner),)).lit(100.0)
+    dimmed = CeilingCamera(SMALL, lens=CeilingLens(0.4, blooming=SHARP)).light(room, resting, 0.0)
+    np.testing.assert_allclose(dimmed, EVEN_TO_DIM * camera().light(room, resting, 0.0), rtol=1e-5)
 
 
 def test_an_overexposed_lamp_saturates_and_looks_larger() -> None:
@@ -246,3 +255,13 @@ def test_the_ceiling_moves_with_the_lamps() -> None:
     step = 20.0 * 2.52 / 636.4
     ahead = taken.light(room, lambda _: camera_pose(PlanarPose(step, 0.0, 0.0), UPWARD), 0.0)
     np.testing.assert_allclose(ahead[20:], here[:-20], atol=1e-4)
+
+
+def test_a_ceiling_under_flickering_light_has_bands_in_a_rolling_image() -> None:
+    shutter, stamp = Shutter(0.2e-3, 60e-6), 0.7654
+    dark = CeilingRoom((CeilingLamp(OVERHEAD, brightness=0.0),))
+    steady = camera(shutter).light(dark.lit(1000.0), resting, stamp)
+    bands = camera(shutter).light(dark.lit(1000.0, flicker=UNEVEN), resting, stamp)
+    starts = stamp + 60e-6 * np.arange(160)
+    levels = UNEVEN.mean_levels(starts, starts + 0.2e-3)
+    np.testing.assert_allclose(bands, levels * steady, rtol=1e-4, atol=1e-6)
