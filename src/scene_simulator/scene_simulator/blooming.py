@@ -53,7 +53,7 @@ class Blooming:
 
     @property
     def parameters(self) -> tuple[float, float, float, float]:
-        """What ``bloom`` needs: slope, spread, glow and its reach."""
+        """What the compiled functions need: slope, spread, glow and its reach."""
         return self.slope, self.spread, self.glow, self.glow_reach
 
     @property
@@ -65,8 +65,9 @@ class Blooming:
     def profile(self, distances: ArrayLike) -> NDArray[np.float64]:
         """Return the brightness relative to b at signed distances from the edge, outside positive [px]."""
         flat = np.asarray(distances, dtype=np.float64)
-        values = [bloom(float(distance), self.parameters) for distance in flat.ravel()]
-        return np.array(values).reshape(flat.shape)
+        edge = [edge_light(float(distance), self.parameters) for distance in flat.ravel()]
+        glow = [glow_light(float(distance), self.parameters) for distance in flat.ravel()]
+        return np.asarray(glow + (1.0 - np.array(glow)) * edge).reshape(flat.shape)
 
 
 SHARP = Blooming(slope=_STEEPEST, spread=0.0, glow=0.0)
@@ -74,17 +75,18 @@ SHARP = Blooming(slope=_STEEPEST, spread=0.0, glow=0.0)
 
 
 @njit(cache=True)
-def bloom(distance: float, parameters: tuple[float, float, float, float]) -> float:
-    """Return the brightness relative to b at a signed distance from the edge [px], see ``Blooming``."""
-    slope, spread, glow, reach = parameters
-    inside = share_inside(distance, slope, spread)
-    if glow == 0.0:
-        return inside
-    fading = min(max(distance / reach - 1.0, 0.0), 1.0)
-    return inside + glow * (0.5 + 0.5 * math.cos(math.pi * fading)) * (1.0 - inside)
+def edge_light(distance: float, parameters: tuple[float, float, float, float]) -> float:
+    """Return 1 - sigma(alpha (distance - beta)), never quite 0, at a signed distance from the edge [px]."""
+    exponent = parameters[0] * (distance - parameters[1])
+    return 1.0 if exponent < -40.0 else 1.0 / (1.0 + math.exp(min(exponent, 80.0)))
 
 
 @njit(cache=True)
-def share_inside(distance: float, slope: float, spread: float) -> float:
-    """Return 1 - sigma(slope (distance - spread)), never quite 0."""
-    return 1.0 / (1.0 + math.exp(min(slope * (distance - spread), 80.0)))
+def glow_light(distance: float, parameters: tuple[float, float, float, float]) -> float:
+    """Return gamma, as far as it reaches, at a signed distance from the edge [px]."""
+    glow, reach = parameters[2], parameters[3]
+    if distance <= reach:
+        return glow
+    if distance >= 2.0 * reach:
+        return 0.0
+    return glow * (0.5 + 0.5 * math.cos(math.pi * (distance / reach - 1.0)))

@@ -57,9 +57,9 @@ class CameraMotion:
         self._times = np.linspace(start, stop, _KNOTS)
         poses = [pose_at(float(time)) for time in self._times]
         self._positions = np.array([pose.position for pose in poses])
-        self._middle = Rotation.from_matrix(poses[_KNOTS // 2].rotation)
-        turns = self._middle.inv() * Rotation.from_matrix([pose.rotation for pose in poses])
-        self._turns = turns.as_rotvec()
+        self._middle = poses[_KNOTS // 2].rotation
+        turns = self._middle.T @ np.array([pose.rotation for pose in poses])
+        self._turns = Rotation.from_matrix(turns).as_rotvec()
 
     def poses(self, times: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return positions, shape (n, 3) [m], and ``R_map_camera``, shape (n, 3, 3), at times, shape (n,) [s]."""
@@ -67,9 +67,22 @@ class CameraMotion:
             np.column_stack([np.interp(times, self._times, column) for column in knots.T])
             for knots in (self._positions, self._turns)
         )
-        return positions, (self._middle * Rotation.from_rotvec(turns)).as_matrix()
+        return positions, self._middle @ _rotations(turns)
 
     def pose(self, time: float) -> CameraPose:
         """Return the pose at one time [s]."""
         positions, rotations = self.poses(np.array([time]))
         return CameraPose(positions[0], rotations[0])
+
+
+def _rotations(turns: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return rotation matrices, shape (n, 3, 3), of rotation vectors, shape (n, 3) [rad], by Rodrigues' formula.
+
+    It stands here because scipy's rotations take too long for the few poses that each lamp needs.
+    """
+    angles = np.linalg.norm(turns, axis=1)[:, None, None]
+    cross = np.zeros((len(turns), 3, 3))
+    cross[:, [2, 0, 1], [1, 2, 0]] = turns
+    cross[:, [1, 2, 0], [2, 0, 1]] = -turns
+    half = np.sinc(0.5 * angles / np.pi)
+    return np.asarray(np.eye(3) + np.sinc(angles / np.pi) * cross + 0.5 * half**2 * (cross @ cross))

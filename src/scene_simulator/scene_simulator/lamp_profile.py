@@ -12,12 +12,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scene_simulator.blooming import Blooming, bloom, share_inside
+from scene_simulator.blooming import Blooming, edge_light, glow_light
 from scene_simulator.ceiling_lamp import CeilingLamp
-from scene_simulator.lamp_shape import ShapeKind
+from scene_simulator.lamp_edge import edge_distance, half_edge_distance
 from shirube_geometry import matrix_from_rpy
-
-_DISC, _LED_GRID = int(ShapeKind.DISC), int(ShapeKind.LED_GRID)
 
 
 def face_homographies(
@@ -51,8 +49,9 @@ def lamp_profiles(
 ) -> NDArray[np.float32]:
     """Return how much of the light of each part of a lamp falls on each pixel of a window.
 
-    Where both parts shine alike, their sum is eq. (4) for the whole lamp. Where one shines, blooming carries
-    its light over the line between them as far as over the edge, and as much is missing on its own side.
+    Where both parts shine alike, their sum is eq. (4) for the whole lamp. It is shared out among them in proportion
+    to eq. (4) for the outline of each part alone, with the glow of the whole lamp: so blooming and glow carry light of
+    one part over the other.
 
     Args:
         lamp: the lamp.
@@ -77,10 +76,9 @@ def _fill(
     homographies: NDArray[np.float64],
     kind: int,
     sizes: tuple[float, float, float],
-    glow: tuple[float, float, float, float],
+    bloom: tuple[float, float, float, float],
 ) -> None:
     instants, parts, rows, columns = profiles.shape
-    slope, spread = glow[0], glow[1]
     for row in range(rows):
         for instant in range(instants):
             h = homographies[row, instant]
@@ -97,35 +95,29 @@ def _fill(
                 t_x, t_y = (h[1, 0] - t * h[2, 0]) / w, (h[1, 1] - t * h[2, 1]) / w
                 s_u, s_v = s_x * du[0] + s_y * du[1], s_x * dv[0] + s_y * dv[1]
                 t_u, t_v = t_x * du[0] + t_y * du[1], t_x * dv[0] + t_y * dv[1]
-                distance, along_s, along_t = _edge(s, t, kind, sizes)
-                steepness = math.hypot(along_s * s_u + along_t * t_u, along_s * s_v + along_t * t_v)
-                light = bloom(distance / steepness, glow)
+                per_pixel = s_u, s_v, t_u, t_v
+                distance = _in_pixels(edge_distance(s, t, kind, sizes), per_pixel)
+                glow = glow_light(distance, bloom)
+                light = glow + (1.0 - glow) * edge_light(distance, bloom)
                 if parts == 1:
                     profiles[instant, 0, row, column] = light
                     continue
-                beyond = s / math.hypot(s_u, s_v)
-                first = share_inside(beyond, slope, spread)
-                share = first / (first + share_inside(-beyond, slope, spread))
-                profiles[instant, 0, row, column] = light * share
-                profiles[instant, 1, row, column] = light * (1.0 - share)
+                first = _in_pixels(half_edge_distance(s, t, kind, sizes, 1.0), per_pixel)
+                second = _in_pixels(half_edge_distance(s, t, kind, sizes, -1.0), per_pixel)
+                one = glow + (1.0 - glow) * edge_light(first, bloom)
+                other = glow + (1.0 - glow) * edge_light(second, bloom)
+                profiles[instant, 0, row, column] = light * one / (one + other)
+                profiles[instant, 1, row, column] = light * other / (one + other)
 
 
 @njit(cache=True)
-def _edge(s: float, t: float, kind: int, sizes: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Return the signed distance to a shape's edge [m], outside positive, and its gradient (a unit vector)."""
-    if kind in (_DISC, _LED_GRID):
-        if kind == _LED_GRID:
-            middle, pitch = 0.5 * (sizes[2] - 1.0), sizes[1]
-            s -= pitch * (min(max(round(s / pitch + middle), 0.0), sizes[2] - 1.0) - middle)
-            t -= pitch * (min(max(round(t / pitch + middle), 0.0), sizes[2] - 1.0) - middle)
-        radius = math.hypot(s, t)
-        if radius < 1e-12:
-            return -sizes[0], 1.0, 0.0
-        return radius - sizes[0], s / radius, t / radius
-    beside, above = abs(s) - sizes[0], abs(t) - sizes[1]
-    if beside > 0.0 and above > 0.0:
-        distance = math.hypot(beside, above)
-        return distance, math.copysign(beside, s) / distance, math.copysign(above, t) / distance
-    if beside > above:
-        return beside, 1.0, 0.0
-    return above, 0.0, 1.0
+def _in_pixels(edge: tuple[float, float, float], per_pixel: tuple[float, float, float, float]) -> float:
+    """Return a distance [px], to first order, from one on the face and its gradient.
+
+    Args:
+        edge: signed distance [m] and its derivatives along s and t.
+        per_pixel: derivatives of s along u and v and of t along u and v [m/px].
+    """
+    distance, along_s, along_t = edge
+    s_u, s_v, t_u, t_v = per_pixel
+    return distance / math.hypot(along_s * s_u + along_t * t_u, along_s * s_v + along_t * t_v)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import cv2
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
@@ -123,3 +124,20 @@ def test_a_face_at_a_slant_has_the_area_of_its_projection() -> None:
     x, y = outline.T
     area = 0.5 * abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
     assert painted(lamp, SHARP).sum() == pytest.approx(area, rel=0.01)
+
+
+@pytest.mark.parametrize('shape', [Disc(0.0325), LedGrid(0.0325), Rectangle(0.065, 0.065)])
+def test_a_half_glows_all_about_the_lamp_and_fades_along_its_axis(shape: LampShape) -> None:
+    halves = CeilingLamp(AHEAD, shape, steady_light(2), rpy=(0.0, 0.0, 0.6))
+    first, second = painted(halves, Blooming())
+    along = np.linspace(-0.12, 0.12, 121)
+    u, v = CAMERA.pixels_from_points(
+        POSE.camera_points(halves.map_points(np.column_stack([along, 0.0 * along])))
+    ).T
+    lit, other = (cv2.remap(half, *np.float32([u, v]), cv2.INTER_LINEAR).ravel() for half in (first, second))
+    # 8 px beyond the edge, where eq. (4) is down to gamma, each half gives half of it, on both sides.
+    beyond = 0.0325 + 8.0 * 2.5 / 636.4
+    for side in (-beyond, beyond):
+        np.testing.assert_allclose(np.interp(side, along, lit), 0.5 * Blooming().glow, rtol=0.05)
+    assert np.abs(lit - other[::-1]).mean() < 0.01
+    assert (np.diff(lit[along > -0.015]) < 0.01).all()
