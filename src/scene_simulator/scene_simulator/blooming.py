@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_simulator.scene_error import SceneError
 
-_STEEPEST = 4.0
-"""Steepest edge that pixels still sample well [1/px]: as soft as 0.45 px of standard deviation make it."""
+_STEEPEST = 3.0
+"""Steepest edge that pixels still sample well [1/px]: as soft as 0.6 px of standard deviation make it."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Blooming:
     The glow gamma does not reach for ever: beyond ``glow_reach`` it fades to nothing at twice that distance.
 
     Attributes:
-        slope: alpha, 0 to 4 [1/px].
+        slope: alpha, above 0 to 3 [1/px].
         spread: beta, how far beyond the edge the half brightness is seen [px].
         glow: gamma relative to b, 0 to 1; the default fits a real lamp, as the others do: 48 of 255.
         glow_reach: distance from the edge up to which the glow holds its level [px].
@@ -44,7 +44,7 @@ class Blooming:
         """
         if not (0.0 < self.slope <= _STEEPEST and 0.0 <= self.spread < math.inf):
             raise SceneError(
-                f'blooming has slope {self.slope} and spread {self.spread}: give above 0 to 4, 0 or more'
+                f'blooming has slope {self.slope} and spread {self.spread}: give above 0 to 3, 0 or more'
             )
         if not (0.0 <= self.glow <= 1.0 and 0.0 < self.glow_reach < math.inf):
             raise SceneError(

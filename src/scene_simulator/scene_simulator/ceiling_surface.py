@@ -116,8 +116,9 @@ def _add(
                 w = h[2, 0] * x + h[2, 1] * y + h[2, 2]
                 if w <= 1e-9:
                     continue
-                s = (h[0, 0] * x + h[0, 1] * y + h[0, 2]) / w
-                t = (h[1, 0] * x + h[1, 1] * y + h[1, 2]) / w
+                scale = 1.0 / w
+                s = (h[0, 0] * x + h[0, 1] * y + h[0, 2]) * scale
+                t = (h[1, 0] * x + h[1, 1] * y + h[1, 2]) * scale
                 i, j = int(np.floor(t)), int(np.floor(s))
                 a, b = t - i, s - j
                 i0, j0, i1, j1 = i & mask, j & mask, (i + 1) & mask, (j + 1) & mask

@@ -97,5 +97,5 @@ def _box(s: float, t: float, half_width: float, half_length: float) -> tuple[flo
         distance = math.hypot(beside, above)
         return distance, math.copysign(beside, s) / distance, math.copysign(above, t) / distance
     if beside > above:
-        return beside, 1.0, 0.0
-    return above, 0.0, 1.0
+        return beside, math.copysign(1.0, s), 0.0
+    return above, 0.0, math.copysign(1.0, t)

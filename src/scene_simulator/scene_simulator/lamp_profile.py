@@ -1,7 +1,7 @@
 """Where a lamp's light falls on the pixels of a window, exact to a small part of a pixel.
 
 Each pixel's ray is followed to the plane of the lamp's face at the pixel's own time. There the distance to the
-edge is known exactly; the gradient of the map from pixels to the plane turns it into pixels.
+edge is known exactly; the gradient of the map from pixels to the plane turns it into pixels, in two Newton steps.
 """
 
 from __future__ import annotations
@@ -16,6 +16,9 @@ from scene_simulator.blooming import Blooming, edge_light, glow_light
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.lamp_edge import edge_distance, half_edge_distance
 from shirube_geometry import matrix_from_rpy
+
+_DEEP, _FAR = -16.0, 40.0
+"""Distances from an edge, inside and outside, that need not be exact [px]."""
 
 
 def face_homographies(
@@ -80,44 +83,70 @@ def _fill(
 ) -> None:
     instants, parts, rows, columns = profiles.shape
     for row in range(rows):
-        for instant in range(instants):
-            h = homographies[row, instant]
-            for column in range(columns):
-                x, y = rays[row + 1, column + 1]
-                w = h[2, 0] * x + h[2, 1] * y + h[2, 2]
-                if w <= 1e-9:
-                    continue
-                s = (h[0, 0] * x + h[0, 1] * y + h[0, 2]) / w
-                t = (h[1, 0] * x + h[1, 1] * y + h[1, 2]) / w
-                du = 0.5 * (rays[row + 1, column + 2] - rays[row + 1, column])
-                dv = 0.5 * (rays[row + 2, column + 1] - rays[row, column + 1])
-                s_x, s_y = (h[0, 0] - s * h[2, 0]) / w, (h[0, 1] - s * h[2, 1]) / w
-                t_x, t_y = (h[1, 0] - t * h[2, 0]) / w, (h[1, 1] - t * h[2, 1]) / w
-                s_u, s_v = s_x * du[0] + s_y * du[1], s_x * dv[0] + s_y * dv[1]
-                t_u, t_v = t_x * du[0] + t_y * du[1], t_x * dv[0] + t_y * dv[1]
-                per_pixel = s_u, s_v, t_u, t_v
-                distance = _in_pixels(edge_distance(s, t, kind, sizes), per_pixel)
+        for column in range(columns):
+            for instant in range(instants):
+                h = homographies[row, instant]
+                distance = _pixels_from_edge(rays, row, column, h, kind, sizes, 0.0)
                 glow = glow_light(distance, bloom)
                 light = glow + (1.0 - glow) * edge_light(distance, bloom)
                 if parts == 1:
                     profiles[instant, 0, row, column] = light
                     continue
-                first = _in_pixels(half_edge_distance(s, t, kind, sizes, 1.0), per_pixel)
-                second = _in_pixels(half_edge_distance(s, t, kind, sizes, -1.0), per_pixel)
-                one = glow + (1.0 - glow) * edge_light(first, bloom)
-                other = glow + (1.0 - glow) * edge_light(second, bloom)
-                profiles[instant, 0, row, column] = light * one / (one + other)
-                profiles[instant, 1, row, column] = light * other / (one + other)
+                first = edge_light(_pixels_from_edge(rays, row, column, h, kind, sizes, 1.0), bloom)
+                second = edge_light(_pixels_from_edge(rays, row, column, h, kind, sizes, -1.0), bloom)
+                share = (glow + (1.0 - glow) * first) / (2.0 * glow + (1.0 - glow) * (first + second))
+                profiles[instant, 0, row, column] = light * share
+                profiles[instant, 1, row, column] = light * (1.0 - share)
 
 
 @njit(cache=True)
-def _in_pixels(edge: tuple[float, float, float], per_pixel: tuple[float, float, float, float]) -> float:
-    """Return a distance [px], to first order, from one on the face and its gradient.
+def _pixels_from_edge(
+    rays: NDArray[np.float64],
+    row: int,
+    column: int,
+    h: NDArray[np.float64],
+    kind: int,
+    sizes: tuple[float, float, float],
+    side: float,
+) -> float:
+    """Return the signed distance of a pixel from the edge of a shape, outside positive [px].
 
     Args:
-        edge: signed distance [m] and its derivatives along s and t.
-        per_pixel: derivatives of s along u and v and of t along u and v [m/px].
+        rays: as in ``lamp_profiles``.
+        row: of the pixel in the window.
+        column: of the pixel in the window.
+        h: homography from rays to the face.
+        kind: of the shape.
+        sizes: of the shape.
+        side: 1 or -1 for one half of it, see ``half_edge_distance``; 0 for the whole.
     """
-    distance, along_s, along_t = edge
-    s_u, s_v, t_u, t_v = per_pixel
-    return distance / math.hypot(along_s * s_u + along_t * t_u, along_s * s_v + along_t * t_v)
+    v, u, pixels = row + 1.0, column + 1.0, 0.0
+    # The first step leads about to the edge; perspective and distortion leave something to the second.
+    for _ in range(2):
+        i = min(max(round(v), 1), rays.shape[0] - 2)
+        j = min(max(round(u), 1), rays.shape[1] - 2)
+        x_u = 0.5 * (rays[i, j + 1, 0] - rays[i, j - 1, 0])
+        y_u = 0.5 * (rays[i, j + 1, 1] - rays[i, j - 1, 1])
+        x_v = 0.5 * (rays[i + 1, j, 0] - rays[i - 1, j, 0])
+        y_v = 0.5 * (rays[i + 1, j, 1] - rays[i - 1, j, 1])
+        x = rays[i, j, 0] + (u - j) * x_u + (v - i) * x_v
+        y = rays[i, j, 1] + (u - j) * y_u + (v - i) * y_v
+        w = h[2, 0] * x + h[2, 1] * y + h[2, 2]
+        if w <= 1e-9:
+            return math.inf
+        s = (h[0, 0] * x + h[0, 1] * y + h[0, 2]) / w
+        t = (h[1, 0] * x + h[1, 1] * y + h[1, 2]) / w
+        if side == 0.0:
+            distance, along_s, along_t = edge_distance(s, t, kind, sizes)
+        else:
+            distance, along_s, along_t = half_edge_distance(s, t, kind, sizes, side)
+        along_x = (along_s * (h[0, 0] - s * h[2, 0]) + along_t * (h[1, 0] - t * h[2, 0])) / w
+        along_y = (along_s * (h[0, 1] - s * h[2, 1]) + along_t * (h[1, 1] - t * h[2, 1])) / w
+        along_u, along_v = along_x * x_u + along_y * y_u, along_x * x_v + along_y * y_v
+        steepness = math.hypot(along_u, along_v)
+        pixels += distance / steepness
+        if not _DEEP < pixels < _FAR:
+            return pixels
+        u -= distance * along_u / steepness**2
+        v -= distance * along_v / steepness**2
+    return pixels

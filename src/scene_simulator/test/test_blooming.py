@@ -33,7 +33,7 @@ def test_inside_a_lamp_is_as_bright_as_its_edge_and_far_away_is_dark() -> None:
 def test_light_only_falls_with_distance_and_without_a_step(blooming: Blooming) -> None:
     light = blooming.profile(np.linspace(-5.0, 70.0, 75_000))
     assert (np.diff(light) <= 1e-15).all()
-    assert np.abs(np.diff(light)).max() < 1.1e-3 * blooming.slope / 4.0
+    assert np.abs(np.diff(light)).max() < 0.26e-3 * blooming.slope
 
 
 def test_the_half_brightness_of_a_lamp_without_glow_is_seen_at_its_spread() -> None:
@@ -43,7 +43,7 @@ def test_the_half_brightness_of_a_lamp_without_glow_is_seen_at_its_spread() -> N
 @pytest.mark.parametrize(
     'numbers',
     [
-        *((0.0, 2.5, 0.1, 12.0), (4.1, 2.5, 0.1, 12.0), (2.4, -1.0, 0.1, 12.0), (2.4, 2.5, 1.1, 12.0)),
+        *((0.0, 2.5, 0.1, 12.0), (3.1, 2.5, 0.1, 12.0), (2.4, -1.0, 0.1, 12.0), (2.4, 2.5, 1.1, 12.0)),
         *((2.4, 2.5, 0.1, 0.0), (float('nan'), 2.5, 0.1, 12.0)),
     ],
 )

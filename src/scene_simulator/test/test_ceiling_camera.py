@@ -69,16 +69,16 @@ def test_a_disc_is_where_the_pinhole_projects_it(blooming: Blooming, radius: flo
     assert math.dist(photo.sightings[0].centre, hand_written) < 1e-6
 
 
+@pytest.mark.parametrize('blooming', [SHARP, Blooming()])
 @pytest.mark.parametrize('place', [(0.0, 0.0), (1.1, 0.6), (-0.9, 1.2), (0.3, -1.4)])
 def test_with_a_bent_lens_and_tilt_a_disc_is_at_the_centroid_of_its_outline(
-    place: tuple[float, float],
+    place: tuple[float, float], blooming: Blooming
 ) -> None:
-    taken = camera(intrinsics=BENT)
-    lamp = CeilingLamp((*place, 2.5), Disc(0.05), brightness=taken.brightness_for(1.0))
-    room = CeilingRoom((lamp,))
-    at = lambda _: camera_pose(PlanarPose(0.02, -0.03, 0.4), TILTED)  # noqa: E731
-    (seen,) = taken.photograph(room, at, 0.0).sightings
-    assert math.dist(centroid(taken.light(room, at, 0.0)), seen.centroid) < 0.02
+    taken = CeilingCamera(BENT, lens=CeilingLens(0.0, blooming=blooming))
+    room = CeilingRoom((CeilingLamp((*place, 2.5), Disc(0.05), brightness=taken.brightness_for(1.0)),))
+    robot = camera_pose(PlanarPose(0.02, -0.03, 0.4), TILTED)
+    (seen,) = taken.photograph(room, lambda _: robot, 0.0).sightings
+    assert math.dist(centroid(taken.light(room, lambda _: robot, 0.0)), seen.centroid) < 0.02
 
 
 @pytest.mark.parametrize('z', [1.5, 2.5, 4.0])
