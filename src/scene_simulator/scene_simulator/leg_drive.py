@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_simulator.arc_motion import arc_motion
 from scene_simulator.scene_error import SceneError
 from shirube_geometry import PlanarPose
 
@@ -25,9 +26,7 @@ class _Section:
 
     def pose_after(self, way: float) -> PlanarPose:
         """Return ``T_map_base`` after a way from the section's start [m]."""
-        turn = self.curvature * way
-        chord = way * float(np.sinc(0.5 * turn / math.pi))
-        return self.start @ PlanarPose(chord * math.cos(0.5 * turn), chord * math.sin(0.5 * turn), turn)
+        return self.start @ arc_motion(way, self.curvature * way)
 
 
 class LegDrive:

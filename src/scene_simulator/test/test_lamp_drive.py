@@ -12,12 +12,13 @@ from light_waveform import steady_light
 from scene_simulator.camera_clock import CameraClock
 from scene_simulator.ceiling_camera import CeilingCamera
 from scene_simulator.ceiling_room import paper_room
+from scene_simulator.driven_robot import DrivenRobot
 from scene_simulator.lamp_drive import LampDrive
 from scene_simulator.leg_drive import LegDrive
 from scene_simulator.scene_error import SceneError
 from scene_simulator.shutter import Shutter
 from scene_simulator.wheel_odometry import WheelErrors
-from shirube_geometry import CameraMount, PinholeCamera
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
 EYE = CeilingCamera(PinholeCamera(320, 256, 159.0, 159.0, 159.5, 127.5), Shutter(0.5e-3, 30e-6))
 ROUTE = LegDrive([(0.0, 0.5), (1.5, 0.5), (1.5, -0.5)], [0.5, 0.3], 0.3)
@@ -101,3 +102,16 @@ def test_the_inertial_unit_reads_the_tilt() -> None:
 def test_a_negative_seed_is_refused() -> None:
     with pytest.raises(SceneError, match='seed'):
         LampDrive(ROOM, ROUTE, seed=-1)
+
+
+def test_a_robot_may_be_driven_by_what_its_camera_sees() -> None:
+    robot = DrivenRobot(PlanarPose(0.3, 0.4, 0.0))
+    recorded = LampDrive(ROOM, robot, EYE, clock=CameraClock(20.0))
+    frames = recorded.frames(2.0)
+    for index in range(recorded.frame_count(2.0)):
+        robot.drive(0.3, 0.5 if index > 20 else 0.0, EYE.shutter.frame_end(index / 20.0, 256))
+        frame = next(frames)
+        assert frame.pose == robot.pose_at(index / 20.0)
+    assert recorded.pose_at(1.0).x > 0.5
+    with pytest.raises(SceneError, match='driven until'):
+        recorded.odometry(3.0)
