@@ -124,7 +124,7 @@ class CeilingCamera:
         times = self.shutter.exposure_cuts(stamp, slice(0, height), count)
         starts, stops = times[:, :-1], times[:, 1:]
         poses = motion.poses(0.5 * (starts + stops).ravel())
-        homographies = face_homographies((0.0, 0.0, surface.height), (0.0, 0.0, 0.0), *poses)
+        homographies = face_homographies((0.0, 0.0, surface.height), np.eye(3), *poses)
         levels = exposure / count * surface.mean_levels(starts, stops)
         surface.add_light(light, self._rays, homographies.reshape(height, count, 3, 3), levels)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,6 +39,11 @@ class CeilingLamp:
     clock_offset: float = 0.0
     rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
+    @cached_property
+    def rotation(self) -> NDArray[np.float64]:
+        """``R_map_face``, shape (3, 3)."""
+        return matrix_from_rpy(self.rpy)
+
     def mean_levels(self, starts: ArrayLike, stops: ArrayLike) -> NDArray[np.float64]:
         """Return the exact mean levels of the parts over windows of true time, shape (..., parts).
 
@@ -49,8 +55,7 @@ class CeilingLamp:
 
     def map_points(self, points_face: ArrayLike) -> NDArray[np.float64]:
         """Take points of the face, shape (n, 2) [m], to the map frame, shape (n, 3) [m]."""
-        axes = matrix_from_rpy(self.rpy)[:, :2]
-        return np.asarray(np.asarray(points_face, dtype=np.float64) @ axes.T + self.xyz)
+        return np.asarray(np.asarray(points_face, dtype=np.float64) @ self.rotation[:, :2].T + self.xyz)
 
     def _own_time(self, times: ArrayLike) -> NDArray[np.float64]:
         """Return what the lamp's clock shows at true times [s]."""

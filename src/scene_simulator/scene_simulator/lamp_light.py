@@ -74,7 +74,7 @@ class LampLight:
         times = self._shutter.exposure_cuts(self._stamp, rows, count)
         levels = lamp.mean_levels(times[:, :-1], times[:, 1:])
         middles = 0.5 * (times[:, :-1] + times[:, 1:])
-        homographies = face_homographies(lamp.xyz, lamp.rpy, *self._motion.poses(middles.ravel()))
+        homographies = face_homographies(lamp.xyz, lamp.rotation, *self._motion.poses(middles.ravel()))
         rays = self._rays[rows.start : rows.stop + 2, columns.start : columns.stop + 2]
         profiles = lamp_profiles(lamp, self._lens.blooming, rays, homographies.reshape(*middles.shape, 3, 3))
         if self._lens.defocus > 0.0:

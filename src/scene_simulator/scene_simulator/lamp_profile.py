@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from scene_simulator.blooming import Blooming, edge_light, glow_light
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.lamp_edge import edge_distance, half_edge_distance
-from shirube_geometry import matrix_from_rpy
 
 _DEEP, _FAR = -16.0, 40.0
 """Distances from an edge, inside and outside, that need not be exact [px]."""
@@ -23,7 +22,7 @@ _DEEP, _FAR = -16.0, 40.0
 
 def face_homographies(
     xyz: tuple[float, float, float],
-    rpy: tuple[float, float, float],
+    rotation: NDArray[np.float64],
     positions: NDArray[np.float64],
     rotations: NDArray[np.float64],
 ) -> NDArray[np.float64]:
@@ -31,7 +30,7 @@ def face_homographies(
 
     Args:
         xyz: origin of the face in the map frame [m].
-        rpy: orientation of the face in the map frame [rad].
+        rotation: shape (3, 3), ``R_map_face``.
         positions: shape (n, 3), optical centres in the map frame [m].
         rotations: shape (n, 3, 3), ``R_map_camera``.
 
@@ -39,7 +38,7 @@ def face_homographies(
         array, shape (n, 3, 3): times a ray (x, y, 1) it gives (w s, w t, w) with s and t on the face [m] and
         w > 0 where the ray runs towards the plane.
     """
-    first, second, normal = matrix_from_rpy(rpy).T
+    first, second, normal = rotation.T
     offsets = positions - np.array(xyz)
     depths = -offsets @ normal
     rows = [depths[:, None] * axis + (offsets @ axis)[:, None] * normal for axis in (first, second)]

@@ -58,7 +58,7 @@ def sight_lamp(
     """
     time = shutter.frame_middle(stamp, camera.height)
     # The row on which the middle falls gives the time, and the time the row: they settle at once.
-    for _ in range(3):
+    for _ in range(3 if shutter.row_time > 0.0 else 1):
         points = motion.pose(time).camera_points(
             lamp.map_points(np.vstack([np.zeros(2), lamp.shape.outline()]))
         )

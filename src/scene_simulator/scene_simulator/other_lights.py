@@ -13,7 +13,6 @@ from light_waveform import Waveform, waveform_of_steps
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.lamp_shape import Disc, Rectangle
 from scene_simulator.scene_error import SceneError
-from shirube_geometry import matrix_from_rpy
 
 _STEPS = 64
 """Steps in which a period of the mains' flicker is played."""
@@ -71,7 +70,7 @@ def reflection(
     mirror = np.eye(3) - 2.0 * np.outer(normal, normal) / length**2
     point = np.asarray(wall_point, dtype=np.float64)
     x, y, z = (point + mirror @ (np.array(lamp.xyz) - point)).tolist()
-    first, second = (mirror @ matrix_from_rpy(lamp.rpy)[:, :2]).T
+    first, second = (mirror @ lamp.rotation[:, :2]).T
     # A mirrored frame is left-handed; the face shines to both sides, so its normal may be turned about.
     turned = Rotation.from_matrix(np.column_stack([first, second, np.cross(first, second)]))
     roll, pitch, yaw = turned.as_euler('xyz').tolist()

@@ -19,8 +19,7 @@ POSE = camera_pose(PlanarPose(-0.7, 3.1, 0.8), CameraMount((0.0, 0.0, 0.2), (0.1
 def lit(surface: CeilingSurface, levels: np.ndarray) -> np.ndarray:
     v, u = np.mgrid[-1:61, -1:81]
     rays = CAMERA.rays_from_pixels(np.column_stack([u.ravel(), v.ravel()]))[:, :2].reshape(62, 82, 2)
-    place = ((0.0, 0.0, surface.height), (0.0, 0.0, 0.0))
-    one = face_homographies(*place, POSE.position[None], POSE.rotation[None])
+    one = face_homographies((0.0, 0.0, surface.height), np.eye(3), POSE.position[None], POSE.rotation[None])
     light = np.zeros((60, 80), dtype=np.float32)
     surface.add_light(light, rays.copy(), np.tile(one, (60, levels.shape[1], 1, 1)), levels)
     return light

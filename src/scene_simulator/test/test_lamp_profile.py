@@ -29,7 +29,7 @@ def rays_of(camera: PinholeCamera) -> np.ndarray:
 
 
 def homographies_of(lamp: CeilingLamp, pose: CameraPose, rows: int) -> np.ndarray:
-    one = face_homographies(lamp.xyz, lamp.rpy, pose.position[None], pose.rotation[None])
+    one = face_homographies(lamp.xyz, lamp.rotation, pose.position[None], pose.rotation[None])
     return np.broadcast_to(one, (rows, 1, 3, 3)).copy()
 
 
@@ -62,7 +62,7 @@ def distances_to_outline(lamp: CeilingLamp) -> np.ndarray:
 
 def test_rays_meet_the_plane_of_a_face_where_ray_tracing_says() -> None:
     xyz, rpy = (0.3, 0.2, 2.4), (0.4, -0.2, 0.9)
-    homography = face_homographies(xyz, rpy, POSE.position[None], POSE.rotation[None])[0]
+    homography = face_homographies(xyz, matrix_from_rpy(rpy), POSE.position[None], POSE.rotation[None])[0]
     first, second, normal = matrix_from_rpy(rpy).T
     for ray in np.random.default_rng(0).uniform(-0.6, 0.6, (20, 2)):
         direction = POSE.rotation @ np.append(ray, 1.0)
@@ -74,7 +74,7 @@ def test_rays_meet_the_plane_of_a_face_where_ray_tracing_says() -> None:
 
 
 def test_a_plane_behind_the_camera_is_not_met() -> None:
-    behind = face_homographies((0.0, 0.0, -2.0), (0.0, 0.0, 0.0), POSE.position[None], POSE.rotation[None])[0]
+    behind = face_homographies((0.0, 0.0, -2.0), np.eye(3), POSE.position[None], POSE.rotation[None])[0]
     assert (behind @ (0.0, 0.0, 1.0))[2] < 0.0
 
 
