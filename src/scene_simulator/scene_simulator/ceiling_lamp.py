@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from light_waveform import Waveform, steady_light
 from scene_simulator.lamp_shape import Disc, LampShape
+from scene_simulator.scene_error import SceneError
 from shirube_geometry import matrix_from_rpy
 
 
@@ -38,6 +40,17 @@ class CeilingLamp:
     phase: float = 0.0
     clock_offset: float = 0.0
     rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse a lamp that cannot hang or shine.
+
+        Raises:
+            SceneError: a place or angle that is not finite, or a brightness below zero or not finite.
+        """
+        if not np.isfinite([*self.xyz, *self.rpy, self.phase, self.clock_offset]).all():
+            raise SceneError(f'a lamp at {self.xyz} m has a place, angle, phase or clock that is not finite')
+        if not 0.0 <= self.brightness < math.inf:
+            raise SceneError(f'a lamp has the brightness {self.brightness}: give 0 or more')
 
     @cached_property
     def rotation(self) -> NDArray[np.float64]:

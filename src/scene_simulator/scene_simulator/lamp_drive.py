@@ -20,7 +20,7 @@ from scene_simulator.wheel_odometry import WheelErrors, measure_odometry
 from shirube_geometry import CameraMount, PlanarPose
 
 GOOD_WHEELS = WheelErrors(left_scale=1.0195, right_scale=1.0205, slip=0.0002)
-"""Calibrated wheels: 2 % of the way and 0.2 degrees a metre."""
+"""Good wheels: 2 % of the way and of each turn too much, and 0.2 degrees a metre to the left."""
 
 FIRM = Suspension(heave=0.001, tilt=math.radians(1.0))
 """A body that heaves by a millimetre and tilts by up to a degree."""
@@ -115,7 +115,7 @@ class LampDrive:
         return len(self.clock.frames(seconds, self._rng(_CLOCK))[0])
 
     def frames(self, seconds: float) -> Iterator[LampFrame]:
-        """Yield the frames of the first seconds one by one; each takes some 15 ms to render.
+        """Yield the frames of the first seconds one by one; rendering one takes 20 to 50 ms.
 
         Raises:
             SceneError: the time is not positive.

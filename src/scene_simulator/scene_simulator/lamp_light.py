@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -12,7 +13,7 @@ from scene_simulator.camera_motion import CameraMotion
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.ceiling_lens import CeilingLens, LensGhost
 from scene_simulator.lamp_profile import face_homographies, lamp_profiles
-from scene_simulator.lamp_sighting import LampSighting, in_cone, sight_lamp, smear
+from scene_simulator.lamp_sighting import LampSighting, in_cone, sight_lamp
 from scene_simulator.shutter import Shutter
 from shirube_geometry import PinholeCamera
 
@@ -60,7 +61,7 @@ class LampLight:
         """
         sighting = sight_lamp(index, lamp, self._camera, self._shutter, self._stamp, self._motion)
         time = sighting.time if sighting else self._shutter.frame_middle(self._stamp, self._camera.height)
-        window = self._window(lamp, time)
+        window = self._window(lamp)
         if window is not None:
             light[window] += self._patch(lamp, window, self._instants(lamp, time))
         if sighting is not None:
@@ -71,20 +72,22 @@ class LampLight:
     def _patch(self, lamp: CeilingLamp, window: Window, count: int) -> NDArray[np.float32]:
         """Return the light of a lamp in a window, whose exposure is cut into ``count`` equal parts."""
         rows, columns = window
-        times = self._shutter.exposure_cuts(self._stamp, rows, count)
-        levels = lamp.mean_levels(times[:, :-1], times[:, 1:])
-        middles = 0.5 * (times[:, :-1] + times[:, 1:])
-        homographies = face_homographies(lamp.xyz, lamp.rotation, *self._motion.poses(middles.ravel()))
         rays = self._rays[rows.start : rows.stop + 2, columns.start : columns.stop + 2]
-        profiles = lamp_profiles(lamp, self._lens.blooming, rays, homographies.reshape(*middles.shape, 3, 3))
-        if self._lens.defocus > 0.0:
-            # Before the levels: the lens blurs the light, not the times of the rows.
-            for profile in profiles.reshape(-1, *profiles.shape[2:]):
-                profile[:] = cv2.GaussianBlur(
-                    profile, (0, 0), self._lens.defocus, borderType=cv2.BORDER_REPLICATE
-                )
-        weights = (lamp.brightness * self._shutter.exposure / count * levels).astype(np.float32)
-        return np.asarray(np.einsum('rik,ikrc->rc', weights, profiles))
+        light = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=np.float32)
+        times = self._shutter.exposure_cuts(self._stamp, rows, count)
+        for starts, stops in pairwise(times.T):
+            poses = self._motion.poses(0.5 * (starts + stops))
+            homographies = face_homographies(lamp.xyz, lamp.rotation, *poses)
+            profiles = lamp_profiles(lamp, self._lens.blooming, rays, homographies)
+            if self._lens.defocus > 0.0:
+                # Before the levels: the lens blurs the light, not the times of the rows.
+                for profile in profiles:
+                    cv2.GaussianBlur(
+                        profile, (0, 0), self._lens.defocus, profile, borderType=cv2.BORDER_REPLICATE
+                    )
+            weights = lamp.brightness * self._shutter.exposure / count * lamp.mean_levels(starts, stops)
+            light += np.einsum('ri,irc->rc', weights.astype(np.float32), profiles)
+        return light
 
     def _add_ghost(
         self, light: NDArray[np.float32], lamp: CeilingLamp, ghost: LensGhost, sighting: LampSighting
@@ -106,15 +109,21 @@ class LampLight:
 
     def _instants(self, lamp: CeilingLamp, time: float) -> int:
         """Return into how many parts the exposure is cut, so that a lamp moves little within each."""
-        half = 0.5 * self._shutter.exposure
-        before, after = self._motion.pose(time - half), self._motion.pose(time + half)
-        return max(1, math.ceil(smear(np.array(lamp.xyz), self._camera, before, after) / _SMEAR))
-
-    def _window(self, lamp: CeilingLamp, time: float) -> Window | None:
-        """Return the part of the image that a lamp can reach, none when it reaches no pixel."""
-        half = 0.5 * self._shutter.exposure
         points = lamp.map_points(lamp.shape.reach_points())
-        seen = [self._motion.pose(moment).camera_points(points) for moment in (time - half, time + half)]
+        half = 0.5 * self._shutter.exposure
+        before, after = (self._motion.pose(time + share).camera_points(points) for share in (-half, half))
+        seen = in_cone(before, self._camera) & in_cone(after, self._camera)
+        if not seen.any():
+            return 1
+        way = self._camera.pixels_from_points(after[seen]) - self._camera.pixels_from_points(before[seen])
+        return max(1, math.ceil(float(np.hypot(*way.T).max()) / _SMEAR))
+
+    def _window(self, lamp: CeilingLamp) -> Window | None:
+        """Return the part of the image that a lamp can reach in the frame, none when it reaches no pixel."""
+        points = lamp.map_points(lamp.shape.reach_points())
+        end = self._shutter.frame_end(self._stamp, self._camera.height)
+        moments = np.linspace(self._stamp, end, 3).tolist()
+        seen = [self._motion.pose(moment).camera_points(points) for moment in moments]
         inside = np.vstack(seen)
         inside = inside[in_cone(inside, self._camera)]
         if len(inside) == 0:

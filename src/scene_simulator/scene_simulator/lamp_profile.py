@@ -59,15 +59,14 @@ def lamp_profiles(
         lamp: the lamp.
         blooming: the glow.
         rays: shape (rows + 2, columns + 2, 2), rays of the pixels and of a border of one pixel, z = 1.
-        homographies: shape (rows, instants, 3, 3), from ``face_homographies``.
+        homographies: shape (rows, 3, 3), from ``face_homographies``, at one instant for each row.
 
     Returns:
-        array, shape (instants, parts, rows, columns), 0 to 1.
+        array, shape (parts, rows, columns), 0 to 1.
     """
-    rows, instants = homographies.shape[:2]
-    profiles = np.zeros((instants, lamp.waveform.parts, rows, rays.shape[1] - 2), dtype=np.float32)
-    shape = int(lamp.shape.kind), lamp.shape.sizes
-    _fill(profiles, rays, homographies, *shape, blooming.parameters)
+    shape = (lamp.waveform.parts, rays.shape[0] - 2, rays.shape[1] - 2)
+    profiles = np.empty(shape, dtype=np.float32)
+    _fill(profiles, rays, homographies, int(lamp.shape.kind), lamp.shape.sizes, blooming.parameters)
     return profiles
 
 
@@ -80,22 +79,21 @@ def _fill(
     sizes: tuple[float, float, float],
     bloom: tuple[float, float, float, float],
 ) -> None:
-    instants, parts, rows, columns = profiles.shape
+    parts, rows, columns = profiles.shape
     for row in range(rows):
+        h = homographies[row]
         for column in range(columns):
-            for instant in range(instants):
-                h = homographies[row, instant]
-                distance = _pixels_from_edge(rays, row, column, h, kind, sizes, 0.0)
-                glow = glow_light(distance, bloom)
-                light = glow + (1.0 - glow) * edge_light(distance, bloom)
-                if parts == 1:
-                    profiles[instant, 0, row, column] = light
-                    continue
-                first = edge_light(_pixels_from_edge(rays, row, column, h, kind, sizes, 1.0), bloom)
-                second = edge_light(_pixels_from_edge(rays, row, column, h, kind, sizes, -1.0), bloom)
-                share = (glow + (1.0 - glow) * first) / (2.0 * glow + (1.0 - glow) * (first + second))
-                profiles[instant, 0, row, column] = light * share
-                profiles[instant, 1, row, column] = light * (1.0 - share)
+            distance = _pixels_from_edge(rays, row, column, h, kind, sizes, 0.0)
+            glow = glow_light(distance, bloom)
+            light = glow + (1.0 - glow) * edge_light(distance, bloom)
+            if parts == 1:
+                profiles[0, row, column] = light
+                continue
+            first = edge_light(_pixels_from_edge(rays, row, column, h, kind, sizes, 1.0), bloom)
+            second = edge_light(_pixels_from_edge(rays, row, column, h, kind, sizes, -1.0), bloom)
+            share = (glow + (1.0 - glow) * first) / (2.0 * glow + (1.0 - glow) * (first + second))
+            profiles[0, row, column] = light * share
+            profiles[1, row, column] = light * (1.0 - share)
 
 
 @njit(cache=True)

@@ -161,6 +161,17 @@ def test_a_camera_that_drives_along_its_columns_stretches_a_rolling_image() -> N
     assert light[:, 99].sum() > 1.04 * at_rest[:, 99].sum()
 
 
+def test_a_large_lamp_is_whole_however_fast_the_rolling_image_moves() -> None:
+    row_time, speed = 40e-6, 15.0
+    room = CeilingRoom((CeilingLamp((speed * 80 * row_time, 0.0, 2.5), Disc(0.2)),))
+    light = camera(Shutter(20e-6, row_time)).light(room, moving(speed, 0.0), 0.0)
+    at_rest = camera(Shutter(20e-6, row_time)).light(
+        CeilingRoom((CeilingLamp(OVERHEAD, Disc(0.2)),)), resting, 0.0
+    )
+    down = 636.4 / 2.5 * speed * row_time
+    assert light.sum() / at_rest.sum() == pytest.approx(1.0 / (1.0 - down), rel=1e-3)
+
+
 def test_motion_in_the_exposure_smears_a_lamp_about_the_middle() -> None:
     exposure, speed = 8e-3, 5.0
     lamp = CeilingLamp((0.5 * speed * exposure, 0.0, 2.5), Disc(0.02))

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 
 from light_waveform import waveform_of_steps
 from scene_simulator.ceiling_lamp import CeilingLamp
+from scene_simulator.scene_error import SceneError
 
 BLINK = waveform_of_steps([1e-3, 1e-3], [1.0, 0.0])
 
@@ -31,3 +33,10 @@ def test_the_face_turns_about_its_middle() -> None:
     lamp = CeilingLamp((1.0, 2.0, 2.5), rpy=(math.pi / 2.0, 0.0, 0.0))
     points = lamp.map_points([(0.0, 0.0), (0.1, 0.0), (0.0, 0.1)])
     np.testing.assert_allclose(points, [(1.0, 2.0, 2.5), (1.1, 2.0, 2.5), (1.0, 2.0, 2.6)], atol=1e-12)
+
+
+def test_a_lamp_that_cannot_be_is_refused() -> None:
+    with pytest.raises(SceneError, match='brightness'):
+        CeilingLamp((0.0, 0.0, 2.5), brightness=-1.0)
+    with pytest.raises(SceneError, match='finite'):
+        CeilingLamp((0.0, float('nan'), 2.5))

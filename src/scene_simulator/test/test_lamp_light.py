@@ -12,7 +12,7 @@ from scene_simulator.ceiling_camera import UPWARD, CeilingCamera
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.ceiling_lens import CeilingLens, LensGhost
 from scene_simulator.ceiling_room import CeilingRoom
-from scene_simulator.lamp_shape import Disc
+from scene_simulator.lamp_shape import Disc, Rectangle
 from scene_simulator.shutter import Shutter
 from shirube_geometry import PinholeCamera, PlanarPose
 
@@ -57,3 +57,14 @@ def test_the_ghost_of_a_lamp_outside_the_image_may_be_inside() -> None:
     outside = CeilingLamp((0.0, 1.4, 2.5), Disc(0.05))
     assert ghost_light(outside, Shutter()).max() > 0.05
     assert ghost_light(CeilingLamp((0.0, 40.0, 2.5), Disc(0.05)), Shutter()).max() == 0.0
+
+
+def test_a_window_beside_the_camera_may_reach_from_behind_it_into_view() -> None:
+    window = CeilingLamp((0.0, 1.0, -0.2), Rectangle(1.0, 6.0), rpy=(np.pi / 2.0, 0.0, 0.0), brightness=500.0)
+    taken = CeilingCamera(CAMERA, Shutter(2e-3), CeilingLens(0.0, blooming=SHARP))
+    turning = lambda time: camera_pose(PlanarPose(0.0, 0.0, 3.0 * time), UPWARD)  # noqa: E731
+    light = taken.light(CeilingRoom((window,)), turning, 0.0)
+    # The wall at 1 m is seen where it is up to 2.8 m high, half a metre to each side.
+    u = 159.5 + 320.0 * 1.0 / np.array([3.4, 2.4, 2.2])
+    v = 119.5 + 320.0 * 0.2 / np.array([3.4, 2.4, 2.2])
+    np.testing.assert_allclose(light[v.astype(int), u.astype(int)], [0.0, 1.0, 1.0], atol=0.01)

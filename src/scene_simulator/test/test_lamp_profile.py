@@ -30,12 +30,12 @@ def rays_of(camera: PinholeCamera) -> np.ndarray:
 
 def homographies_of(lamp: CeilingLamp, pose: CameraPose, rows: int) -> np.ndarray:
     one = face_homographies(lamp.xyz, lamp.rotation, pose.position[None], pose.rotation[None])
-    return np.broadcast_to(one, (rows, 1, 3, 3)).copy()
+    return np.broadcast_to(one, (rows, 3, 3)).copy()
 
 
 def painted(lamp: CeilingLamp, blooming: Blooming) -> np.ndarray:
     rays = np.ascontiguousarray(rays_of(CAMERA))
-    return lamp_profiles(lamp, blooming, rays, homographies_of(lamp, POSE, CAMERA.height))[0]
+    return lamp_profiles(lamp, blooming, rays, homographies_of(lamp, POSE, CAMERA.height))
 
 
 def distances_to_outline(lamp: CeilingLamp) -> np.ndarray:
@@ -51,7 +51,7 @@ def distances_to_outline(lamp: CeilingLamp) -> np.ndarray:
     v, u = np.mgrid[: CAMERA.height, : CAMERA.width]
     pixels = np.column_stack([u.ravel(), v.ravel()])
     distances = KDTree(line).query(pixels)[0].reshape(u.shape)
-    face = homographies_of(lamp, POSE, 1)[0, 0] @ np.vstack(
+    face = homographies_of(lamp, POSE, 1)[0] @ np.vstack(
         [rays_of(CAMERA)[1:-1, 1:-1].reshape(-1, 2).T, np.ones(u.size)]
     )
     s, t = np.abs(face[:2] / face[2]).reshape(2, *u.shape)
