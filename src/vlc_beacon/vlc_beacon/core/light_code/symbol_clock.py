@@ -1,0 +1,67 @@
+"""The beat of the symbols, found from the frames alone.
+
+Lamp and camera share no clock. For each time tau at which symbols may begin (modulo their duration), the frames fall
+into symbols; each symbol explains its frames at best by the likelihood of its best hypothesis; the sum over all
+symbols is tau's score. A generalised likelihood ratio, so frames may be missing or unevenly spaced.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+@njit(cache=True)
+def symbol_likelihoods(
+    stamps: NDArray[np.float64],
+    tables: NDArray[np.float32],
+    begin: float,
+    duration: float,
+    count: int,
+) -> NDArray[np.float64]:
+    """Sum the frames' log likelihoods over each symbol.
+
+    Args:
+        stamps: shape (f,), of the frames [s].
+        tables: shape (f, symbols, bins), log likelihood of each frame for each symbol, where within the symbol's
+            duration it may have been taken.
+        begin: of the first symbol [s].
+        duration: of a symbol [s].
+        count: of symbols.
+
+    Returns:
+        Shape (count, symbols), log likelihoods, 0 where a symbol has no frames.
+    """
+    symbols, bins = tables.shape[1:]
+    sums = np.zeros((count, symbols))
+    for f in range(len(stamps)):
+        place = (stamps[f] - begin) / duration
+        index = int(np.floor(place))
+        if 0 <= index < count:
+            column = min(int((place - index) * bins), bins - 1)
+            for s in range(symbols):
+                sums[index, s] += tables[f, s, column]
+    return sums
+
+
+@njit(cache=True)
+def beat_scores(
+    stamps: NDArray[np.float64],
+    tables: NDArray[np.float32],
+    duration: float,
+    begins: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the score of each beat, shape (n,).
+
+    Args:
+        begins: shape (n,), a time at which a symbol begins [s]; the others as in `symbol_likelihoods`.
+    """
+    scores = np.zeros(len(begins))
+    count = int((stamps[-1] - stamps[0]) / duration) + 3
+    for i in range(len(begins)):
+        first = begins[i] + np.floor((stamps[0] - begins[i]) / duration) * duration
+        sums = symbol_likelihoods(stamps, tables, first, duration, count)
+        for k in range(count):
+            scores[i] += sums[k].max()
+    return scores

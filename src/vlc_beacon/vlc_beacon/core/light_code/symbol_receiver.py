@@ -1,0 +1,197 @@
+"""Frames of one lamp to packets: beat, symbols, markers, checksum. Shared by UFSOOK and RS-FSK.
+
+The received symbols are known a little after their end. The beat is looked for again and again and followed where it
+drifts; where another beat explains the frames better by far, all begins anew, with the frames that are at hand.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vlc_beacon.core.light_code.frame_buffer import FrameBuffer
+from vlc_beacon.core.light_code.symbol_clock import beat_scores, symbol_likelihoods
+from vlc_beacon.core.light_code.symbol_code import SymbolCode
+from vlc_beacon.core.packet.packet_reader import Packet, ReceivedPacket, read_packet
+
+BEAT_SYMBOLS = 40
+"""The beat is found from the frames of so many symbols,"""
+BEAT_SYMBOLS_MIN = 12
+"""at first from fewer,"""
+BEAT_EVERY = 4
+"""and once in so many symbols."""
+DRIFT = 0.03
+"""Between two looks the beat moves by no more than this share of a symbol."""
+SEARCH_EVERY = 30
+"""All beats are looked at once in so many symbols."""
+BETTER_BEAT = 12.0
+"""Log likelihood by which another beat must be better to be taken for it."""
+PLATEAU = 0.5
+"""Beats whose log likelihoods differ by less are the same to us."""
+SILENCE_MAX = 20.0
+"""After no frames for so many symbols all begins anew."""
+MARKER_MARGIN = 3.0
+"""Log likelihood by which a marker must be better than data."""
+SYMBOL_MARGIN = 2.0
+"""Log likelihood by which each symbol of a packet must be better than the next best."""
+
+
+class SymbolReceiver:
+    """Listens to one lamp.
+
+    Args:
+        code: what the lamp's symbols mean.
+        symbols: how many different ones there are, with those of the marker.
+        bins: of the frames' tables.
+        candidates: how many beats are told apart.
+    """
+
+    def __init__(self, code: SymbolCode, symbols: int, bins: int, candidates: int) -> None:
+        self._code = code
+        self._shape = symbols, bins
+        self._candidates = candidates
+        self._kept = code.symbols_max + 2 * len(code.marker) + 4
+        self._forget()
+
+    def _forget(self) -> None:
+        self._frames = FrameBuffer(*self._shape)
+        self._begin: float | None = None
+        self._next_beat = self._next_search = -np.inf
+        self._symbols: list[NDArray[np.float64]] = []
+        self._marker: int | None = None
+        self._unread: NDArray[np.float64] | None = None
+
+    def add(self, stamp: float, table: NDArray[np.float32]) -> list[ReceivedPacket]:
+        """Take a frame and return the packets that it completes.
+
+        Args:
+            stamp: of the frame [s]; one that does not rise is left out.
+            table: shape (symbols, bins), as `symbol_likelihoods` takes it.
+        """
+        known = self._frames.stamps
+        if len(known) and stamp <= known[-1]:
+            return []
+        if len(known) and stamp - known[-1] > SILENCE_MAX * self._code.duration:
+            self._forget()
+        self._frames.add(stamp, table)
+        if stamp >= self._next_beat:
+            self._follow_beat(stamp)
+        return [] if self._begin is None else self._read_symbols(stamp)
+
+    def _follow_beat(self, stamp: float) -> None:
+        """Find the beat or correct it, and drop frames that are no longer needed."""
+        duration = self._code.duration
+        self._frames.drop_before(stamp - self._kept * duration)
+        self._next_beat = stamp + BEAT_EVERY * duration
+        first = int(np.searchsorted(self._frames.stamps, stamp - BEAT_SYMBOLS * duration))
+        stamps, tables = self._frames.stamps[first:], self._frames.tables[first:]
+        if stamps[-1] - stamps[0] < BEAT_SYMBOLS_MIN * duration:
+            return
+        if self._begin is None or stamp >= self._next_search:
+            self._next_search = stamp + SEARCH_EVERY * duration
+            self._search_beat(stamps, tables)
+        else:
+            self._correct_beat(stamps, tables)
+
+    def _search_beat(self, stamps: NDArray[np.float64], tables: NDArray[np.float32]) -> None:
+        """Look at all beats there are."""
+        duration = self._code.duration
+        old = stamps[0] if self._begin is None else self._begin
+        steps = np.arange(self._candidates)
+        begins = old + steps / self._candidates * duration
+        scores = beat_scores(stamps, tables, duration, begins)
+        best = int(scores.argmax())
+        if self._begin is not None and scores[best] - scores[0] <= BETTER_BEAT:
+            return
+        # The middle of the beats around the best that are as good.
+        alike = np.roll(scores >= scores[best] - PLATEAU, self._candidates // 2 - best)
+        edges = np.flatnonzero(~alike) - self._candidates // 2
+        left, right = edges[edges < 0].max(initial=-1), edges[edges > 0].min(initial=1)
+        self._start(float(begins[best] + 0.5 * (left + right) * duration / self._candidates))
+
+    def _correct_beat(self, stamps: NDArray[np.float64], tables: NDArray[np.float32]) -> None:
+        """Look at the beats near the one that was."""
+        assert self._begin is not None
+        step = self._code.duration / self._candidates
+        reach = max(1, round(DRIFT * self._candidates))
+        shifts = np.arange(-reach, reach + 1) * step
+        scores = beat_scores(stamps, tables, self._code.duration, self._begin + shifts)
+        self._begin += float(shifts[scores >= scores.max() - PLATEAU].mean())
+
+    def _start(self, shift: float) -> None:
+        """Begin anew with a beat and the frames at hand."""
+        duration = self._code.duration
+        self._begin = shift - np.ceil((shift - self._frames.stamps[0]) / duration) * duration
+        self._symbols, self._marker = [], None
+
+    def _read_symbols(self, stamp: float) -> list[ReceivedPacket]:
+        """Decide the symbols that are over for sure."""
+        assert self._begin is not None
+        duration = self._code.duration
+        end = self._begin + len(self._symbols) * duration
+        ready = int((stamp - end) / duration - DRIFT)
+        if ready < 1:
+            return []
+        first = int(np.searchsorted(self._frames.stamps, end))
+        sums = symbol_likelihoods(
+            self._frames.stamps[first:], self._frames.tables[first:], end, duration, ready
+        )
+        packets = []
+        for likelihoods in sums:
+            self._symbols.append(likelihoods)
+            packet = self._take_marker()
+            if packet is not None:
+                packets.append(ReceivedPacket(stamp, packet))
+        self._shorten()
+        return packets
+
+    def _shorten(self) -> None:
+        """Drop symbols before the last marker, or all but as many as a packet may have."""
+        assert self._begin is not None
+        drop = max(0, len(self._symbols) - self._kept)
+        if self._marker is not None:
+            drop = max(drop, self._marker)
+            self._marker -= drop
+            if self._marker < 0:
+                self._marker = None
+        del self._symbols[:drop]
+        self._begin += drop * self._code.duration
+
+    def _take_marker(self) -> Packet | None:
+        """Return the packet that ends where the newest symbols are a marker."""
+        marker, data = self._code.marker, self._code.data_symbols
+        newest = self._symbols[-len(marker) :]
+        margin = sum(row[symbol] - row[:data].max() for row, symbol in zip(newest, marker, strict=False))
+        if len(newest) < len(marker) or margin < MARKER_MARGIN:
+            return None
+        begin, self._marker = self._marker, len(self._symbols) - len(marker)
+        if begin is None:
+            return None
+        return self._read_packet(np.array(self._symbols[begin + len(marker) : self._marker]))
+
+    def _read_packet(self, likelihoods: NDArray[np.float64]) -> Packet | None:
+        """Return the packet of the symbols between two markers, shape (n, symbols).
+
+        Lamps repeat themselves: what could not be read alone is read together with the packet before.
+        """
+        packet = self._read_clear(likelihoods)
+        before, self._unread = self._unread, None
+        if packet is not None:
+            return packet
+        if before is not None and before.shape == likelihoods.shape:
+            likelihoods = likelihoods + before
+            packet = self._read_clear(likelihoods)
+        if packet is None:
+            self._unread = likelihoods
+        return packet
+
+    def _read_clear(self, likelihoods: NDArray[np.float64]) -> Packet | None:
+        """Return the packet of symbols each of which is clear."""
+        if len(likelihoods) == 0:
+            return None
+        ordered = np.partition(likelihoods, -2, axis=1)
+        symbols = likelihoods.argmax(axis=1)
+        if (ordered[:, -1] - ordered[:, -2]).min() < SYMBOL_MARGIN or symbols.max() >= self._code.data_symbols:
+            return None
+        content = self._code.bytes_of(symbols)
+        return None if content is None else read_packet(content)

@@ -1,0 +1,1 @@
+"""Which commands are obeyed: keys, counters, lockout and plausibility."""
