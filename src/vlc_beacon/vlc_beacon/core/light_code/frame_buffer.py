@@ -29,12 +29,13 @@ class FrameBuffer:
         """Shape (n, symbols, bins); a view."""
         return self._tables[self._first : self._end]
 
-    def add(self, stamp: float, table: NDArray[np.float32]) -> None:
-        """Append a frame."""
-        if self._end == len(self._stamps):
+    def add(self, stamps: NDArray[np.float64], tables: NDArray[np.float32]) -> None:
+        """Append frames, shapes (n,) and (n, symbols, bins)."""
+        while self._end + len(stamps) > len(self._stamps):
             self._move()
-        self._stamps[self._end], self._tables[self._end] = stamp, table
-        self._end += 1
+        end = self._end + len(stamps)
+        self._stamps[self._end : end], self._tables[self._end : end] = stamps, tables
+        self._end = end
 
     def drop_before(self, stamp: float) -> None:
         """Forget what is older [s]."""
@@ -43,7 +44,7 @@ class FrameBuffer:
     def _move(self) -> None:
         """Make room at the end: by what was dropped where that is half, else by more memory."""
         stamps, tables = self.stamps, self.tables
-        if len(stamps) > len(self._stamps) // 2:
+        if len(stamps) > len(self._stamps) // 2 or self._first == 0:
             self._stamps = np.zeros(2 * len(self._stamps))
             self._tables = np.zeros((len(self._stamps), *tables.shape[1:]), np.float32)
         self._stamps[: len(stamps)], self._tables[: len(stamps)] = stamps.copy(), tables.copy()

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,8 +92,8 @@ class Slot:
 
 
 def slot_of_bits(bits: NDArray[np.uint8]) -> Slot | None:
-    """Return the slot of the bits after a preamble, or None where its check is wrong."""
-    if _check_of(bits[:-CHECK_BITS]) != _number_of(bits[-CHECK_BITS:]):
+    """Return the slot of the bits after a preamble, shape (bits,), or None where its check is wrong."""
+    if (bits @ _check_columns(len(bits)) % 2).any():
         return None
     content = np.packbits(bits[INDEX_BITS:-CHECK_BITS]).tobytes()
     return Slot(_number_of(bits[:INDEX_BITS]), content)
@@ -130,3 +131,11 @@ def _check_of(bits: NDArray[np.uint8]) -> int:
         if value >> CHECK_BITS:
             value ^= CHECK_POLYNOMIAL
     return value
+
+
+@lru_cache(maxsize=64)
+def _check_columns(count: int) -> NDArray[np.int64]:
+    """Return what each of the bits with their check adds to the remainder, shape (count, CHECK_BITS)."""
+    units = np.eye(count - CHECK_BITS, dtype=np.uint8)
+    columns = [_bits_of(_check_of(unit), CHECK_BITS) for unit in units]
+    return np.vstack([*columns, np.eye(CHECK_BITS)]).astype(np.int64)

@@ -15,49 +15,68 @@ SWING_MIN = 0.25
 """The weakest bit over the mean of all, below which a frame is not trusted."""
 
 
-def bits_of_rows(rows: LampRows, slot_format: SlotFormat) -> NDArray[np.uint8] | None:
-    """Return the bits of the slot in view, or None where too few rows are there or a bit is not clear.
+def bits_of_rows(rows: LampRows, slot_format: SlotFormat) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+    """Return the bits of the slot in view of each frame, and which frames show enough rows and clear bits.
 
     Chips are laid over the rows in every phase, wrapped around after one slot, and the slot's beginning is tried at
     every chip: preamble and bits together swing most where both are right.
+
+    Returns:
+        Shapes (n, bits) and (n,).
     """
-    swings, preamble = _best_swings(
-        rows.brightness.astype(np.float64),
+    swings, preambles = _best_swings(
+        rows.brightness,
         rows.row_time / slot_format.chip_time,
         rows.exposure / slot_format.chip_time,
         slot_format.chips,
     )
-    typical = np.abs(swings).mean()
-    if not typical > 0.0 or min(np.abs(swings).min(), preamble / 3.0) < SWING_MIN * typical:
-        return None
-    return (swings > 0.0).astype(np.uint8)
+    sizes = np.abs(swings)
+    weakest = np.minimum(sizes.min(axis=1), preambles / 3.0)
+    typical = sizes.mean(axis=1)
+    return (swings > 0.0).astype(np.uint8), (typical > 0.0) & (weakest >= SWING_MIN * typical)
 
 
 @njit(cache=True)
 def _best_swings(
     brightness: NDArray[np.float64], row_chips: float, exposure_chips: float, chips: int
-) -> tuple[NDArray[np.float64], float]:
-    """Return each bit's first chip less its second, shape (bits,), and the same of the preamble's halves.
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return each bit's first chip less its second, shape (n, bits), and the same of the preamble's halves, (n,).
 
     Zeros where the rows do not show all chips. Times are in chips.
     """
-    head = len(PREAMBLE)
-    best, best_preamble, swings = 0.0, 0.0, np.zeros((chips - head) // 2)
-    for phase in range(PHASES):
-        levels = _chip_levels(brightness, phase / PHASES, row_chips, exposure_chips, chips)
-        for first in range(chips if np.isfinite(levels).all() else 0):
-            preamble = 0.0
-            for k in range(head):
-                preamble += levels[(first + k) % chips] * (1.0 if PREAMBLE[k] else -1.0)
-            score = preamble
-            for k in range(first + head, first + chips, 2):
-                score += abs(levels[k % chips] - levels[(k + 1) % chips])
+    frames, head = len(brightness), len(PREAMBLE)
+    swings, preambles = np.zeros((frames, (chips - head) // 2)), np.zeros(frames)
+    for f in range(frames):
+        best = 0.0
+        for phase in range(PHASES):
+            levels = _chip_levels(brightness[f], phase / PHASES, row_chips, exposure_chips, chips)
+            first, score, preamble = _best_beginning(levels)
             if score > best:
-                best, best_preamble = score, preamble
-                for i in range(len(swings)):
+                best, preambles[f] = score, preamble
+                for i in range(swings.shape[1]):
                     k = first + head + 2 * i
-                    swings[i] = levels[k % chips] - levels[(k + 1) % chips]
-    return swings, best_preamble
+                    swings[f, i] = levels[k % chips] - levels[(k + 1) % chips]
+    return swings, preambles
+
+
+@njit(cache=True)
+def _best_beginning(levels: NDArray[np.float64]) -> tuple[int, float, float]:
+    """Return the chip at which the slot begins, its score and its preamble's swing; score 0 where chips lack."""
+    chips, head = len(levels), len(PREAMBLE)
+    sums = np.zeros(2)
+    for k in range(chips):
+        sums[k % 2] += abs(levels[k] - levels[(k + 1) % chips])
+    best, best_score, best_preamble = 0, 0.0, 0.0
+    for first in range(chips if np.isfinite(sums).all() else 0):
+        # Chips are even in number: the bits' swings are all of one parity but those within the preamble.
+        preamble, score = 0.0, sums[first % 2]
+        for i in range(head):
+            preamble += levels[(first + i) % chips] * (1.0 if PREAMBLE[i] else -1.0)
+            if i % 2 == 0:
+                score -= abs(levels[(first + i) % chips] - levels[(first + i + 1) % chips])
+        if score + preamble > best_score:
+            best, best_score, best_preamble = first, score + preamble, preamble
+    return best, best_score, best_preamble
 
 
 @njit(cache=True)

@@ -16,6 +16,8 @@ from vlc_beacon.core.light_code.lamp_rows import LampRows
 from vlc_beacon.core.light_code.waveform import waveform_of_steps
 
 PHASES = 48
+ROWS_MIN = 5
+"""Fewer rows tell nothing."""
 RESIDUAL_FLOOR = 0.02
 """Share of the rows' variance that is never explained: lamps are not evenly bright."""
 LIKELIHOOD_MIN = -40.0
@@ -23,24 +25,25 @@ LIKELIHOOD_MIN = -40.0
 
 
 def tone_likelihoods(rows: LampRows, tones: tuple[float, ...]) -> NDArray[np.float64]:
-    """Return the log likelihood of each tone relative to the best one, shape (n,), 0 for the best.
+    """Return the log likelihood of each tone relative to the best one, shape (frames, n), 0 for the best.
 
     All are 0 where the rows are even or too few to tell.
 
     Args:
-        rows: of one frame.
+        rows: of the frames.
         tones: shape (n,) [Hz].
     """
-    seen = rows.brightness - rows.brightness.mean()
-    power = float(seen @ seen)
-    if len(seen) < 5 or not power > 0.0:
-        return np.zeros(len(tones))
-    shapes = _tone_shapes(len(seen), rows.row_time, round(rows.exposure, 6), tones)
-    explained = np.maximum(shapes @ seen, 0.0).max(axis=1) ** 2 / power
-    residual = 1.0 - explained + RESIDUAL_FLOOR
+    frames, count = rows.brightness.shape
+    seen = rows.brightness - rows.brightness.mean(axis=1, keepdims=True)
+    powers = (seen**2).sum(axis=1)
+    if count < ROWS_MIN:
+        return np.zeros((frames, len(tones)))
+    shapes = _tone_shapes(count, rows.row_time, round(rows.exposure, 6), tones)
+    fits = np.maximum(seen @ shapes.reshape(-1, count).T, 0.0).reshape(frames, len(tones), PHASES).max(axis=2)
+    explained = fits**2 / np.where(powers > 0.0, powers, np.inf)[:, None]
     # The noise is not known; its best estimate for each tone is what that tone leaves.
-    likelihoods = -0.5 * (len(seen) - 3) * np.log(residual)
-    return np.maximum(likelihoods - likelihoods.max(), LIKELIHOOD_MIN)
+    likelihoods = -0.5 * (count - 3) * np.log(1.0 - explained + RESIDUAL_FLOOR)
+    return np.maximum(likelihoods - likelihoods.max(axis=1, keepdims=True), LIKELIHOOD_MIN)
 
 
 @lru_cache(maxsize=256)

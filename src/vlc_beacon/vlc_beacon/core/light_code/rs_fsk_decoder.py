@@ -29,12 +29,11 @@ class RsFskDecoder:
         self._tones = symbol_tones(code)
         self._receiver = SymbolReceiver(code, symbols=MARKER + 1, bins=1, candidates=BEATS)
 
-    def add_frame(self, rows: LampRows) -> list[ReceivedPacket]:
-        """Take a frame and return the packets that it completes."""
-        if not np.isfinite(rows.brightness).all():
-            return []
-        table = tone_likelihoods(rows, self._tones).astype(np.float32)[:, None]
-        return self._receiver.add(rows.middle, table)
+    def add_frames(self, rows: LampRows) -> list[ReceivedPacket]:
+        """Take frames and return the packets that they complete; damaged frames are left out."""
+        rows = rows.without_damage()
+        tables = tone_likelihoods(rows, self._tones).astype(np.float32)[:, :, None]
+        return self._receiver.add(rows.middles, tables)
 
 
 class ToneDecoder:
@@ -49,11 +48,9 @@ class ToneDecoder:
         self._tones = tuple(tone_of_beacon.values())
         self._sums = np.zeros(len(self._tones))
 
-    def add_frame(self, rows: LampRows) -> int | None:
-        """Take a frame and return the beacon that all frames since the last answer speak for, or None so far."""
-        if not np.isfinite(rows.brightness).all():
-            return None
-        self._sums += tone_likelihoods(rows, self._tones)
+    def add_frames(self, rows: LampRows) -> int | None:
+        """Take frames and return the beacon that all since the last answer speak for, or None so far."""
+        self._sums += tone_likelihoods(rows.without_damage(), self._tones).sum(axis=0)
         ordered = np.argsort(self._sums)
         if self._sums[ordered[-1]] - self._sums[ordered[-2]] < TONE_MARGIN:
             return None

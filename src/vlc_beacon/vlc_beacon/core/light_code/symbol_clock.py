@@ -55,7 +55,10 @@ def beat_scores(
     """Return the score of each beat, shape (n,).
 
     Args:
-        begins: shape (n,), a time at which a symbol begins [s]; the others as in `symbol_likelihoods`.
+        stamps: as in `symbol_likelihoods`.
+        tables: as in `symbol_likelihoods`.
+        duration: of a symbol [s].
+        begins: shape (n,), a time at which a symbol begins [s].
     """
     scores = np.zeros(len(begins))
     count = int((stamps[-1] - stamps[0]) / duration) + 3

@@ -6,6 +6,8 @@ drifts; where another beat explains the frames better by far, all begins anew, w
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -55,28 +57,48 @@ class SymbolReceiver:
 
     def _forget(self) -> None:
         self._frames = FrameBuffer(*self._shape)
-        self._begin: float | None = None
+        self._begin = math.nan
         self._next_beat = self._next_search = -np.inf
         self._symbols: list[NDArray[np.float64]] = []
         self._marker: int | None = None
         self._unread: NDArray[np.float64] | None = None
 
-    def add(self, stamp: float, table: NDArray[np.float32]) -> list[ReceivedPacket]:
-        """Take a frame and return the packets that it completes.
+    def add(self, stamps: NDArray[np.float64], tables: NDArray[np.float32]) -> list[ReceivedPacket]:
+        """Take frames, one or many, and return the packets that they complete.
 
         Args:
-            stamp: of the frame [s]; one that does not rise is left out.
-            table: shape (symbols, bins), as `symbol_likelihoods` takes it.
+            stamps: shape (n,), of the frames [s]; those that do not rise are left out.
+            tables: shape (n, symbols, bins), as `symbol_likelihoods` takes them.
         """
         known = self._frames.stamps
-        if len(known) and stamp <= known[-1]:
-            return []
-        if len(known) and stamp - known[-1] > SILENCE_MAX * self._code.duration:
+        before = np.append(known[-1] if len(known) else -np.inf, stamps)
+        rising = stamps > np.maximum.accumulate(before)[:-1]
+        if not rising.all():
+            stamps, tables = stamps[rising], tables[rising]
+        silences = 1 + np.flatnonzero(np.diff(stamps) > SILENCE_MAX * self._code.duration)
+        packets: list[ReceivedPacket] = []
+        first = 0
+        while first < len(stamps):
+            end = self._piece_end(stamps, first, silences)
+            packets += self._add_piece(stamps[first:end], tables[first:end])
+            first = end
+        return packets
+
+    def _piece_end(self, stamps: NDArray[np.float64], first: int, silences: NDArray[np.int64]) -> int:
+        """Return how far frames may be taken together: up to the next look at the beat or the next silence."""
+        if stamps[first] >= self._next_beat:
+            return first + 1
+        until_beat = int(np.searchsorted(stamps, self._next_beat))
+        return min(until_beat, int(silences[silences > first].min(initial=len(stamps))))
+
+    def _add_piece(self, stamps: NDArray[np.float64], tables: NDArray[np.float32]) -> list[ReceivedPacket]:
+        known = self._frames.stamps
+        if len(known) and stamps[0] - known[-1] > SILENCE_MAX * self._code.duration:
             self._forget()
-        self._frames.add(stamp, table)
-        if stamp >= self._next_beat:
-            self._follow_beat(stamp)
-        return [] if self._begin is None else self._read_symbols(stamp)
+        self._frames.add(stamps, tables)
+        if stamps[0] >= self._next_beat:
+            self._follow_beat(float(stamps[0]))
+        return [] if math.isnan(self._begin) else self._read_symbols(float(stamps[-1]))
 
     def _follow_beat(self, stamp: float) -> None:
         """Find the beat or correct it, and drop frames that are no longer needed."""
@@ -87,7 +109,7 @@ class SymbolReceiver:
         stamps, tables = self._frames.stamps[first:], self._frames.tables[first:]
         if stamps[-1] - stamps[0] < BEAT_SYMBOLS_MIN * duration:
             return
-        if self._begin is None or stamp >= self._next_search:
+        if math.isnan(self._begin) or stamp >= self._next_search:
             self._next_search = stamp + SEARCH_EVERY * duration
             self._search_beat(stamps, tables)
         else:
@@ -96,12 +118,12 @@ class SymbolReceiver:
     def _search_beat(self, stamps: NDArray[np.float64], tables: NDArray[np.float32]) -> None:
         """Look at all beats there are."""
         duration = self._code.duration
-        old = stamps[0] if self._begin is None else self._begin
+        old = stamps[0] if math.isnan(self._begin) else self._begin
         steps = np.arange(self._candidates)
         begins = old + steps / self._candidates * duration
         scores = beat_scores(stamps, tables, duration, begins)
         best = int(scores.argmax())
-        if self._begin is not None and scores[best] - scores[0] <= BETTER_BEAT:
+        if not math.isnan(self._begin) and scores[best] - scores[0] <= BETTER_BEAT:
             return
         # The middle of the beats around the best that are as good.
         alike = np.roll(scores >= scores[best] - PLATEAU, self._candidates // 2 - best)
@@ -111,7 +133,6 @@ class SymbolReceiver:
 
     def _correct_beat(self, stamps: NDArray[np.float64], tables: NDArray[np.float32]) -> None:
         """Look at the beats near the one that was."""
-        assert self._begin is not None
         step = self._code.duration / self._candidates
         reach = max(1, round(DRIFT * self._candidates))
         shifts = np.arange(-reach, reach + 1) * step
@@ -126,28 +147,26 @@ class SymbolReceiver:
 
     def _read_symbols(self, stamp: float) -> list[ReceivedPacket]:
         """Decide the symbols that are over for sure."""
-        assert self._begin is not None
         duration = self._code.duration
         end = self._begin + len(self._symbols) * duration
         ready = int((stamp - end) / duration - DRIFT)
         if ready < 1:
             return []
         first = int(np.searchsorted(self._frames.stamps, end))
-        sums = symbol_likelihoods(
-            self._frames.stamps[first:], self._frames.tables[first:], end, duration, ready
-        )
+        stamps = self._frames.stamps[first:]
+        sums = symbol_likelihoods(stamps, self._frames.tables[first:], end, duration, ready)
         packets = []
-        for likelihoods in sums:
+        for k, likelihoods in enumerate(sums):
             self._symbols.append(likelihoods)
             packet = self._take_marker()
             if packet is not None:
-                packets.append(ReceivedPacket(stamp, packet))
+                known_at = np.searchsorted(stamps, end + (k + 1 + DRIFT) * duration)
+                packets.append(ReceivedPacket(float(stamps[known_at]), packet))
         self._shorten()
         return packets
 
     def _shorten(self) -> None:
         """Drop symbols before the last marker, or all but as many as a packet may have."""
-        assert self._begin is not None
         drop = max(0, len(self._symbols) - self._kept)
         if self._marker is not None:
             drop = max(drop, self._marker)
@@ -191,7 +210,9 @@ class SymbolReceiver:
             return None
         ordered = np.partition(likelihoods, -2, axis=1)
         symbols = likelihoods.argmax(axis=1)
-        if (ordered[:, -1] - ordered[:, -2]).min() < SYMBOL_MARGIN or symbols.max() >= self._code.data_symbols:
+        if (
+            ordered[:, -1] - ordered[:, -2]
+        ).min() < SYMBOL_MARGIN or symbols.max() >= self._code.data_symbols:
             return None
         content = self._code.bytes_of(symbols)
         return None if content is None else read_packet(content)

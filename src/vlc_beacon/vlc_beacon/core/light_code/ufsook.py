@@ -2,9 +2,12 @@
 
 A symbol lasts two frames. In it the lamp blinks 8 times (*space*, 240 Hz, bit 0) or 7 times (*mark*, 210 Hz, bit 1): to
 frames a sixtieth of a second apart, space looks steady and mark toggles. The marker is two symbols with 15 blinks
-together (225 Hz): to the frames it advances a quarter of a cycle each, which no data does. All begin and end at the
-same phase, so the mean is constant and nothing blinks slowly. The second half of the panel runs a quarter of a
-cycle ahead: where the camera catches the edges of one half, it catches the middle of the other.
+together (225 Hz): to the frames it advances a quarter of a cycle each, which no data does. The second half of the
+panel runs a quarter of a cycle ahead: where the camera catches the edges of one
+half, it catches the middle of the other.
+
+Nothing blinks slowly: all symbols begin and end an eighth of a cycle into the first half, about which both halves
+together are symmetric, so neither the mean nor the first moment of the light depends on the symbol.
 """
 
 from __future__ import annotations
@@ -19,12 +22,12 @@ SPACE, MARK, MARKER_BEGIN, MARKER_END = range(4)
 FRAME_RATE = 60.0
 """Of the camera [1/s]."""
 UFSOOK = SymbolCode(bits=1, marker=(MARKER_BEGIN, MARKER_END), duration=2.0 / FRAME_RATE)
-QUARTERS = (32, 28, 30, 30)
-"""Quarter cycles of each symbol: eight, seven and seven and a half blinks."""
-FIRST_QUARTER = (0, 0, 0, 2)
-"""The quarter of a cycle that each symbol begins with."""
-_LEVELS = np.array([[1.0, 1.0], [1.0, 0.0], [0.0, 0.0], [0.0, 1.0]])
-"""Both halves in each quarter of a cycle."""
+EIGHTHS = (64, 56, 60, 60)
+"""Eighths of a cycle in each symbol: eight, seven and seven and a half blinks."""
+FIRST_EIGHTH = (1, 1, 1, 5)
+"""The eighth of a cycle that each symbol begins with."""
+_LEVELS = np.repeat([[1.0, 1.0], [1.0, 0.0], [0.0, 0.0], [0.0, 1.0]], 2, axis=0)
+"""Both halves in each eighth of a cycle."""
 
 
 def ufsook_waveform(packets: list[bytes], clock_scale: float = 1.0) -> Waveform:
@@ -40,9 +43,9 @@ def ufsook_waveform(packets: list[bytes], clock_scale: float = 1.0) -> Waveform:
 
 def waveform_of_symbols(symbols: NDArray[np.int64], clock_scale: float = 1.0) -> Waveform:
     """Return the waveform of symbols, shape (n,), with two parts."""
-    quarters = [FIRST_QUARTER[s] + np.arange(QUARTERS[s]) for s in symbols]
-    durations = [np.full(QUARTERS[s], UFSOOK.duration / QUARTERS[s] * clock_scale) for s in symbols]
-    return waveform_of_steps(np.concatenate(durations), _LEVELS[np.concatenate(quarters) % 4])
+    eighths = [FIRST_EIGHTH[s] + np.arange(EIGHTHS[s]) for s in symbols]
+    durations = [np.full(EIGHTHS[s], UFSOOK.duration / EIGHTHS[s] * clock_scale) for s in symbols]
+    return waveform_of_steps(np.concatenate(durations), _LEVELS[np.concatenate(eighths) % 8])
 
 
 def expected_levels(
@@ -64,8 +67,9 @@ def expected_levels(
     levels = []
     for symbol in range(4):
         # Exposures that run out of the symbol go on as the symbol would, which is as good a guess as any.
-        blinks = waveform_of_steps(np.full(4, UFSOOK.duration / QUARTERS[symbol]), _LEVELS)
-        shift = FIRST_QUARTER[symbol] * UFSOOK.duration / QUARTERS[symbol]
+        eighth = UFSOOK.duration / EIGHTHS[symbol]
+        blinks = waveform_of_steps(np.full(8, eighth), _LEVELS)
+        shift = FIRST_EIGHTH[symbol] * eighth
         levels.append(blinks.exposed(starts[:, None] + shift + around * timing_sigma, exposure))
     seen = np.stack(levels)
     means = np.einsum('sbwh,w->sbh', seen, weights)

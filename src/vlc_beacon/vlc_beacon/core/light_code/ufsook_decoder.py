@@ -29,36 +29,42 @@ class UfsookDecoder:
         self._receiver = SymbolReceiver(UFSOOK, symbols=4, bins=BINS, candidates=BINS)
 
     def add_frame(self, stamp: float, brightness: ArrayLike, exposure: float) -> list[ReceivedPacket]:
-        """Take a frame and return the packets that it completes.
+        """Take a frame and return the packets that it completes; see `add_frames`."""
+        return self.add_frames(np.array([stamp]), np.asarray(brightness, float)[None], exposure)
+
+    def add_frames(
+        self, stamps: NDArray[np.float64], brightness: NDArray[np.float64], exposure: float
+    ) -> list[ReceivedPacket]:
+        """Take frames and return the packets that they complete.
 
         Args:
-            stamp: when its exposure began [s].
-            brightness: shape (2,), of the panel's halves, over their full brightness.
-            exposure: of the frame [s].
+            stamps: shape (n,), when the exposures began [s].
+            brightness: shape (n, 2), of the panel's halves, over their full brightness. A frame with a value that is
+                not a number is left out.
+            exposure: of the frames [s].
         """
-        seen = np.asarray(brightness, float)
-        if not np.isfinite(seen).all():
-            return []
-        return self._receiver.add(stamp, _frame_table(*_model(round(exposure, 6)), seen[0], seen[1]))
+        kept = np.isfinite(brightness).all(axis=1)
+        tables = _frame_tables(*_model(round(exposure, 6)), brightness[kept])
+        return self._receiver.add(stamps[kept], tables)
 
 
 @njit(cache=True)
-def _frame_table(
+def _frame_tables(
     means: NDArray[np.float64],
     precisions: NDArray[np.float64],
     constants: NDArray[np.float64],
-    seen_0: float,
-    seen_1: float,
+    brightness: NDArray[np.float64],
 ) -> NDArray[np.float32]:
-    """Return the log likelihood of a frame for each symbol and bin, shape (symbols, BINS)."""
+    """Return the log likelihood of each frame for each symbol and bin, shape (n, symbols, BINS)."""
     symbols, bins = constants.shape
-    table = np.empty((symbols, bins), np.float32)
-    for s in range(symbols):
-        for b in range(bins):
-            error_0 = precisions[s, b, 0] * (means[s, b, 0] - seen_0) ** 2
-            error_1 = precisions[s, b, 1] * (means[s, b, 1] - seen_1) ** 2
-            table[s, b] = max(constants[s, b] - 0.5 * (error_0 + error_1), -SURPRISE_MAX)
-    return table
+    tables = np.empty((len(brightness), symbols, bins), np.float32)
+    for f in range(len(brightness)):
+        for s in range(symbols):
+            for b in range(bins):
+                error_0 = precisions[s, b, 0] * (means[s, b, 0] - brightness[f, 0]) ** 2
+                error_1 = precisions[s, b, 1] * (means[s, b, 1] - brightness[f, 1]) ** 2
+                tables[f, s, b] = max(constants[s, b] - 0.5 * (error_0 + error_1), -SURPRISE_MAX)
+    return tables
 
 
 @lru_cache(maxsize=64)

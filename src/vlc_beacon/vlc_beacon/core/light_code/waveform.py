@@ -33,7 +33,9 @@ class Waveform:
         """
         rounds, rest = np.divmod(np.asarray(times, float), self.period)
         edges = np.append(self.times, self.period)
-        light = np.vstack([np.zeros(self.levels.shape[1]), np.cumsum(self.levels * np.diff(edges)[:, None], 0)])
+        light = np.vstack(
+            [np.zeros(self.levels.shape[1]), np.cumsum(self.levels * np.diff(edges)[:, None], 0)]
+        )
         parts = [rounds * total[-1] + np.interp(rest, edges, total) for total in light.T]
         return np.stack(parts, -1)
 
@@ -61,5 +63,5 @@ def waveform_of_steps(durations: ArrayLike, levels: ArrayLike) -> Waveform:
     durations, levels = np.asarray(durations, float), np.asarray(levels, float)
     levels = levels.reshape(len(durations), -1)
     starts = np.concatenate([[0.0], np.cumsum(durations)])
-    kept = np.append(True, np.any(np.diff(levels, axis=0) != 0.0, axis=1))  # noqa: FBT003
+    kept = np.append(True, np.any(np.diff(levels, axis=0) != 0.0, axis=1))
     return Waveform(starts[:-1][kept], levels[kept], float(starts[-1]))

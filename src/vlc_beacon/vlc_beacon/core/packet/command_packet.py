@@ -33,7 +33,7 @@ class Command:
 
     Attributes:
         beacon: ID of the lamp it is spoken by.
-        operation: number of what to do, 0 to 31; `vlc_beacon.core.trust.plausibility` knows them.
+        operation: number of what to do, 0 to 31; see `Operation`.
         value: its argument in SI units, to the next `VALUE_STEP`.
         counter: never decreasing number of the command, 0 to `COUNTER_MAX`.
         is_one_shot: whether it is to be done once, or is a rule of the zone under the lamp.
