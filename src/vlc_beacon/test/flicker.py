@@ -19,9 +19,11 @@ def worst_flicker(waveform: Waveform, *, whole: bool = False, highest: float = 9
     """
     frequencies = np.arange(1, int(highest * waveform.period) + 1) / waveform.period
     edges = np.append(waveform.times, waveform.period)
-    waves = np.exp(-2j * np.pi * np.outer(frequencies, edges))
-    integrals = np.diff(waves, axis=1) / (-2j * np.pi * frequencies)[:, None]
     levels = waveform.levels.mean(axis=1, keepdims=True) if whole else waveform.levels
     mean = np.diff(edges) @ levels / waveform.period
-    modulation = 2.0 * np.abs(integrals @ levels) / waveform.period / mean
-    return float((modulation / (0.00025 * frequencies)[:, None]).max(initial=0.0))
+    worst = 0.0
+    for frequency in frequencies:
+        integrals = np.diff(np.exp(-2j * np.pi * frequency * edges)) / (2.0 * np.pi * frequency)
+        modulation = 2.0 * np.abs(integrals @ levels) / waveform.period / mean
+        worst = max(worst, float(modulation.max()) / (0.00025 * frequency))
+    return worst

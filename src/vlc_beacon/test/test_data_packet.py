@@ -16,7 +16,9 @@ def test_wrong_bits_are_noticed() -> None:
     sent = DataPacket(b'keep to the left', is_text=True).to_bytes()
     for seed in range(5000):
         rng = np.random.default_rng(seed)
-        damage = rng.bytes(len(sent)) if seed % 2 else (1 << int(rng.integers(8 * len(sent)))).to_bytes(len(sent))
+        damage = (
+            rng.bytes(len(sent)) if seed % 2 else (1 << int(rng.integers(8 * len(sent)))).to_bytes(len(sent))
+        )
         damaged = bytes(a ^ b for a, b in zip(sent, damage))
         assert read_data_packet(damaged) is None
 

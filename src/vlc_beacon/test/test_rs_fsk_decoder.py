@@ -12,7 +12,9 @@ from vlc_beacon.core.packet.packet_reader import Packet
 COMMAND = CommandPacket(Command(3, 5, -1.570796, 77), b'abcd')
 
 
-def received(packets: list[Packet], seconds: float, seed: int, ppm: float = 0.0, **channel: float) -> list[Packet]:
+def received(
+    packets: list[Packet], seconds: float, seed: int, ppm: float = 0.0, **channel: float
+) -> list[Packet]:
     rate = channel.get('frame_rate', 30.0)
     waveform = rs_fsk_waveform([packet.to_bytes() for packet in packets], rate, 1.0 + ppm * 1e-6)
     rows = seen_by_rolling_shutter(waveform, seconds, np.random.default_rng(seed), **channel)
@@ -62,7 +64,9 @@ def test_constant_tones_are_told_apart(spacing: float) -> None:
     # The real photograph's lamps: 2000 to 4000 Hz on a phone.
     tones = {beacon: 2000.0 + spacing * beacon for beacon in range(5)}
     for beacon, tone in tones.items():
-        rows = seen_by_rolling_shutter(constant_tone_waveform(tone), 3.0, np.random.default_rng(beacon), rows=40)
+        rows = seen_by_rolling_shutter(
+            constant_tone_waveform(tone), 3.0, np.random.default_rng(beacon), rows=40
+        )
         decoder, answers = ToneDecoder(tones), []
         for i in range(len(rows.stamps)):
             one = LampRows(rows.stamps[[i]], rows.first_rows[[i]], rows.brightness[[i]], 18.9e-6, 6e-5)

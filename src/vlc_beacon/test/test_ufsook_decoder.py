@@ -12,7 +12,9 @@ from vlc_beacon.core.packet.packet_reader import Packet
 COMMAND = CommandPacket(Command(3, 5, -1.570796, 77), b'abcd')
 
 
-def received(packets: list[Packet], seconds: float, seed: int, ppm: float = 0.0, **channel: float) -> list[Packet]:
+def received(
+    packets: list[Packet], seconds: float, seed: int, ppm: float = 0.0, **channel: float
+) -> list[Packet]:
     waveform = ufsook_waveform([packet.to_bytes() for packet in packets], 1.0 + ppm * 1e-6)
     exposure = channel.get('exposure', 5e-4)
     frames = seen_by_global_shutter(waveform, seconds, np.random.default_rng(seed), **channel)

@@ -26,7 +26,11 @@ PREAMBLE = (1, 1, 1, 0, 0, 0)
 INDEX_BITS = 7
 CHECK_BITS = 4
 CHECK_POLYNOMIAL = 0b10011
-"""CRC-4/G-704, x^4 + x + 1."""
+"""x^4 + x + 1, as in CRC-4/INTERLAKEN but begun with zeros."""
+CHIP_TIMES = (1.0 / 8000.0, 1.0 / 4000.0)
+"""Shortest and longest chip [s]: what rolling shutters resolve, and what the eye does not."""
+REPETITION_MAX = 0.02
+"""A slot lasts no longer, so that its repetitions are too fast for the eye [s]."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +39,7 @@ class SlotFormat:
 
     Attributes:
         slot_bytes: bytes of the block in a slot: more of them need more rows and waste less.
-        chip_time: of a chip [s]; 2 to 8 kHz.
+        chip_time: of a chip [s], within `CHIP_TIMES`.
         frame_rate: of the slowest camera that shall read it [1/s].
     """
 
@@ -44,8 +48,15 @@ class SlotFormat:
     frame_rate: float = 30.0
 
     def __post_init__(self) -> None:
-        if not 1 <= self.slot_bytes <= 32:
-            raise VlcBeaconError(f'slot_bytes is {self.slot_bytes}, it must be from 1 to 32')
+        if not CHIP_TIMES[0] <= self.chip_time <= CHIP_TIMES[1]:
+            low, high = CHIP_TIMES
+            raise VlcBeaconError(f'chip_time is {self.chip_time:g} s, it must be from {low:g} to {high:g} s')
+        if self.slot_bytes < 1 or self.chips * self.chip_time > REPETITION_MAX:
+            chips = int(REPETITION_MAX / self.chip_time + 1e-6)
+            most = ((chips - len(PREAMBLE)) // 2 - INDEX_BITS - CHECK_BITS) // 8
+            raise VlcBeaconError(
+                f'slot_bytes is {self.slot_bytes}, it must be from 1 to {most}, or the lamp would blink visibly'
+            )
 
     @property
     def bits(self) -> int:

@@ -6,7 +6,7 @@ import numpy as np
 
 from vlc_beacon.core.light_code.lamp_rows import LampRows
 from vlc_beacon.core.light_code.manchester import INDEX_BITS, Slot, SlotFormat, slot_of_bits
-from vlc_beacon.core.light_code.reed_solomon_block import packet_of_slots
+from vlc_beacon.core.light_code.reed_solomon_block import packet_of_slots, slot_count
 from vlc_beacon.core.light_code.row_chips import bits_of_rows
 from vlc_beacon.core.packet.packet_reader import Packet, ReceivedPacket
 
@@ -49,7 +49,7 @@ class ManchesterDecoder:
         return packet
 
     def _round_seconds(self) -> float:
-        count = self._seen[0][1][0] if 0 in self._seen else 1 << INDEX_BITS
+        count = slot_count(self._seen[0][1]) if 0 in self._seen else 1 << INDEX_BITS
         return count * self._format.slot_seconds
 
     def _forget_before(self, stamp: float) -> None:

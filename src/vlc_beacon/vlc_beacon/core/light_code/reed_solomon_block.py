@@ -1,7 +1,7 @@
 """A packet as a Reed-Solomon block in slots, and back from the slots that were seen.
 
 The block is ``number of slots | packet | zeros | parity``. A seventh of it is parity, four bytes at least: half as many
-damaged bytes are mended, or as many that are known to be missing.
+damaged bytes are mended, or as many that are known to be missing. Whitened it is cut into slots.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from functools import lru_cache
 from reedsolo import ReedSolomonError, RSCodec
 
 from vlc_beacon.core.light_code.manchester import INDEX_BITS, Slot
+from vlc_beacon.core.light_code.whitening import whiten
 from vlc_beacon.core.packet.packet_error import PacketError
 from vlc_beacon.core.packet.packet_reader import Packet, packet_length, read_packet
 
@@ -34,7 +35,7 @@ def slots_of_packet(packet: bytes, slot_bytes: int) -> list[Slot]:
         room = size - parity_of(size) - 1
         if room >= len(packet):
             message = bytes([count]) + packet + bytes(room - len(packet))
-            block = bytes(_codec(parity_of(size)).encode(message))
+            block = whiten(bytes(_codec(parity_of(size)).encode(message)))
             return [Slot(i, block[i * slot_bytes : (i + 1) * slot_bytes]) for i in range(count)]
     raise PacketError(f'packet has {len(packet)} bytes, too many for slots of {slot_bytes} bytes')
 
@@ -47,13 +48,13 @@ def packet_of_slots(content_of_index: Mapping[int, bytes]) -> Packet | None:
     """
     if 0 not in content_of_index:
         return None
-    count, slot_bytes = content_of_index[0][0], len(content_of_index[0])
+    count, slot_bytes = slot_count(content_of_index[0]), len(content_of_index[0])
     size = count * slot_bytes
     parity = parity_of(size)
     missing = [i for i in range(count) if i not in content_of_index]
     if not parity < size <= BLOCK_MAX or len(missing) * slot_bytes + SPARE > parity:
         return None
-    block = b''.join(content_of_index.get(i, bytes(slot_bytes)) for i in range(count))
+    block = whiten(b''.join(content_of_index.get(i, bytes(slot_bytes)) for i in range(count)))
     erasures = [i * slot_bytes + k for i in missing for k in range(slot_bytes)]
     try:
         message = bytes(_codec(parity).decode(block, erase_pos=erasures)[0])
@@ -61,6 +62,11 @@ def packet_of_slots(content_of_index: Mapping[int, bytes]) -> Packet | None:
         return None
     length = packet_length(message[1:])
     return None if length is None or message[0] != count else read_packet(message[1 : 1 + length])
+
+
+def slot_count(first: bytes) -> int:
+    """Return how many slots a block has, from the content of its first slot."""
+    return whiten(first)[0]
 
 
 def parity_of(size: int) -> int:
