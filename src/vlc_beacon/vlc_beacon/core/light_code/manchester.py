@@ -27,8 +27,8 @@ INDEX_BITS = 7
 CHECK_BITS = 4
 CHECK_POLYNOMIAL = 0b10011
 """x^4 + x + 1, as in CRC-4/INTERLAKEN but begun with zeros."""
-CHIP_TIMES = (1.0 / 8000.0, 1.0 / 4000.0)
-"""Shortest and longest chip [s]: what rolling shutters resolve, and what the eye does not."""
+CHIP_TIMES = (1.0 / 8000.0, 1.0 / 6000.0)
+"""Shortest and longest chip [s]: what rolling shutters resolve, and what leaves the eye no trace of the slots."""
 REPETITION_MAX = 0.02
 """A slot lasts no longer, so that its repetitions are too fast for the eye [s]."""
 
