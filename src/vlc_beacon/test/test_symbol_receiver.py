@@ -8,10 +8,10 @@ CODE = SymbolCode(2, (4,), 0.1)
 
 
 def told_symbols(packets: list[IdPacket], begin: float, stamps: np.ndarray) -> np.ndarray:
-    """Return tables of frames each of which tells its symbol for sure, shape (n, 5, 1)."""
+    """Return tables of frames each of which tells its symbol for sure, shape (n, 1, 5)."""
     symbols = np.concatenate([CODE.symbols_of(packet.to_bytes()) for packet in packets])
     index = np.floor((stamps - begin) / CODE.duration).astype(int) % len(symbols)
-    return -8.0 * (symbols[index, None] != np.arange(5))[..., None].astype(np.float32)
+    return -8.0 * (symbols[index, None] != np.arange(5))[:, None].astype(np.float32)
 
 
 def receiver() -> SymbolReceiver:

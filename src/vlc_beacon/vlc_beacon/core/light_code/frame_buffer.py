@@ -10,13 +10,13 @@ class FrameBuffer:
     """Stamps and likelihood tables of frames, oldest first.
 
     Args:
-        symbols: of a table.
         bins: of a table.
+        symbols: of a table.
     """
 
-    def __init__(self, symbols: int, bins: int) -> None:
+    def __init__(self, bins: int, symbols: int) -> None:
         self._stamps = np.zeros(64)
-        self._tables = np.zeros((64, symbols, bins), np.float32)
+        self._tables = np.zeros((64, bins, symbols), np.float32)
         self._first = self._end = 0
 
     @property
@@ -26,11 +26,11 @@ class FrameBuffer:
 
     @property
     def tables(self) -> NDArray[np.float32]:
-        """Shape (n, symbols, bins); a view."""
+        """Shape (n, bins, symbols); a view."""
         return self._tables[self._first : self._end]
 
     def add(self, stamps: NDArray[np.float64], tables: NDArray[np.float32]) -> None:
-        """Append frames, shapes (n,) and (n, symbols, bins)."""
+        """Append frames, shapes (n,) and (n, bins, symbols)."""
         while self._end + len(stamps) > len(self._stamps):
             self._move()
         end = self._end + len(stamps)

@@ -32,7 +32,7 @@ class RsFskDecoder:
     def add_frames(self, rows: LampRows) -> list[ReceivedPacket]:
         """Take frames and return the packets that they complete; damaged frames are left out."""
         rows = rows.without_damage()
-        tables = tone_likelihoods(rows, self._tones).astype(np.float32)[:, :, None]
+        tables = tone_likelihoods(rows, self._tones).astype(np.float32)[:, None]
         return self._receiver.add(rows.middles, tables)
 
 

@@ -24,8 +24,8 @@ def symbol_likelihoods(
 
     Args:
         stamps: shape (f,), of the frames [s].
-        tables: shape (f, symbols, bins), log likelihood of each frame for each symbol, where within the symbol's
-            duration it may have been taken.
+        tables: shape (f, bins, symbols), log likelihood of each frame for each place within a symbol's duration where
+            it may have been taken, and each symbol.
         begin: of the first symbol [s].
         duration: of a symbol [s].
         count: of symbols.
@@ -33,7 +33,7 @@ def symbol_likelihoods(
     Returns:
         Shape (count, symbols), log likelihoods, 0 where a symbol has no frames.
     """
-    symbols, bins = tables.shape[1:]
+    bins, symbols = tables.shape[1:]
     sums = np.zeros((count, symbols))
     for f in range(len(stamps)):
         place = (stamps[f] - begin) / duration
@@ -41,7 +41,7 @@ def symbol_likelihoods(
         if 0 <= index < count:
             column = min(int((place - index) * bins), bins - 1)
             for s in range(symbols):
-                sums[index, s] += tables[f, s, column]
+                sums[index, s] += tables[f, column, s]
     return sums
 
 
@@ -60,11 +60,20 @@ def beat_scores(
         duration: of a symbol [s].
         begins: shape (n,), a time at which a symbol begins [s].
     """
+    bins, symbols = tables.shape[1:]
     scores = np.zeros(len(begins))
-    count = int((stamps[-1] - stamps[0]) / duration) + 3
+    sums = np.zeros(symbols)
     for i in range(len(begins)):
-        first = begins[i] + np.floor((stamps[0] - begins[i]) / duration) * duration
-        sums = symbol_likelihoods(stamps, tables, first, duration, count)
-        for k in range(count):
-            scores[i] += sums[k].max()
+        last = np.int64(-1)
+        for f in range(len(stamps)):
+            place = (stamps[f] - begins[i]) / duration
+            index = np.int64(np.floor(place))
+            if f == 0 or index != last:
+                scores[i] += sums.max() if f else 0.0
+                sums[:] = 0.0
+                last = index
+            column = min(int((place - index) * bins), bins - 1)
+            for s in range(symbols):
+                sums[s] += tables[f, column, s]
+        scores[i] += sums.max()
     return scores

@@ -7,6 +7,7 @@ drifts; where another beat explains the frames better by far, all begins anew, w
 from __future__ import annotations
 
 import math
+from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +26,10 @@ BEAT_EVERY = 4
 DRIFT = 0.03
 """Between two looks the beat moves by no more than this share of a symbol."""
 SEARCH_EVERY = 30
-"""All beats are looked at once in so many symbols."""
-BETTER_BEAT = 12.0
-"""Log likelihood by which another beat must be better to be taken for it."""
+"""All beats are looked at once in so many symbols in which no packet was read."""
+BETTER_BEAT = 20.0
+"""Log likelihood by which another beat must be better to be taken for it. A beat that is off by one blink explains
+the frames of some seconds as well as the right one, by chance up to 15 better, and changing it costs a packet."""
 PLATEAU = 0.5
 """Beats whose log likelihoods differ by less are the same to us."""
 SILENCE_MAX = 20.0
@@ -50,7 +52,7 @@ class SymbolReceiver:
 
     def __init__(self, code: SymbolCode, symbols: int, bins: int, candidates: int) -> None:
         self._code = code
-        self._shape = symbols, bins
+        self._shape = bins, symbols
         self._candidates = candidates
         self._kept = code.symbols_max + 2 * len(code.marker) + 4
         self._forget()
@@ -60,7 +62,10 @@ class SymbolReceiver:
         self._begin = math.nan
         self._next_beat = self._next_search = -np.inf
         self._symbols: list[NDArray[np.float64]] = []
+        self._margins: deque[list[float]] = deque(maxlen=len(self._code.marker))
         self._marker: int | None = None
+        self._is_heard = False
+        self._read_until = -math.inf
         self._unread: NDArray[np.float64] | None = None
 
     def add(self, stamps: NDArray[np.float64], tables: NDArray[np.float32]) -> list[ReceivedPacket]:
@@ -68,7 +73,7 @@ class SymbolReceiver:
 
         Args:
             stamps: shape (n,), of the frames [s]; those that do not rise are left out.
-            tables: shape (n, symbols, bins), as `symbol_likelihoods` takes them.
+            tables: shape (n, bins, symbols), as `symbol_likelihoods` takes them.
         """
         known = self._frames.stamps
         before = np.append(known[-1] if len(known) else -np.inf, stamps)
@@ -103,17 +108,20 @@ class SymbolReceiver:
     def _follow_beat(self, stamp: float) -> None:
         """Find the beat or correct it, and drop frames that are no longer needed."""
         duration = self._code.duration
-        self._frames.drop_before(stamp - self._kept * duration)
+        self._frames.drop_before(stamp - BEAT_SYMBOLS * duration)
         self._next_beat = stamp + BEAT_EVERY * duration
-        first = int(np.searchsorted(self._frames.stamps, stamp - BEAT_SYMBOLS * duration))
-        stamps, tables = self._frames.stamps[first:], self._frames.tables[first:]
+        stamps, tables = self._frames.stamps, self._frames.tables
         if stamps[-1] - stamps[0] < BEAT_SYMBOLS_MIN * duration:
             return
-        if math.isnan(self._begin) or stamp >= self._next_search:
+        is_time = math.isnan(self._begin) or stamp >= self._next_search
+        if is_time:
             self._next_search = stamp + SEARCH_EVERY * duration
+        # A beat that brings packets is the right one.
+        if is_time and not self._is_heard:
             self._search_beat(stamps, tables)
         else:
             self._correct_beat(stamps, tables)
+        self._is_heard &= not is_time
 
     def _search_beat(self, stamps: NDArray[np.float64], tables: NDArray[np.float32]) -> None:
         """Look at all beats there are."""
@@ -142,8 +150,11 @@ class SymbolReceiver:
     def _start(self, shift: float) -> None:
         """Begin anew with a beat and the frames at hand."""
         duration = self._code.duration
-        self._begin = shift - np.ceil((shift - self._frames.stamps[0]) / duration) * duration
+        # The marker that ended the last packet may begin the next; what was before it was read.
+        first = max(float(self._frames.stamps[0]), self._read_until - 0.5 * duration)
+        self._begin = shift + math.ceil((first - shift) / duration) * duration
         self._symbols, self._marker = [], None
+        self._margins.clear()
 
     def _read_symbols(self, stamp: float) -> list[ReceivedPacket]:
         """Decide the symbols that are over for sure."""
@@ -155,13 +166,18 @@ class SymbolReceiver:
         first = int(np.searchsorted(self._frames.stamps, end))
         stamps = self._frames.stamps[first:]
         sums = symbol_likelihoods(stamps, self._frames.tables[first:], end, duration, ready)
+        data = self._code.data_symbols
+        margins = sums[:, self._code.marker] - sums[:, :data].max(axis=1, keepdims=True)
         packets = []
-        for k, likelihoods in enumerate(sums):
-            self._symbols.append(likelihoods)
+        for k in range(ready):
+            self._symbols.append(sums[k])
+            self._margins.append(margins[k].tolist())
             packet = self._take_marker()
             if packet is not None:
                 known_at = np.searchsorted(stamps, end + (k + 1 + DRIFT) * duration)
                 packets.append(ReceivedPacket(float(stamps[known_at]), packet))
+                self._is_heard = True
+                self._read_until = self._begin + (self._marker or 0) * duration
         self._shorten()
         return packets
 
@@ -178,15 +194,14 @@ class SymbolReceiver:
 
     def _take_marker(self) -> Packet | None:
         """Return the packet that ends where the newest symbols are a marker."""
-        marker, data = self._code.marker, self._code.data_symbols
-        newest = self._symbols[-len(marker) :]
-        margin = sum(row[symbol] - row[:data].max() for row, symbol in zip(newest, marker, strict=False))
-        if len(newest) < len(marker) or margin < MARKER_MARGIN:
+        length = len(self._code.marker)
+        margin = sum(row[place] for place, row in enumerate(self._margins))
+        if len(self._margins) < length or margin < MARKER_MARGIN:
             return None
-        begin, self._marker = self._marker, len(self._symbols) - len(marker)
+        begin, self._marker = self._marker, len(self._symbols) - length
         if begin is None:
             return None
-        return self._read_packet(np.array(self._symbols[begin + len(marker) : self._marker]))
+        return self._read_packet(np.array(self._symbols[begin + length : self._marker]))
 
     def _read_packet(self, likelihoods: NDArray[np.float64]) -> Packet | None:
         """Return the packet of the symbols between two markers, shape (n, symbols).
@@ -208,11 +223,10 @@ class SymbolReceiver:
         """Return the packet of symbols each of which is clear."""
         if len(likelihoods) == 0:
             return None
-        ordered = np.partition(likelihoods, -2, axis=1)
-        symbols = likelihoods.argmax(axis=1)
-        if (
-            ordered[:, -1] - ordered[:, -2]
-        ).min() < SYMBOL_MARGIN or symbols.max() >= self._code.data_symbols:
+        # Between two markers there is none, so only data symbols are compared.
+        data = likelihoods[:, : self._code.data_symbols]
+        ordered = np.partition(data, -2, axis=1)
+        if (ordered[:, -1] - ordered[:, -2]).min() < SYMBOL_MARGIN:
             return None
-        content = self._code.bytes_of(symbols)
+        content = self._code.bytes_of(data.argmax(axis=1))
         return None if content is None else read_packet(content)

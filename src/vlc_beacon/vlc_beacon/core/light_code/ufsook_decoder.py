@@ -55,21 +55,22 @@ def _frame_tables(
     constants: NDArray[np.float64],
     brightness: NDArray[np.float64],
 ) -> NDArray[np.float32]:
-    """Return the log likelihood of each frame for each symbol and bin, shape (n, symbols, BINS)."""
-    symbols, bins = constants.shape
-    tables = np.empty((len(brightness), symbols, bins), np.float32)
+    """Return the log likelihood of each frame for each bin and symbol, shape (n, BINS, symbols)."""
+    bins, symbols = constants.shape
+    tables = np.empty((len(brightness), bins, symbols), np.float32)
     for f in range(len(brightness)):
-        for s in range(symbols):
-            for b in range(bins):
-                error_0 = precisions[s, b, 0] * (means[s, b, 0] - brightness[f, 0]) ** 2
-                error_1 = precisions[s, b, 1] * (means[s, b, 1] - brightness[f, 1]) ** 2
-                tables[f, s, b] = max(constants[s, b] - 0.5 * (error_0 + error_1), -SURPRISE_MAX)
+        for b in range(bins):
+            for s in range(symbols):
+                error_0 = precisions[b, s, 0] * (means[b, s, 0] - brightness[f, 0]) ** 2
+                error_1 = precisions[b, s, 1] * (means[b, s, 1] - brightness[f, 1]) ** 2
+                tables[f, b, s] = max(constants[b, s] - 0.5 * (error_0 + error_1), -SURPRISE_MAX)
     return tables
 
 
 @lru_cache(maxsize=64)
 def _model(exposure: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return mean and inverse variance, shape (symbols, BINS, 2), and the constant of the log likelihood."""
-    means, variances = expected_levels(exposure, BINS, TIMING_SIGMA)
+    """Return mean and inverse variance, shape (BINS, symbols, 2), and the constant of the log likelihood."""
+    levels = expected_levels(exposure, BINS, TIMING_SIGMA)
+    means, variances = (np.ascontiguousarray(array.swapaxes(0, 1)) for array in levels)
     precisions = 1.0 / (variances + NOISE_SIGMA**2)
     return means, precisions, 0.5 * np.log(precisions * NOISE_SIGMA**2).sum(axis=2)
