@@ -106,7 +106,9 @@ def seen_by_camera(
     """Return the brightness that a camera measures, shape (n, halves) or, where the shutter rolls, (n, rows)."""
     starts = stamps + rng.normal(0.0, channel.jitter, len(stamps))
     if channel.rows:
-        seen = waveform.exposed(starts[:, None] + np.arange(channel.rows) * ROW_TIME, channel.exposure)[..., 0]
+        seen = waveform.exposed(starts[:, None] + np.arange(channel.rows) * ROW_TIME, channel.exposure)[
+            ..., 0
+        ]
     else:
         seen = waveform.exposed(starts, channel.exposure)
     return seen + rng.normal(0.0, 1.0 / channel.snr, seen.shape)

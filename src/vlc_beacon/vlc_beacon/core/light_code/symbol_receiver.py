@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from vlc_beacon.core.light_code.frame_buffer import FrameBuffer
 from vlc_beacon.core.light_code.symbol_clock import beat_scores, symbol_likelihoods
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
+from vlc_beacon.core.packet.id_packet import ID_BYTES
 from vlc_beacon.core.packet.packet_reader import Packet, ReceivedPacket, read_packet
 
 BEAT_SYMBOLS = 40
@@ -37,7 +39,11 @@ SILENCE_MAX = 20.0
 MARKER_MARGIN = 3.0
 """Log likelihood by which a marker must be better than data."""
 SYMBOL_MARGIN = 2.0
-"""Log likelihood by which each symbol of a packet must be better than the next best."""
+"""Log likelihood by which each symbol of a packet must be better than the next best,"""
+UNCLEAR_MAX = 4
+"""but for so many, mostly of lost frames, for which the checksum decides: it lets one of 2^12 damaged packets pass;"""
+UNCLEAR_MAX_ID = 1
+"""of an ID packet, whose checksum is short, one."""
 
 
 class SymbolReceiver:
@@ -220,13 +226,24 @@ class SymbolReceiver:
         return packet
 
     def _read_clear(self, likelihoods: NDArray[np.float64]) -> Packet | None:
-        """Return the packet of symbols each of which is clear."""
+        """Return the one packet that symbols may be of which some few are not clear, or None for none or several."""
         if len(likelihoods) == 0:
             return None
         # Between two markers there is none, so only data symbols are compared.
         data = likelihoods[:, : self._code.data_symbols]
-        ordered = np.partition(data, -2, axis=1)
-        if (ordered[:, -1] - ordered[:, -2]).min() < SYMBOL_MARGIN:
+        second, best = np.argsort(data, axis=1)[:, -2:].T
+        rows = np.arange(len(data))
+        unclear = np.flatnonzero(data[rows, best] - data[rows, second] < SYMBOL_MARGIN)
+        if len(unclear) > (
+            UNCLEAR_MAX_ID if len(data) * self._code.bits < 8 * (ID_BYTES + 1) else UNCLEAR_MAX
+        ):
             return None
-        content = self._code.bytes_of(data.argmax(axis=1))
-        return None if content is None else read_packet(content)
+        packets = []
+        for choice in product((False, True), repeat=len(unclear)):
+            symbols = best.copy()
+            symbols[unclear] = np.where(choice, second[unclear], best[unclear])
+            content = self._code.bytes_of(symbols)
+            packet = None if content is None else read_packet(content)
+            if packet is not None:
+                packets.append(packet)
+        return packets[0] if len(packets) == 1 else None
