@@ -53,6 +53,17 @@ def test_another_beat_is_found_again() -> None:
     assert max(packet.stamp for packet in got) > stamps[-60]
 
 
+def test_frames_that_are_read_again_tell_no_packet_twice() -> None:
+    # Two equal packets in a row are what an ID is believed for.
+    stamps = np.arange(1200) * 0.033
+    packets = [IdPacket(beacon) for beacon in range(40)]
+    for shift in (0.03, 0.05, 0.07):
+        first, second = (told_symbols(packets, begin, stamps) for begin in (0.02, 0.02 + shift))
+        got = receiver().add(stamps, np.concatenate([first[:600], second[600:]]))
+        ids = [packet.packet.beacon for packet in got]
+        assert len(set(ids)) == len(ids) >= 20
+
+
 def test_a_clock_that_drifts_is_followed() -> None:
     stamps = np.arange(3000) * 0.033
     got = receiver().add(stamps * 1.0005, told_symbols([IdPacket(7)], 0.02, stamps))
