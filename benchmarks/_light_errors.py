@@ -58,6 +58,10 @@ class Errors:
         pairs = zip(self.__dict__.values(), other.__dict__.values(), strict=True)
         return Errors(*(a + b for a, b in pairs))
 
+    def cells(self) -> str:
+        """Return the counts as cells of a table."""
+        return ' | '.join(str(count) for count in self.__dict__.values())
+
 
 def random_channel(link: Link, rng: np.random.Generator) -> Channel:
     """Return a channel from good to hopeless."""
