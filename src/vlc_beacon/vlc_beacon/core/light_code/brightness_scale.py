@@ -1,4 +1,8 @@
-"""What dark and full light of a lamp's halves look like to the camera, from what it saw of late."""
+"""What dark and full light of a lamp look like to the camera, from what it saw of late.
+
+Both halves share one scale: clocks that hardly differ show one half at its edges, neither dark nor full, for seconds,
+but the other is dark or full just then.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 FRAMES = 120
 FRAMES_MIN = 12
-TAIL = 0.1
-"""Share of the frames that are darker than dark or brighter than bright: the halves' light is on or off for the most."""
+TAIL = 0.05
+"""Share of the values that are darker than dark, and of those that are brighter than bright: small, for a clock that
+hardly differs may show one of both rarely."""
 CONTRAST_MIN = 0.1
 """A lamp whose light changes by less than this share of its full light carries no code."""
 
@@ -31,12 +36,12 @@ class BrightnessScale:
         if not np.isfinite(now).all():
             return np.full(2, np.nan)
         self._seen.append(now)
-        count = len(self._seen)
-        if count < FRAMES_MIN:
+        if len(self._seen) < FRAMES_MIN:
             return np.full(2, np.nan)
-        tail = int(TAIL * count)
-        ordered = np.partition(np.array(self._seen), (tail, count - 1 - tail), axis=0)
-        dark, bright = ordered[tail], ordered[count - 1 - tail]
-        if (bright - dark <= CONTRAST_MIN * np.abs(bright)).any():
+        values = np.concatenate(self._seen)
+        tail = int(TAIL * len(values))
+        ordered = np.partition(values, (tail, len(values) - 1 - tail))
+        dark, bright = ordered[tail], ordered[len(values) - 1 - tail]
+        if bright - dark <= CONTRAST_MIN * abs(bright):
             return np.full(2, np.nan)
         return (now - dark) / (bright - dark)
