@@ -62,18 +62,23 @@ def beat_scores(
     """
     bins, symbols = tables.shape[1:]
     scores = np.zeros(len(begins))
-    sums = np.zeros(symbols)
-    for i in range(len(begins)):
-        last = np.int64(-1)
-        for f in range(len(stamps)):
+    sums = np.zeros((len(begins), symbols))
+    lasts = np.zeros(len(begins), np.int64)
+    # Frame by frame, for neighbouring beats read neighbouring columns of its table.
+    for f in range(len(stamps)):
+        for i in range(len(begins)):
             place = (stamps[f] - begins[i]) / duration
             index = np.int64(np.floor(place))
-            if f == 0 or index != last:
-                scores[i] += sums.max() if f else 0.0
-                sums[:] = 0.0
-                last = index
+            if f > 0 and index != lasts[i]:
+                best = sums[i, 0]
+                for s in range(symbols):
+                    best = max(best, sums[i, s])
+                    sums[i, s] = 0.0
+                scores[i] += best
+            lasts[i] = index
             column = min(int((place - index) * bins), bins - 1)
             for s in range(symbols):
-                sums[s] += tables[f, column, s]
-        scores[i] += sums.max()
+                sums[i, s] += tables[f, column, s]
+    for i in range(len(begins)):
+        scores[i] += sums[i].max()
     return scores

@@ -15,8 +15,8 @@ def whiten(data: bytes) -> bytes:
 
     The sequence is that of the shift register x^15 + x^14 + 1, from all ones, as used by ITU-T O.151.
     """
-    sequence = np.resize(_SEQUENCE, len(data))
-    return bytes(np.frombuffer(data, np.uint8) ^ sequence)
+    sequence = np.tile(_SEQUENCE, 1 + len(data) // LENGTH)[: len(data)]
+    return (np.frombuffer(data, np.uint8) ^ sequence).tobytes()
 
 
 def _shift_register_bytes() -> NDArray[np.uint8]:
