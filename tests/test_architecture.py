@@ -24,6 +24,7 @@ PURE = (
     'scene_simulator',
     'shirube_geometry',
     'shirube_settings',
+    'vlc_beacon/vlc_beacon/core',
     *(
         f'shirube_bags/shirube_bags/{name}.py'
         for name in (
@@ -43,7 +44,7 @@ NOT_PURE = (
     'scene_simulator/scene_simulator/floor_messages.py',
     'scene_simulator/scene_simulator/survey.py',
 )
-PURE_LIBRARIES = {'numpy', 'scipy', 'cv2', 'numba', 'shirube_geometry', 'shirube_settings'}
+PURE_LIBRARIES = {'numpy', 'scipy', 'cv2', 'numba', 'reedsolo', 'shirube_geometry', 'shirube_settings'}
 TOUCHES_THE_WORLD = {
     'io',
     'logging',
@@ -69,6 +70,7 @@ ROSDEP_KEYS = {
     'matplotlib': 'python3-matplotlib',
     'numba': 'python3-numba',
     'numpy': 'python3-numpy',
+    'reedsolo': 'python3-reedsolo',
     'rosbags': 'python3-rosbags-pip',
     'scipy': 'python3-scipy',
     'tqdm': 'python3-tqdm',
