@@ -1,4 +1,4 @@
-"""Test scenes of this folder are importable by name."""
+"""Lets tests import the modules that lie beside them."""
 
 import sys
 from pathlib import Path

@@ -21,10 +21,9 @@ STILL = 1e-3
 """[px]"""
 NOISY = 0.15
 """Share of the contrast; where the noise is more, the shape is that of the image smoothed over 3 x 3 pixels."""
-MEASURES = 11
-(U, V, SIGMA, RADIUS, ROUNDNESS, BRIGHTNESS, BACKGROUND, AREA, SLOPE_U, SLOPE_V, RING_SPREAD) = range(
-    MEASURES
-)
+MEASURES = 12
+U, V, SIGMA, RADIUS, ROUNDNESS, BRIGHTNESS, BACKGROUND, AREA = range(8)
+PLANE, SLOPE_U, SLOPE_V, RING_SPREAD = range(8, MEASURES)
 
 
 @njit(cache=True)
@@ -55,7 +54,7 @@ def measure_blob(
     _measure_shape(patch - level, 0.5 * peak, stripe_rows, measures)
     measures[U] += left
     measures[V] += top
-    measures[BACKGROUND] = level
+    measures[BACKGROUND] = measures[PLANE] = level
     if measures[AREA] < 1.0:
         return measures
     reach = RING * measures[RADIUS] + RING_MORE
@@ -153,7 +152,7 @@ def _fit_background(
     # Too few pixels on one side would tilt the plane at will.
     if normal[0, 0] > 2.0 * outer and np.linalg.det(normal / normal[0, 0]) > 1e-3:
         plane = np.linalg.solve(normal, right_side)
-        measures[BACKGROUND], measures[SLOPE_U], measures[SLOPE_V] = plane[0], plane[1], plane[2]
+        measures[PLANE], measures[SLOPE_U], measures[SLOPE_V] = plane[0], plane[1], plane[2]
         measures[RING_SPREAD] = 0.5 * (normal[1, 1] + normal[2, 2])
 
 
@@ -170,7 +169,7 @@ def _find_centroid(
             wide = math.sqrt(max(reach**2 - (v - v_before) ** 2, 0.0))
             for u in range(max(math.ceil(u_before - wide), 0), min(int(u_before + wide) + 1, image.shape[1])):
                 above = image[v, u] - (
-                    measures[BACKGROUND] + measures[SLOPE_U] * (u - u0) + measures[SLOPE_V] * (v - v0)
+                    measures[PLANE] + measures[SLOPE_U] * (u - u0) + measures[SLOPE_V] * (v - v0)
                 )
                 light += above
                 along_u += above * (u - u_before)
