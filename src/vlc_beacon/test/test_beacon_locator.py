@@ -9,6 +9,7 @@ from shirube_geometry import PinholeCamera, PlanarPose
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
 from vlc_beacon.core.pose.known_states import KnownStates
+from vlc_beacon.core.pose.lamp_rays import motions_of_rows
 from vlc_beacon.core.pose.pose_fix import BeaconFix, DoubtKind, ExpectedPose, NoBeaconFix, NoFixReason
 from vlc_beacon.core.pose.settings import PoseSettings
 
@@ -203,6 +204,36 @@ def test_too_few_lamps_are_no_fix(seen, known, reason):
     pixels = pixels_of(seen, PlanarPose(0.7, 1.0, 0.3)) if seen else np.empty((0, 2))
     rays = locator.rays(CAMERA, [b.id for b in seen], pixels, np.full(len(seen), 0.1))
     assert locator.locate(rays).reason is reason
+
+
+def test_two_images_of_one_lamp_alone_are_named():
+    answer = locate(BEACONS, [BEACONS[0], Beacon(1, (0.5, 0.9, 2.8), 0.0325)], PlanarPose(0.7, 1.0, 0.3))
+    assert answer.reason is NoFixReason.TOO_FEW_LAMPS
+    assert [(doubt.id, doubt.kind) for doubt in answer.doubts] == [(1, DoubtKind.COPIED)] * 2
+
+
+def test_a_rolling_shutter_on_a_robot_that_drives_and_turns():
+    # Lamps of later rows are seen from farther on: without the motions the pose is off by centimetres.
+    pose, velocity, row_time = PlanarPose(0.7, 1.0, 0.3), (0.8, 0.1, 0.7), 2e-5
+    rows = pixels_of(UNEVEN, pose)[:, 1]
+    for _ in range(20):
+        arcs = []
+        for row in rows:
+            moved, small = PlanarPose(0.0, 0.0, 0.0), row * row_time / 200.0
+            for _ in range(200):
+                moved = moved @ PlanarPose(*(small * np.array(velocity)))
+            arcs.append((moved.x, moved.y, moved.yaw))
+        pixels = pixels_of(UNEVEN, pose, motions=np.array(arcs))
+        if np.abs(pixels[:, 1] - rows).max() < 1e-6:
+            break
+        rows = pixels[:, 1]
+    locator = BeaconLocator(UNEVEN, MOUNT, None, PoseSettings())
+    motions = motions_of_rows(pixels[:, 1], row_time, velocity)
+    ids = [beacon.id for beacon in UNEVEN]
+    known = locator.locate(locator.rays(CAMERA, ids, pixels, np.full(5, 0.1), motions))
+    assert known.T_map_base.distance_to(pose) < 1e-4
+    still = locator.locate(locator.rays(CAMERA, ids, pixels, np.full(5, 5.0)))
+    assert still.T_map_base.distance_to(pose) > 0.003
 
 
 def test_one_lamp_is_enough_with_height_and_yaw():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,7 +52,7 @@ class Agreement:
 
 def best_agreements(
     squares: PoseLeastSquares,
-    starts: list[NDArray[np.float64]],
+    starts: Iterable[NDArray[np.float64]],
     places: NDArray[np.float64],
     camera: LevelCamera,
     gate: float,
@@ -123,11 +124,11 @@ def _fit_of_agreeing(
 
 
 def _nearest_of_each(squares: PoseLeastSquares, fit: PoseEstimate, gate: float) -> NDArray[np.bool_]:
-    """Return the sightings within the gate; of one moment's sightings of the same lamp only the nearest."""
+    """Return the sightings within the gate; of an image's sightings of the same lamp only the nearest."""
     distances, chosen = fit.distances, np.zeros(len(squares.rays), dtype=np.bool_)
-    seen: set[tuple[float, ...]] = set()
+    seen: set[tuple[int, int]] = set()
     for i in np.argsort(distances):
-        key = (float(squares.rays.ids[i]), *squares.rays.motions[i].tolist())
+        key = int(squares.rays.ids[i]), int(squares.rays.views[i])
         if distances[i] < gate and key not in seen:
             seen.add(key)
             chosen[i] = True

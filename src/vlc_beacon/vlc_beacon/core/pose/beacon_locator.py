@@ -6,11 +6,11 @@ together, the pose that most of them agree on is looked for and the others are n
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 from vlc_beacon.core.pose.agreement import Agreement, best_agreements, chosen_agreement
@@ -86,7 +86,8 @@ class BeaconLocator:
         squares = PoseLeastSquares(rays, lamps, camera, self._known, self._settings)
         closed = ClosedForm(rays, lamps, camera, self._known)
         if self._known.unknowns > 2 and len(set(rays.ids.tolist())) < 2:
-            return NoBeaconFix(NoFixReason.TOO_FEW_LAMPS, f'only lamp {rays.ids[0]} is in view')
+            doubts = unclear_doubts(rays) if rays.copied.any() else ()
+            return NoBeaconFix(NoFixReason.TOO_FEW_LAMPS, f'only lamp {rays.ids[0]} is in view', doubts)
         all_fit = self._all_together(squares, closed, expected)
         if all_fit is not None:
             return all_fit
@@ -97,7 +98,7 @@ class BeaconLocator:
     ) -> BeaconFix | NoBeaconFix | None:
         """Return the answer if one pose explains all lamps, None where none does."""
         rays = squares.rays
-        if len(set(rays.ids.tolist())) < len(rays) and not rays.motions.any():
+        if rays.copied.any():
             return None
         used = np.ones(len(rays), dtype=np.bool_)
         fits: list[PoseEstimate] = []
@@ -119,18 +120,20 @@ class BeaconLocator:
             return NoBeaconFix(NoFixReason.UNEXPECTED, detail, unclear_doubts(rays))
         return _fix(fits[0], used)
 
-    def _starts(self, closed: ClosedForm, pairs: int) -> list[NDArray[np.float64]]:
-        """Return states to begin with, from the widest pairs."""
+    def _starts(self, closed: ClosedForm, pairs: int) -> Iterator[NDArray[np.float64]]:
+        """Yield states to begin with, from the widest pairs."""
         if self._known.unknowns == 2:
-            return [closed.state_of_one(i) for i in np.flatnonzero(closed.usable)[:pairs]]
-        return [state for pair in closed.widest_pairs(pairs) for state in closed.states_of_pair(*pair)]
+            yield from (closed.state_of_one(int(i)) for i in np.flatnonzero(closed.usable)[:pairs])
+            return
+        for pair in closed.widest_pairs(pairs):
+            yield from closed.states_of_pair(*pair)
 
     def _explains(self, fit: PoseEstimate) -> bool:
         """Tell whether a fit to all lamps leaves no more than noise."""
         if not fit.in_front.all():
             return False
         freedom = fit.residuals.size - self._known.unknowns
-        gate = chi2.isf(GATE_PROBABILITY, max(freedom, 1))
+        gate = chdtri(max(freedom, 1), GATE_PROBABILITY)
         return bool(np.sum(fit.residuals**2) + np.sum(self._tilt_sigmas(fit) ** 2) < gate)
 
     def _tilt_sigmas(self, fit: PoseEstimate) -> NDArray[np.float64]:

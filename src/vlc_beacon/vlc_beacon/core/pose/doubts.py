@@ -25,13 +25,12 @@ def named_doubts(
         beacons: all known lamps, in the order of ``agreement.place``.
         camera: where it is on the robot.
     """
-    own_ids = set(rays.ids[agreement.own].tolist())
     heights = {beacon.id: beacon.xyz[2] for beacon in beacons}
-    doubts = []
+    doubts, copied = [], rays.copied
     for i in np.flatnonzero(~agreement.own):
         id_ = int(rays.ids[i])
         kind, other = DoubtKind.MOVED, None
-        if id_ in own_ids or int((rays.ids == id_).sum()) > 1:
+        if copied[i]:
             kind = DoubtKind.COPIED
         elif agreement.swapped[i]:
             kind, other = DoubtKind.SWAPPED, beacons[agreement.place[i]].id
@@ -42,10 +41,9 @@ def named_doubts(
 
 def unclear_doubts(rays: LampRays) -> tuple[BeaconDoubt, ...]:
     """Return a doubt for each sighting: one of them at least is wrong, and nobody knows which."""
-    counts = {int(id_): int((rays.ids == id_).sum()) for id_ in rays.ids}
     return tuple(
-        BeaconDoubt(int(id_), i, DoubtKind.COPIED if counts[int(id_)] > 1 else DoubtKind.UNCLEAR)
-        for i, id_ in enumerate(rays.ids)
+        BeaconDoubt(int(id_), i, DoubtKind.COPIED if copied else DoubtKind.UNCLEAR)
+        for i, (id_, copied) in enumerate(zip(rays.ids, rays.copied, strict=True))
     )
 
 

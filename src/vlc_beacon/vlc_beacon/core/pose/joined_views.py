@@ -45,20 +45,20 @@ class JoinedViews:
             rays: of now.
         """
         parts = [rays]
-        for then, seen in self._views:
+        for view, (then, seen) in enumerate(self._views, start=1):
             motion = T_odom_base.inverse() @ then
             way = math.hypot(motion.x, motion.y)
             if SPACING <= way <= WAY_MAX and len(seen):
-                parts.append(_moved(seen, motion, way))
+                parts.append(_moved(seen, motion, way, view))
         return LampRays(
             *(
                 np.concatenate([getattr(part, name) for part in parts])
-                for name in ('ids', 'rays', 'spreads', 'sigmas', 'motions')
+                for name in ('ids', 'rays', 'spreads', 'sigmas', 'motions', 'views')
             )
         )
 
 
-def _moved(seen: LampRays, motion: PlanarPose, way: float) -> LampRays:
+def _moved(seen: LampRays, motion: PlanarPose, way: float, view: int) -> LampRays:
     motions = [motion @ PlanarPose(*row) for row in seen.motions.tolist()]
     pixel = np.sqrt(np.abs(np.linalg.det(seen.spreads)))
     return LampRays(
@@ -67,4 +67,5 @@ def _moved(seen: LampRays, motion: PlanarPose, way: float) -> LampRays:
         seen.spreads,
         np.hypot(seen.sigmas, WAY_ERROR * way / REACH / pixel),
         np.array([[each.x, each.y, each.yaw] for each in motions]),
+        np.full(len(seen), view),
     )

@@ -21,6 +21,7 @@ class LampRays:
         sigmas: shape (n,), standard deviation of the centres along each axis of the image [px].
         motions: shape (n, 3), x, y [m] and yaw [rad] of the base when the lamp was seen, in the base frame at the stamp
             of the pose: rows of a rolling shutter and earlier images are seen from elsewhere.
+        views: shape (n,), number of the image in which each was seen, 0 for the image of the pose.
     """
 
     ids: NDArray[np.int64]
@@ -28,6 +29,7 @@ class LampRays:
     spreads: NDArray[np.float64]
     sigmas: NDArray[np.float64]
     motions: NDArray[np.float64]
+    views: NDArray[np.int64]
 
     def __len__(self) -> int:
         """Return the number of sightings."""
@@ -36,8 +38,20 @@ class LampRays:
     def subset(self, which: NDArray[np.bool_]) -> LampRays:
         """Return some of the sightings, shape (n,) of bool."""
         return LampRays(
-            self.ids[which], self.rays[which], self.spreads[which], self.sigmas[which], self.motions[which]
+            self.ids[which],
+            self.rays[which],
+            self.spreads[which],
+            self.sigmas[which],
+            self.motions[which],
+            self.views[which],
         )
+
+    @property
+    def copied(self) -> NDArray[np.bool_]:
+        """Shape (n,), sightings of a lamp that is seen more than once in an image."""
+        keys = np.column_stack([self.ids, self.views])
+        same = (keys[:, None] == keys[None]).all(axis=2)
+        return np.asarray(same.sum(axis=1) > 1)
 
     def covariances(self, pixel_sigma: float) -> NDArray[np.float64]:
         """Return the covariances of the rays, shape (n, 2, 2).
@@ -47,6 +61,25 @@ class LampRays:
         """
         variances = self.sigmas**2 + pixel_sigma**2
         return variances[:, None, None] * (self.spreads @ self.spreads.transpose(0, 2, 1))
+
+
+def motions_of_rows(rows: ArrayLike, row_time: float, velocity: ArrayLike) -> NDArray[np.float64]:
+    """Return how the base moved until rows of a rolling shutter were exposed, shape (n, 3), as in `LampRays`.
+
+    Args:
+        rows: shape (n,), of the lamps' centres; row 0 was exposed at the stamp.
+        row_time: between the beginnings of two rows [s].
+        velocity: shape (3,), of the base along its x and y [m/s] and its turning rate [rad/s].
+    """
+    delays = np.asarray(rows, dtype=np.float64)[:, None] * row_time
+    speed = np.asarray(velocity, dtype=np.float64)
+    half = 0.5 * speed[2] * delays[:, 0]
+    # The chord of an arc points into the middle of the turn.
+    cos, sin = np.cos(half), np.sin(half)
+    chord = delays * np.sinc(half / np.pi)[:, None] * speed[:2]
+    return np.column_stack(
+        [cos * chord[:, 0] - sin * chord[:, 1], sin * chord[:, 0] + cos * chord[:, 1], 2.0 * half]
+    )
 
 
 def lamp_rays(
@@ -76,4 +109,5 @@ def lamp_rays(
         np.stack([rays[1] - rays[0], rays[2] - rays[0]], axis=2) * 2.0,
         np.asarray(sigmas, dtype=np.float64).reshape(-1),
         np.zeros((count, 3)) if motions is None else np.asarray(motions, dtype=np.float64).reshape(-1, 3),
+        np.zeros(count, dtype=np.int64),
     )
