@@ -46,14 +46,18 @@ LIGHTS = (
 
 def picture_of(pixels: NDArray[np.float64], light: Light, rng: np.random.Generator) -> NDArray[np.uint8]:
     """Return an image with lamps at places, shape (n, 2) [px]."""
-    picture = np.full((CAMERA.height, CAMERA.width), light.ceiling)
-    picture += light.gradient * np.linspace(-0.5, 0.5, CAMERA.width)
-    lamps = np.zeros_like(picture)
+    lamps = np.zeros((CAMERA.height, CAMERA.width))
     for place in pixels:
         _add_disc(lamps, place)
+    return finish_picture(lamps, light, rng)
+
+
+def finish_picture(shapes: NDArray[np.float64], light: Light, rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Return the image of shapes, shape (h, w), 1 where they are bright, before the ceiling."""
     if light.motion > 1:
-        lamps = _moved(lamps, light.motion)
-    picture += light.lamp * lamps + light.noise * rng.standard_normal(picture.shape)
+        shapes = _moved(shapes, light.motion)
+    picture = light.ceiling + light.gradient * np.linspace(-0.5, 0.5, CAMERA.width)
+    picture = picture + light.lamp * shapes + light.noise * rng.standard_normal(shapes.shape)
     return np.clip(np.rint(picture), 0, 255).astype(np.uint8)
 
 

@@ -10,12 +10,14 @@ import argparse
 import math
 import os
 import time
+from typing import NamedTuple
 
 os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
 import cv2
 import numpy as np
 from _lamp_drives import errors_of_drive
+from _lamp_markers import FAMILIES, Markers, is_there
 from _lamp_methods import METHODS, Locate
 from _lamp_pictures import LIGHTS, Light, picture_of
 from _lamp_room import BEACONS, CAMERA, IDS, MOUNT, View, cramer_rao_bound, random_views, view_from
@@ -32,7 +34,20 @@ from vlc_beacon.core.pose.settings import PoseSettings
 NOISES = (0.2, 0.5)
 TILTS = (0.0, 0.5, 1.0, 2.0)
 IMU_SIGMA = math.radians(0.1)
+NEAR = 5.0
+"""What is found nearer to a lamp is that lamp [px]."""
+WARM_UP = 5
+"""Images before the clock counts."""
 SECTIONS = ('accuracy', 'images', 'drive', 'tilt', 'speed')
+
+
+class Found(NamedTuple):
+    """What was found in an image: ids (n,), centres (n, 2) and sigmas (n,) [px], and how many false ones."""
+
+    ids: NDArray[np.int64]
+    centres: NDArray[np.float64]
+    sigmas: NDArray[np.float64]
+    false: int
 
 
 def in_centimetres(errors: list[float] | NDArray[np.float64]) -> str:
@@ -80,36 +95,69 @@ def row_of_accuracy(
 
 
 def images(count: int, seed: int) -> None:
-    """Print errors of poses from rendered images."""
-    print('| light | lamps in view | found | false | centroid rms px | poses | median / 95 % / max cm |')
-    print('|---|---|---|---|---|---|---|')
+    """Print errors of poses from rendered images, of lamps and of markers."""
+    families = FAMILIES if is_there() else ()
+    if not families:
+        print('OpenCV 4.7 or later would show markers beside the lamps.\n')
+    print('| light | what | in view | found | false | centre rms px | poses | median / 95 % / max cm |')
+    print('|---|---|---|---|---|---|---|---|')
+    finders: list[tuple[str, LampFinder | MarkerFinder]] = [('lamps', LampFinder())]
+    finders += [(name, MarkerFinder(name)) for name in families]
     for light in tqdm(LIGHTS, leave=False):
-        tqdm.write(row_of_images(light, count, seed))
+        for what, finder in finders:
+            tqdm.write(row_of_images(light, what, finder, count, seed))
 
 
-def row_of_images(light: Light, count: int, seed: int) -> str:
+class LampFinder:
+    """Finds lamps in an image of a view; which is which is taken from the truth, since nothing is played here."""
+
+    def __init__(self) -> None:
+        """Make a detector."""
+        self._detector = LampDetector()
+
+    def find(self, view: View, light: Light, rng: np.random.Generator) -> Found:
+        """Return what is found."""
+        blobs = self._detector.detect(picture_of(view.pixels[view.visible], light, rng))
+        distances = np.hypot(*(blobs.centroids[:, None] - view.pixels[None]).transpose(2, 0, 1))
+        near = distances.min(axis=1) < NEAR
+        ids = IDS[distances.argmin(axis=1)][near]
+        return Found(ids, blobs.centroids[near], blobs.sigmas[near].max(axis=1), int((~near).sum()))
+
+
+class MarkerFinder:
+    """Finds printed markers in the lamps' places."""
+
+    def __init__(self, family: str) -> None:
+        """Take the family's name."""
+        self._markers = Markers(family)
+
+    def find(self, view: View, light: Light, rng: np.random.Generator) -> Found:
+        """Return what is found."""
+        found = self._markers.find(self._markers.picture(view, light, rng))
+        offsets = found.centres - view.pixels[found.ids - 1]
+        near = np.hypot(offsets[:, 0], offsets[:, 1]) < NEAR
+        false = found.others + int((~near).sum())
+        return Found(found.ids[near], found.centres[near], np.full(int(near.sum()), 0.2), false)
+
+
+def row_of_images(light: Light, what: str, finder: LampFinder | MarkerFinder, count: int, seed: int) -> str:
     """Return a line of the table: places that see two lamps or more."""
     rng = np.random.default_rng(seed)
-    detector, locator = LampDetector(), BeaconLocator(BEACONS, MOUNT)
+    locator = BeaconLocator(BEACONS, MOUNT)
     views = [view for view in random_views(3 * count, rng) if view.visible.sum() >= 2][:count]
-    shown = found = false = 0
-    offsets, errors = [], []
+    shown, offsets, errors, false = 0, [np.empty((0, 2))], [], 0
     for view in tqdm(views, leave=False):
-        blobs = detector.detect(picture_of(view.pixels[view.visible], light, rng))
-        distances = np.hypot(*(blobs.centroids[:, None] - view.pixels[None, view.visible]).transpose(2, 0, 1))
-        near = distances < 5.0
-        shown, found = shown + int(view.visible.sum()), found + int(near.any(axis=0).sum())
-        false += int((~near.any(axis=1)).sum())
-        rows, columns = np.nonzero(near)
-        ids, true = IDS[view.visible][columns], view.pixels[view.visible][columns]
-        offsets.append(blobs.centroids[rows] - true)
-        fix = locator.locate(locator.rays(CAMERA, ids, blobs.centroids[rows], blobs.sigmas[rows].max(axis=1)))
+        found = finder.find(view, light, rng)
+        shown, false = shown + int(view.visible.sum()), false + found.false
+        offsets.append(found.centres - view.pixels[found.ids - 1])
+        fix = locator.locate(locator.rays(CAMERA, found.ids, found.centres, found.sigmas))
         if isinstance(fix, BeaconFix):
             errors.append(fix.T_map_base.distance_to(view.pose))
-    rms = math.sqrt(np.mean(np.concatenate(offsets) ** 2))
+    together = np.concatenate(offsets)
+    rms = math.sqrt(np.mean(together**2)) if len(together) else math.nan
     return (
-        f'| {light.name} | {shown} | {found} | {false} | {rms:.3f} | {len(errors)} of {len(views)} '
-        f'| {in_centimetres(errors)} |'
+        f'| {light.name} | {what} | {shown} | {len(together)} | {false} | {rms:.3f} '
+        f'| {len(errors)} of {len(views)} | {in_centimetres(errors)} |'
     )
 
 
@@ -164,32 +212,43 @@ def tilt(count: int, seed: int) -> None:
 
 
 def speed(count: int, seed: int) -> None:
-    """Print the time of an image of 1280 x 1024 with four lamps."""
-    print('| light | detect ms | follow ms | pose ms | all ms: median / 95 % | images a second |')
-    print('|---|---|---|---|---|---|')
-    pose = PlanarPose(0.95, 0.85, 0.4)
-    view = view_from(pose)
-    for light in LIGHTS:
-        rng = np.random.default_rng(seed)
-        detector, tracks, locator = LampDetector(), LampTracks(), BeaconLocator(BEACONS, MOUNT)
-        pictures = [picture_of(view.pixels, light, rng) for _ in range(4)]
-        times = []
-        for k in range(count + 5):
-            start = time.process_time()
-            blobs = detector.detect(pictures[k % 4])
-            detected = time.process_time()
-            samples = tracks.update(k / 60.0, pictures[k % 4], blobs)
-            followed = time.process_time()
-            lit = [sample for sample in samples if sample.is_lit]
-            ids = [int(IDS[np.hypot(*(view.pixels - s.centre).T).argmin()]) for s in lit]
-            centres, sigmas = [s.centre for s in lit], [float(s.sigma.max()) for s in lit]
-            locator.locate(locator.rays(CAMERA, ids, centres, sigmas))
-            end = time.process_time()
-            times.append((detected - start, followed - detected, end - followed, end - start))
-        spent = 1e3 * np.array(times[5:])
-        parts = ' | '.join(f'{value:.2f}' for value in np.median(spent[:, :3], axis=0))
-        median, late = np.percentile(spent[:, 3], [50.0, 95.0])
-        print(f'| {light.name} | {parts} | {median:.2f} / {late:.2f} | {1e3 / spent[:, 3].mean():.0f} |')
+    """Print the time of an image of 1280 x 1024 with four lamps, and of finding four markers, in turn."""
+    print(
+        '| light | detect ms | follow ms | pose ms | all ms: median / 95 % | images a second | ArUco detect ms |'
+    )
+    print('|---|---|---|---|---|---|---|')
+    for light in tqdm(LIGHTS, leave=False):
+        tqdm.write(row_of_speed(light, count, seed))
+
+
+def row_of_speed(light: Light, count: int, seed: int) -> str:
+    """Return a line of the table."""
+    rng = np.random.default_rng(seed)
+    view = view_from(PlanarPose(0.95, 0.85, 0.4))
+    detector, tracks, locator = LampDetector(), LampTracks(), BeaconLocator(BEACONS, MOUNT)
+    pictures = [picture_of(view.pixels, light, rng) for _ in range(4)]
+    markers = Markers('ArUco 4x4') if is_there() else None
+    marked = markers.picture(view, light, rng) if markers else None
+    times, peer = [], [math.nan]
+    for k in range(count + WARM_UP):
+        picture, start = pictures[k % 4], time.process_time()
+        blobs = detector.detect(picture)
+        detected = time.process_time()
+        lit = [sample for sample in tracks.update(k / 60.0, picture, blobs) if sample.is_lit]
+        followed = time.process_time()
+        ids = [int(IDS[np.hypot(*(view.pixels - sample.centre).T).argmin()]) for sample in lit]
+        sigmas = [float(sample.sigma.max()) for sample in lit]
+        locator.locate(locator.rays(CAMERA, ids, [sample.centre for sample in lit], sigmas))
+        end = time.process_time()
+        times.append((detected - start, followed - detected, end - followed, end - start))
+        if markers and marked is not None:
+            markers.find(marked)
+            peer.append(time.process_time() - end)
+    spent = 1e3 * np.array(times[WARM_UP:])
+    parts = ' | '.join(f'{value:.2f}' for value in np.median(spent[:, :3], axis=0))
+    median, late = np.percentile(spent[:, 3], [50.0, 95.0])
+    aruco = 1e3 * float(np.nanmedian(peer[-count:]))
+    return f'| {light.name} | {parts} | {median:.2f} / {late:.2f} | {1e3 / spent[:, 3].mean():.0f} | {aruco:.2f} |'
 
 
 def main() -> int:
