@@ -53,6 +53,18 @@ def test_the_pose_follows_every_motion_of_the_map():
     assert there.height == pytest.approx(here.height + 0.7, abs=1e-6)
 
 
+@pytest.mark.parametrize('count', [2, 3, 4])
+def test_a_robot_that_looks_backwards_has_one_pose(count):
+    rng = np.random.default_rng(8)
+    for _ in range(30):
+        pose = PlanarPose(*rng.uniform(0.5, 1.3, 2), math.pi)
+        fix = locate(UNEVEN, UNEVEN[:count], pose, noise=0.1, rng=rng)
+        if count > 2 or isinstance(fix, BeaconFix):
+            assert abs(fix.T_map_base.turn_to(pose)) < 0.02
+        fix = locate(BEACONS, BEACONS[:count], pose, noise=0.1, rng=rng)
+        assert fix.T_map_base.distance_to(pose) < 0.02
+
+
 @pytest.mark.parametrize('height', [None, 0.0])
 @pytest.mark.parametrize('count', [2, 4])
 def test_errors_are_those_of_the_cramer_rao_bound(height, count):

@@ -72,7 +72,7 @@ def best_agreements(
         if fitted is None:
             continue
         fit, own = fitted
-        if any(np.abs(fit.state - known.fit.state).max() < SAME_WITHIN for known in agreements):
+        if any(fit.is_within(SAME_WITHIN, known.fit) for known in agreements):
             continue
         place = _other_places(squares, fit, own, places, camera, gate)
         agreements.append(Agreement(fit, own, place))

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtri
 
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
-from vlc_beacon.core.pose.agreement import Agreement, best_agreements, chosen_agreement
+from vlc_beacon.core.pose.agreement import SAME_WITHIN, Agreement, best_agreements, chosen_agreement
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.closed_form import ClosedForm
 from vlc_beacon.core.pose.doubts import named_doubts, unclear_doubts
@@ -26,7 +26,8 @@ from vlc_beacon.core.pose.settings import PoseSettings
 
 GATE_PROBABILITY = 1e-6
 """Of refusing lamps that do fit together."""
-START_PAIRS = 4
+START_PAIRS, PAIRS_MAX = 4, 66
+"""Of lamps that are tried where all fit together, and where they do not: all pairs of a dozen lamps."""
 EXPECTED_SIGMAS = 5.0
 
 
@@ -104,7 +105,11 @@ class BeaconLocator:
         fits: list[PoseEstimate] = []
         for start in self._starts(closed, START_PAIRS):
             fit = squares.refine(start, used)
-            if fit is not None and self._explains(fit) and not any(_same(fit, known) for known in fits):
+            if (
+                fit is not None
+                and self._explains(fit)
+                and not any(fit.is_within(SAME_WITHIN, known) for known in fits)
+            ):
                 fits.append(fit)
             if fits and 2 * len(rays) > self._known.unknowns + 1:
                 break
@@ -152,7 +157,7 @@ class BeaconLocator:
         if not any(True for _ in closed.widest_pairs(1)) and self._known.unknowns > 2:
             return NoBeaconFix(NoFixReason.POOR_GEOMETRY, _names(rays))
         places = np.array([beacon.xyz for beacon in self.beacons.values()])
-        starts = self._starts(closed, len(rays) ** 2)
+        starts = self._starts(closed, PAIRS_MAX)
         agreements = best_agreements(squares, starts, places, camera, gate)
         chosen = chosen_agreement(agreements, self._known.unknowns, expected, EXPECTED_SIGMAS)
         if chosen is None:
@@ -182,10 +187,6 @@ def _fix(fit: PoseEstimate, used: NDArray[np.bool_], doubts: tuple[BeaconDoubt, 
 
 def _pose(fit: PoseEstimate) -> PlanarPose:
     return PlanarPose(float(fit.state[0]), float(fit.state[1]), float(fit.state[3]))
-
-
-def _same(a: PoseEstimate, b: PoseEstimate) -> bool:
-    return bool(np.abs(a.state - b.state).max() < 1e-3)
 
 
 def _names(rays: LampRays) -> str:

@@ -42,6 +42,12 @@ class PoseEstimate:
         """Shape (n,), lengths of the residuals; infinite for lamps behind the camera."""
         return np.where(self.in_front, np.hypot(self.residuals[:, 0], self.residuals[:, 1]), np.inf)
 
+    def is_within(self, distance: float, other: PoseEstimate) -> bool:
+        """Tell whether no part of the state is farther than this from another's [m, rad]."""
+        apart = self.state - other.state
+        apart[3] = wrap_angle(float(apart[3]))
+        return bool(np.abs(apart).max() < distance)
+
 
 class PoseLeastSquares:
     """Rays to lamps at known places."""
