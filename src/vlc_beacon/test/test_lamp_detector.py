@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 from lamp_pictures import draw_lamp, photograph, room
@@ -56,6 +57,26 @@ def test_a_dim_lamps_centroid_is_near_the_cramer_rao_bound():
     errors, _ = errors_over_sigmas(7.0, 3.0, 0.0, 1.0, 10, rng)
     rms = np.sqrt(np.mean(errors**2))
     assert 0.8 * bound < rms < 2.2 * bound
+
+
+@pytest.mark.parametrize('level', [30.0, 120.0])
+def test_a_stained_and_tiled_ceiling_is_allowed_for(level):
+    rng = np.random.default_rng(5)
+    normalised = []
+    for _ in range(12):
+        picture = room(level=60.0, gradient=15.0)
+        picture += 15.0 * cv2.GaussianBlur(rng.normal(size=picture.shape), (0, 0), 6.0)
+        picture[20::97] -= 10.0
+        picture[:, 15::97] -= 10.0
+        places = PLACES + rng.uniform(0.0, 1.0, PLACES.shape)
+        for place in places:
+            draw_lamp(picture, place, RADIUS, level)
+        blobs = LampDetector().detect(photograph(picture, 2.0, rng))
+        distances = np.hypot(*(blobs.centroids[:, None] - places).transpose(2, 0, 1))
+        assert (distances.min(axis=0) < 1.0).all()
+        nearest = distances.argmin(axis=0)
+        normalised.append((blobs.centroids[nearest] - places) / blobs.sigmas[nearest])
+    assert np.sqrt(np.mean(np.square(normalised))) < 1.5
 
 
 def test_lamps_move_with_the_picture():

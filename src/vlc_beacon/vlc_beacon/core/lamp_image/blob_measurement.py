@@ -21,9 +21,10 @@ STILL = 1e-3
 """[px]"""
 NOISY = 0.15
 """Share of the contrast; where the noise is more, the shape is that of the image smoothed over 3 x 3 pixels."""
-MEASURES = 12
+MEASURES = 13
 U, V, SIGMA, RADIUS, ROUNDNESS, BRIGHTNESS, BACKGROUND, AREA = range(8)
-PLANE, SLOPE_U, SLOPE_V, RING_SPREAD = range(8, MEASURES)
+PLANE, SLOPE_U, SLOPE_V, RING_SPREAD, UNEVENNESS = range(8, MEASURES)
+SECTORS = 8
 
 
 @njit(cache=True)
@@ -154,6 +155,35 @@ def _fit_background(
         plane = np.linalg.solve(normal, right_side)
         measures[PLANE], measures[SLOPE_U], measures[SLOPE_V] = plane[0], plane[1], plane[2]
         measures[RING_SPREAD] = 0.5 * (normal[1, 1] + normal[2, 2])
+        measures[UNEVENNESS] = _unevenness(image, measures, reach, outer, brightest)
+
+
+@njit(cache=True)
+def _unevenness(
+    image: NDArray[np.uint8], measures: NDArray[np.float64], reach: float, outer: float, brightest: float
+) -> float:
+    """Return by how much sectors around the lamp are off the plane, root mean square [grey levels].
+
+    Stains and tiles of a ceiling do not end where the lamp begins.
+    """
+    sums, squares, counts = np.zeros(SECTORS), np.zeros(SECTORS), np.zeros(SECTORS)
+    for v in range(max(int(measures[V] - outer), 0), min(int(measures[V] + outer) + 2, image.shape[0])):
+        for u in range(max(int(measures[U] - outer), 0), min(int(measures[U] + outer) + 2, image.shape[1])):
+            x, y = u - measures[U], v - measures[V]
+            if reach**2 < x * x + y * y < outer**2 and image[v, u] < brightest:
+                plane = measures[PLANE] + measures[SLOPE_U] * x + measures[SLOPE_V] * y
+                sector = int((math.atan2(y, x) / (2.0 * math.pi) + 0.5) * SECTORS) % SECTORS
+                sums[sector] += image[v, u] - plane
+                squares[sector] += (image[v, u] - plane) ** 2
+                counts[sector] += 1.0
+    total, sectors = 0.0, 0
+    for k in range(SECTORS):
+        if counts[k] > 3.0:
+            mean = sums[k] / counts[k]
+            # What noise alone does to the mean is no unevenness.
+            total += mean**2 - (squares[k] / counts[k] - mean**2) / counts[k]
+            sectors += 1
+    return math.sqrt(max(total / max(sectors, 1), 0.0))
 
 
 @njit(cache=True)
@@ -182,7 +212,8 @@ def _find_centroid(
         measures[V] = v_before + along_v / light
         # The slope of the background is uncertain too.
         slope = spread**2 / measures[RING_SPREAD] if measures[RING_SPREAD] > 0.0 else 0.0
-        measures[SIGMA] = math.sqrt(spread + slope) * noise / light
+        uneven = spread * measures[UNEVENNESS] / reach
+        measures[SIGMA] = math.sqrt((spread + slope) * noise**2 + uneven**2) / light
         step = abs(measures[U] - u_before) + abs(measures[V] - v_before)
         if step < STILL:
             break
