@@ -96,3 +96,7 @@ def test_a_single_lamp_in_the_wrong_place_is_named(hung, kind):
     fix = tracker.track(rays_of(tracker, pose, hung, rng))
     assert fix.T_map_base.distance_to(pose) < 0.02
     assert [(doubt.id, doubt.kind) for doubt in fix.doubts] == [(2, kind)]
+    # The doubted lamp is far off, the other one is not.
+    distances = np.hypot(*fix.residuals.T)
+    assert distances[fix.doubts[0].sighting] > 20.0
+    assert (distances[fix.used] < 4.0).all()

@@ -17,6 +17,7 @@ from vlc_beacon.core.pose.level_camera import level_camera
 from vlc_beacon.core.pose.odometry_settings import OdometrySettings
 from vlc_beacon.core.pose.pose_filter import PoseFilter
 from vlc_beacon.core.pose.pose_fix import BeaconDoubt, BeaconFix, DoubtKind, NoBeaconFix
+from vlc_beacon.core.pose.pose_least_squares import PoseLeastSquares
 from vlc_beacon.core.pose.settings import PoseSettings
 
 
@@ -104,21 +105,17 @@ class BeaconTracker:
         found: BeaconFix | NoBeaconFix,
     ) -> BeaconFix | NoBeaconFix:
         """Return the filter's pose after it took the lamps that are not doubted."""
+        camera = level_camera(self._mount, *tilt)
+        lamps = np.array([self.locator.beacons[int(id_)].xyz for id_ in rays.ids]).reshape(-1, 3)
         wanted = found.used if isinstance(found, BeaconFix) else np.ones(len(rays), dtype=np.bool_)
         used = np.zeros(len(rays), dtype=np.bool_)
         if wanted.any():
-            seen = rays.subset(wanted)
-            lamps = np.array([self.locator.beacons[int(id_)].xyz for id_ in seen.ids])
-            used[wanted] = filter_.add_lamps(seen, lamps, level_camera(self._mount, *tilt))
+            used[wanted] = filter_.add_lamps(rays.subset(wanted), lamps[wanted], camera)
         doubts = found.doubts if isinstance(found, BeaconFix) else _unfitting(rays, used)
+        squares = PoseLeastSquares(rays, lamps, camera, KnownStates(), self._settings)
+        residuals = squares.evaluate(filter_.bearing_state).residuals
         return BeaconFix(
-            filter_.pose,
-            filter_.height,
-            filter_.covariance,
-            (0.0, 0.0),
-            used,
-            np.zeros((len(rays), 2)),
-            doubts,
+            filter_.pose, filter_.height, filter_.covariance, (0.0, 0.0), used, residuals, doubts
         )
 
 

@@ -69,6 +69,11 @@ class PoseFilter:
         return float(self._state[Z])
 
     @property
+    def bearing_state(self) -> NDArray[np.float64]:
+        """The pose as a state of `bearing_model`, shape (6,)."""
+        return np.append(self._state[:4], (0.0, 0.0))
+
+    @property
     def covariance(self) -> NDArray[np.float64]:
         """Shape (4, 4), of x, y, z [m] and yaw [rad]."""
         return self._P[:4, :4].copy()
