@@ -20,8 +20,8 @@ PLATE = 1.5
 """Side of the white plate over that of the marker."""
 CELL_PIXELS = 16
 FAMILIES = {'ArUco 4x4': 'DICT_4X4_50', 'AprilTag 16h5': 'DICT_APRILTAG_16h5'}
-THRESHOLD = 2.0
-"""OpenCV's own (7 grey levels) finds nothing at a contrast of 7."""
+THRESHOLD, OTSU_DEVIATION = 1.0, 1.0
+"""With OpenCV's own, 7 and 5 grey levels, nothing is found at a contrast of 7; these find the most of 1 to 7."""
 
 
 def is_there() -> bool:
@@ -47,11 +47,13 @@ class FoundMarkers:
 class Markers:
     """One family of markers: draws them and finds them."""
 
-    def __init__(self, family: str) -> None:
-        """Take the name of a family."""
+    def __init__(self, family: str, *, sensitive: bool) -> None:
+        """Take the name of a family, and whether dim markers are wanted, which takes longer."""
         self._dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, FAMILIES[family]))
         parameters = cv2.aruco.DetectorParameters()
-        parameters.adaptiveThreshConstant = THRESHOLD
+        if sensitive:
+            parameters.adaptiveThreshConstant = THRESHOLD
+            parameters.minOtsuStdDev = OTSU_DEVIATION
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
         self._detector = cv2.aruco.ArucoDetector(self._dictionary, parameters)
 

@@ -57,6 +57,11 @@ def in_centimetres(errors: list[float] | NDArray[np.float64]) -> str:
     return ' / '.join(f'{100.0 * value:.2f}' for value in np.percentile(errors, [50.0, 95.0, 100.0]))
 
 
+def in_digits(value: float) -> str:
+    """Return a number, a dash for NaN."""
+    return '–' if math.isnan(value) else f'{value:.3f}'
+
+
 def accuracy(places: int, seed: int) -> None:
     """Print errors against the truth at random places, noise on the centres."""
     views = list(random_views(places, np.random.default_rng(seed)))
@@ -90,7 +95,7 @@ def row_of_accuracy(
     lamps = '4' if least == 4 else f'{least}-4'
     return (
         f'| {name} | {lamps} | {noise} | {len(errors)} of {len(views)} | {in_centimetres(errors)} '
-        f'| {100.0 * rms:.3f} | {compared} |'
+        f'| {in_digits(100.0 * rms)} | {compared} |'
     )
 
 
@@ -129,7 +134,7 @@ class MarkerFinder:
 
     def __init__(self, family: str) -> None:
         """Take the family's name."""
-        self._markers = Markers(family)
+        self._markers = Markers(family, sensitive=True)
 
     def find(self, view: View, light: Light, rng: np.random.Generator) -> Found:
         """Return what is found."""
@@ -156,7 +161,7 @@ def row_of_images(light: Light, what: str, finder: LampFinder | MarkerFinder, co
     together = np.concatenate(offsets)
     rms = math.sqrt(np.mean(together**2)) if len(together) else math.nan
     return (
-        f'| {light.name} | {what} | {shown} | {len(together)} | {false} | {rms:.3f} '
+        f'| {light.name} | {what} | {shown} | {len(together)} | {false} | {in_digits(rms)} '
         f'| {len(errors)} of {len(views)} | {in_centimetres(errors)} |'
     )
 
@@ -227,7 +232,7 @@ def row_of_speed(light: Light, count: int, seed: int) -> str:
     view = view_from(PlanarPose(0.95, 0.85, 0.4))
     detector, tracks, locator = LampDetector(), LampTracks(), BeaconLocator(BEACONS, MOUNT)
     pictures = [picture_of(view.pixels, light, rng) for _ in range(4)]
-    markers = Markers('ArUco 4x4') if is_there() else None
+    markers = Markers('ArUco 4x4', sensitive=False) if is_there() else None
     marked = markers.picture(view, light, rng) if markers else None
     times, peer = [], [math.nan]
     for k in range(count + WARM_UP):
