@@ -27,7 +27,20 @@
 #define LINE_SIZE 8192
 #define VCD_FLUSH_US 1000
 
+#define TCCR1A 0x80
+
+// A half of the lamp: its pin, the bits of TCCR1A that say what a match does to it, and the match's interrupt.
+struct half {
+    const char *name;
+    uint8_t port_bit, mode_bit, vector;
+    avr_irq_t *level;
+};
+
 static avr_t *avr;
+static struct half halves[] = {
+    {.name = "half_a", .port_bit = 1, .mode_bit = 6, .vector = 11},
+    {.name = "half_b", .port_bit = 2, .mode_bit = 4, .vector = 12},
+};
 static uint8_t to_send[LINE_SIZE];
 static size_t sent, to_send_length;
 static bool uart_takes, line_ended;
@@ -94,11 +107,41 @@ static void begin(const char *firmware_path)
     avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUT_XOFF), wait, NULL);
 }
 
+static bool is_timers(const struct half *half)
+{
+    return avr->data[TCCR1A] >> half->mode_bit & 3;
+}
+
+static void follow_port(struct avr_irq_t *irq, uint32_t value, void *parameter)
+{
+    (void)irq;
+    struct half *half = parameter;
+    if (!is_timers(half))
+        avr_raise_irq(half->level, value & 1);
+}
+
+// The datasheet's output compare unit, at the tick of simavr's match. Its own, up to version 1.6, also switches the
+// pin whenever the time of the next match is set, as if the timer had run over in a PWM mode.
+static void match(struct avr_irq_t *irq, uint32_t value, void *parameter)
+{
+    (void)irq;
+    struct half *half = parameter;
+    if (value && is_timers(half))
+        avr_raise_irq(half->level, avr->data[TCCR1A] >> half->mode_bit & 1);
+}
+
 static void record(const char *path, avr_vcd_t *vcd)
 {
     avr_vcd_init(avr, path, vcd, VCD_FLUSH_US);
-    avr_vcd_add_signal(vcd, avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('B'), 1), 1, "half_a");
-    avr_vcd_add_signal(vcd, avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('B'), 2), 1, "half_b");
+    for (size_t i = 0; i < 2; i++) {
+        struct half *half = halves + i;
+        half->level = avr_alloc_irq(&avr->irq_pool, 0, 1, &half->name);
+        half->level->flags |= IRQ_FLAG_FILTERED;
+        avr_irq_t *port = avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('B'), half->port_bit);
+        avr_irq_register_notify(port, follow_port, half);
+        avr_irq_register_notify(avr_get_interrupt_irq(avr, half->vector) + AVR_INT_IRQ_PENDING, match, half);
+        avr_vcd_add_signal(vcd, half->level, 1, half->name);
+    }
     avr_vcd_start(vcd);
 }
 
