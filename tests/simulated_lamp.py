@@ -99,46 +99,62 @@ class Light:
     Attributes:
         ticks: shape (n,), when the pins changed, of the controller's clock, from its start on.
         states: shape (n,), from then on; bit 0 is half A, bit 1 half B.
+        preparation: longest time from a change to the end of the interrupt that prepares the next one [ticks].
     """
 
     ticks: NDArray[np.int64]
     states: NDArray[np.int64]
+    preparation: int
 
     def waveform(self, start: int, period: float, periods: int) -> Waveform:
         """Return whole periods [ticks] of it as a waveform."""
         end = start + round(periods * period)
+        assert self.ticks[-1] >= end - period, 'not recorded for so long'
         inside = (self.ticks > start) & (self.ticks < end)
         first = int(self.states[np.searchsorted(self.ticks, start, side='right') - 1])
         states = np.append(first, self.states[inside])
         times = np.append(0, self.ticks[inside] - start) / TICK_RATE
-        assert self.ticks[-1] >= end, 'not recorded for so long'
         return Waveform(times, (states[:, None] >> np.arange(2) & 1).astype(float), periods * period / TICK_RATE)
+
+    def first_dark(self) -> int:
+        """Return when it first changed after shining steadily, at which every code's first blink ends [ticks]."""
+        return int(self.ticks[2])
 
 
 def light_of_vcd(text: str) -> Light:
-    """Return what a value change dump of pins `half_a` and `half_b` recorded."""
+    """Return what the simulator's value change dump recorded."""
+    signals = _signals_of_vcd(text)
+    ticks = np.unique(np.concatenate([signals['half_a'][0], signals['half_b'][0]]))
+    half_a, half_b = (_levels_at(ticks, *signals[name]) for name in ('half_a', 'half_b'))
+    states = half_a | half_b << 1
+    changed = np.append(True, states[1:] != states[:-1])
+    busy, running = signals['preparing']
+    ends = busy[running == 0]
+    ticks, states = ticks[changed], states[changed]
+    begins = ticks[2:][ticks[2:] < ends.max(initial=0)]
+    preparation = ends[np.searchsorted(ends, begins, side='right')] - begins
+    return Light(ticks, states, int(preparation.max(initial=0)))
+
+
+def _signals_of_vcd(text: str) -> dict[str, tuple[NDArray[np.int64], NDArray[np.int64]]]:
+    """Return times [ticks] and values of each signal, unknown ones as 0."""
     head, _, body = text.partition('$enddefinitions $end')
-    bit_of_alias = {}
-    scale = 0.0
-    for line in head.splitlines():
-        words = line.split()
-        if words[:1] == ['$timescale']:
-            number = words[1].rstrip('npus')
-            scale = int(number) * {'ns': 1e-9, 'us': 1e-6, 'ps': 1e-12}[words[1][len(number) :]]
-        elif words[:1] == ['$var']:
-            bit_of_alias[words[3]] = ('half_a', 'half_b').index(words[4])
-    times, states, state = [0], [0], 0
-    for line in body.split('$end', 1)[1].splitlines():
-        if line.startswith('#'):
-            times.append(round(int(line[1:]) * scale * TICK_RATE))
-            states.append(state)
-        elif line:
-            bit = 1 << bit_of_alias[line[1:]]
-            state = state | bit if line[0] == '1' else state & ~bit
-            states[-1] = state
-    ticks, values = np.array(times), np.array(states)
-    # Both pins change at one tick, though the dump may tell them one after the other.
-    last = np.append(ticks[1:] != ticks[:-1], True)
-    ticks, values = ticks[last], values[last]
-    changed = np.append(True, values[1:] != values[:-1])
-    return Light(ticks[changed], values[changed])
+    words = [line.split() for line in head.splitlines()]
+    name_of_alias = {w[3]: w[4] for w in words if w[:1] == ['$var']}
+    unit = next(w[1] for w in words if w[:1] == ['$timescale'])
+    assert unit.endswith('ns')
+    ticks_of_unit = float(unit[:-2]) * 1e-9 * TICK_RATE
+    changes: dict[str, dict[int, int]] = {name: {0: 0} for name in name_of_alias.values()}
+    now = 0
+    for line in body.partition('$end')[2].split():
+        if line[0] == '#':
+            now = round(int(line[1:]) * ticks_of_unit)
+        else:
+            changes[name_of_alias[line[1:]]][now] = int(line[0] == '1')
+    return {name: (np.array(list(c)), np.array(list(c.values()))) for name, c in changes.items()}
+
+
+def _levels_at(
+    ticks: NDArray[np.int64], changes: NDArray[np.int64], levels: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    return levels[np.searchsorted(changes, ticks, side='right') - 1]

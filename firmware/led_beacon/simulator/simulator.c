@@ -27,6 +27,7 @@
 #define LINE_SIZE 8192
 #define VCD_FLUSH_US 1000
 
+#define PORTB 0x25
 #define TCCR1A 0x80
 
 // A half of the lamp: its pin, the bits of TCCR1A that say what a match does to it, and the match's interrupt.
@@ -112,6 +113,14 @@ static bool is_timers(const struct half *half)
     return avr->data[TCCR1A] >> half->mode_bit & 3;
 }
 
+static void set_mode(avr_t *writing, avr_io_addr_t address, uint8_t value, void *parameter)
+{
+    (void)address;
+    struct half *half = parameter;
+    if (!(value >> half->mode_bit & 3))
+        avr_raise_irq(half->level, writing->data[PORTB] >> half->port_bit & 1);
+}
+
 static void follow_port(struct avr_irq_t *irq, uint32_t value, void *parameter)
 {
     (void)irq;
@@ -139,9 +148,12 @@ static void record(const char *path, avr_vcd_t *vcd)
         half->level->flags |= IRQ_FLAG_FILTERED;
         avr_irq_t *port = avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('B'), half->port_bit);
         avr_irq_register_notify(port, follow_port, half);
+        avr_register_io_write(avr, TCCR1A, set_mode, half);
         avr_irq_register_notify(avr_get_interrupt_irq(avr, half->vector) + AVR_INT_IRQ_PENDING, match, half);
         avr_vcd_add_signal(vcd, half->level, 1, half->name);
     }
+    // How long the interrupt runs that prepares the next match.
+    avr_vcd_add_signal(vcd, avr_get_interrupt_irq(avr, halves[0].vector) + AVR_INT_IRQ_RUNNING, 1, "preparing");
     avr_vcd_start(vcd);
 }
 
