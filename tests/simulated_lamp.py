@@ -61,6 +61,11 @@ class SimulatedLamp:
         self._command(f'r {round(seconds * 1e6)}')
         return self._sent()
 
+    def write_eeprom(self, count: int) -> None:
+        """Let time pass until so many bytes of the EEPROM have been written, or a second."""
+        self._command(f'e {count}')
+        self._sent()
+
     def ask(self, request: str) -> str:
         """Send a line and return the lamp's answer."""
         self.send(request.encode() + b'\r')

@@ -6,7 +6,8 @@
 //   s HEX   send bytes to the controller
 //   r US    run so many microseconds
 //   l US    run until the controller ends a line, or so many microseconds
-// After r and l it answers with one line: the bytes that the controller sent meanwhile, in hex. At the end of the input
+//   e N     run until the controller has written N bytes of its EEPROM, or a second
+// After r, l and e it answers with one line: the bytes that the controller sent meanwhile, in hex. At the end of the input
 // the power goes off: the EEPROM stays as it is then, in its file.
 
 #include <simavr/avr_eeprom.h>
@@ -28,6 +29,8 @@
 #define VCD_FLUSH_US 1000
 
 #define PORTB 0x25
+#define EECR 0x3f
+#define EEPE 1
 #define TCCR1A 0x80
 
 // A half of the lamp: its pin, the bits of TCCR1A that say what a match does to it, and the match's interrupt.
@@ -44,7 +47,8 @@ static struct half halves[] = {
 };
 static uint8_t to_send[LINE_SIZE];
 static size_t sent, to_send_length;
-static bool uart_takes, line_ended;
+static bool uart_takes;
+static unsigned lines_received, eeprom_writes;
 
 static void send_more(struct avr_irq_t *irq, uint32_t value, void *parameter)
 {
@@ -64,7 +68,7 @@ static void receive(struct avr_irq_t *irq, uint32_t value, void *parameter)
 {
     (void)irq, (void)parameter;
     printf("%02x", value & 0xff);
-    line_ended |= value == '\n';
+    lines_received += value == '\n';
 }
 
 // While the controller sleeps time passes at once.
@@ -194,17 +198,36 @@ static void queue(const char *hex)
         send_more(NULL, 0, NULL);
 }
 
-static void run(uint64_t microseconds, bool until_line)
+// simavr writes a byte of the EEPROM at once where the chip takes 3.3 ms.
+static void count_eeprom_write(avr_t *writing, avr_io_addr_t address, uint8_t value, void *parameter)
+{
+    (void)writing, (void)address, (void)parameter;
+    eeprom_writes += value >> EEPE & 1;
+}
+
+static void run(uint64_t microseconds, const unsigned *counter, unsigned count)
 {
     uint64_t end = avr->cycle + microseconds * (FREQUENCY / 1000000);
-    line_ended = false;
-    while (avr->cycle < end && !(until_line && line_ended)) {
+    unsigned before = *counter;
+    while (avr->cycle < end && !(count && *counter - before >= count)) {
         int state = avr_run(avr);
         if (state == cpu_Done || state == cpu_Crashed)
             fail("the controller crashed");
     }
     printf("\n");
     fflush(stdout);
+}
+
+static void obey(const char *line)
+{
+    uint64_t number = strtoull(line + 1, NULL, 10);
+    switch (line[0]) {
+    case 's': queue(line + 1); break;
+    case 'r': run(number, &lines_received, 0); break;
+    case 'l': run(number, &lines_received, 1); break;
+    case 'e': run(1000000, &eeprom_writes, number); break;
+    default: fail("unknown command");
+    }
 }
 
 int main(int count, char **arguments)
@@ -216,12 +239,9 @@ int main(int count, char **arguments)
     begin(arguments[1]);
     load_eeprom(arguments[2]);
     record(arguments[3], &vcd);
-    while (fgets(line, sizeof line, stdin)) {
-        if (line[0] == 's')
-            queue(line + 1);
-        else
-            run(strtoull(line + 1, NULL, 10), line[0] == 'l');
-    }
+    avr_register_io_write(avr, EECR, count_eeprom_write, NULL);
+    while (fgets(line, sizeof line, stdin))
+        obey(line);
     avr_vcd_close(&vcd);
     save_eeprom(arguments[2]);
     return 0;
