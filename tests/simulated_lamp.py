@@ -19,7 +19,8 @@ TOOLS = ('make', 'avr-gcc', 'gcc')
 HEADERS = ('/usr/include/simavr/sim_avr.h', '/usr/lib/avr/include/avr/io.h')
 TICK_RATE = 16_000_000
 ANSWER_US = 3_000_000
-HALVES_ON = 3
+LATENESS = 3
+"""The simulator looks at its timers between two instructions [ticks]."""
 
 
 def missing_tools() -> list[str]:
@@ -119,11 +120,19 @@ class Light:
         first = int(self.states[np.searchsorted(self.ticks, start, side='right') - 1])
         states = np.append(first, self.states[inside])
         times = np.append(0, self.ticks[inside] - start) / TICK_RATE
-        return Waveform(times, (states[:, None] >> np.arange(2) & 1).astype(float), periods * period / TICK_RATE)
+        return Waveform(
+            times, (states[:, None] >> np.arange(2) & 1).astype(float), periods * period / TICK_RATE
+        )
 
     def first_dark(self) -> int:
         """Return when it first changed after shining steadily, at which every code's first blink ends [ticks]."""
         return int(self.ticks[2])
+
+    def tones(self) -> list[int]:
+        """Return the tones that were played one after the other, to 100 Hz, steady light left out."""
+        steps = np.diff(self.ticks[2:])
+        tones = np.round(0.5 * TICK_RATE / steps[steps < TICK_RATE // 1000], -2).astype(int).tolist()
+        return [tone for i, tone in enumerate(tones) if i == 0 or tone != tones[i - 1]]
 
 
 def light_of_vcd(text: str) -> Light:

@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
+from typing import Self
 
 from vlc_beacon.core.transmitter.serial_protocol import (
     DONE,
@@ -56,7 +57,7 @@ class LampPort:
             os.close(self._file)
             raise
 
-    def __enter__(self) -> LampPort:
+    def __enter__(self) -> Self:
         """Return the port."""
         return self
 
@@ -121,7 +122,9 @@ class LampPort:
                 while self._read_line(WAKE_EVERY / 5.0) is not None:
                     pass
                 return answer
-        raise VlcBeaconError(f'no lamp answers on {self._path}: check the wiring and flash firmware/led_beacon')
+        raise VlcBeaconError(
+            f'no lamp answers on {self._path}: check the wiring and flash firmware/led_beacon'
+        )
 
     def _do(self, request: str) -> None:
         answer = self._ask(request)

@@ -60,8 +60,7 @@ def manchester_frame(
     """Return the frame that plays packets one after the other in Manchester slots."""
     chips = ((_ZERO_AT, 2), (_ONE_AT, 2), (_PREAMBLE_AT, len(PREAMBLE)))
     trains = tuple(
-        train_of_duration(first, steps, steps * slot_format.chip_time, tick_rate)
-        for first, steps in chips
+        train_of_duration(first, steps, steps * slot_format.chip_time, tick_rate) for first, steps in chips
     )
     sections = []
     for packet in packets:

@@ -68,7 +68,9 @@ class Section:
     def __post_init__(self) -> None:
         groups, count = self.symbols.shape
         if not 1 <= groups <= 0xFF or not 1 <= count <= 0xFFFF:
-            raise LampFrameError(f'a packet has {groups} groups of {count} symbols, up to 255 of 65535 are played')
+            raise LampFrameError(
+                f'a packet has {groups} groups of {count} symbols, up to 255 of 65535 are played'
+            )
         if not 1 <= self.repeats <= 0xFF:
             raise LampFrameError(f'a group is to be played {self.repeats} times, it must be from 1 to 255')
 
@@ -95,9 +97,13 @@ class LampFrame:
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.wheel) <= WHEEL_MAX or not all(0 <= state <= 3 for state in self.wheel):
-            raise LampFrameError(f'the wheel is {self.wheel}, it must have 1 to {WHEEL_MAX} states from 0 to 3')
+            raise LampFrameError(
+                f'the wheel is {self.wheel}, it must have 1 to {WHEEL_MAX} states from 0 to 3'
+            )
         if not 1 <= self.bits <= BITS_MAX or not 1 << self.bits <= len(self.trains) <= TRAINS_MAX:
-            raise LampFrameError(f'{len(self.trains)} symbols do not go with data symbols of {self.bits} bits')
+            raise LampFrameError(
+                f'{len(self.trains)} symbols do not go with data symbols of {self.bits} bits'
+            )
         if len(self.marker) > MARKER_MAX or not all(0 <= s < len(self.trains) for s in self.marker):
             raise LampFrameError(f'the marker is {self.marker}, it must be up to {MARKER_MAX} of the symbols')
         if not all(train.first_place < len(self.wheel) for train in self.trains):

@@ -57,7 +57,9 @@ def frame_of_bytes(data: bytes) -> LampFrame:
     """
     if not _HEADER.size + _CRC_LENGTH <= len(data) <= LENGTH_MAX or crc16(data):
         raise LampFrameError('the bytes are no lamp frame: their length or checksum is wrong')
-    version, plays, length, wheel, wheel_length, bits, trains, marker_length, *marker = _HEADER.unpack_from(data)
+    version, plays, length, wheel, wheel_length, bits, trains, marker_length, *marker = _HEADER.unpack_from(
+        data
+    )
     if version != VERSION:
         raise LampFrameError(f'the lamp frame is of version {version}, this program knows version {VERSION}')
     begin, end = _HEADER.size + trains * _TRAIN.size, length - _CRC_LENGTH
