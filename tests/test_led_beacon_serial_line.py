@@ -1,6 +1,11 @@
 """What the lamp's firmware does and what it refuses on its serial line."""
 
+import os
+import pty
+import select
+import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,8 +18,11 @@ from vlc_beacon.core.packet.command_packet import Command, CommandPacket
 from vlc_beacon.core.packet.crc import crc16
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.transmitter.coded_frame import constant_tone_frame, ufsook_frame
-from vlc_beacon.core.transmitter.lamp_frame_bytes import LENGTH_MAX, bytes_of_frame
-from vlc_beacon.core.transmitter.serial_protocol import upload_requests
+from vlc_beacon.core.transmitter.lamp_frame_bytes import LENGTH_MAX, bytes_of_frame, frame_of_bytes
+from vlc_beacon.core.transmitter.lamp_frame_error import LampFrameError
+from vlc_beacon.core.transmitter.serial_protocol import LampStatus, upload_requests
+from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+from vlc_beacon.lamp_port import LampPort
 
 ID = IdPacket(4711).to_bytes()
 TONE = bytes_of_frame(constant_tone_frame(2000.0))
@@ -191,3 +199,66 @@ def test_bad_lines_are_refused(lamp: SimulatedLamp) -> None:
     assert lamp.ask('k') == 'ERR length'
     assert lamp.ask('k') == 'ERR begin'
     assert lamp.ask('d 0 00') == 'ERR begin'
+
+
+def test_lamp_and_host_refuse_the_same_frames(firmware: Path, eeprom: Path) -> None:
+    rng = np.random.default_rng(6)
+    body = bytes_of_frame(ufsook_frame([ID]))[:-2]
+    lamp = SimulatedLamp(firmware, eeprom)
+    answers = []
+    for _ in range(150):
+        changed = bytearray(body)
+        changed[rng.integers(44)] = rng.choice([0, 1, 2, 3, 4, 64, 255])
+        frame = with_crc(bytes(changed))
+        try:
+            frame_of_bytes(frame)
+            expected = 'OK'
+        except LampFrameError:
+            expected = 'ERR'
+        # What is accepted goes out of the way of the next one.
+        lamp.ask('h')
+        answers.append(lamp.load(frame, keep=False)[-1].split()[0])
+        assert answers[-1] == expected, frame.hex()
+    lamp.power_off()
+    assert min(answers.count('OK'), answers.count('ERR')) > 30
+
+
+def test_host_speaks_with_the_lamp(firmware: Path, eeprom: Path) -> None:
+    frame = bytes_of_frame(ufsook_frame([ID]))
+    streamed = [bytes_of_frame(constant_tone_frame(tone)) for tone in (3000.0, 4000.0)]
+    lamp = SimulatedLamp(firmware, eeprom)
+    with terminal_of(lamp) as path, LampPort(path) as port:
+        assert port.status() == LampStatus(False, 'none', 0, 0, False)
+        port.load(frame, keep=True)
+        assert port.status() == LampStatus(True, 'kept', len(frame), int.from_bytes(frame[-2:]), False)
+        port.load(TONE, keep=True)
+        port.stream(streamed)
+        port.shine_steadily()
+        assert not port.status().is_playing
+        port.play()
+        with pytest.raises(VlcBeaconError, match="answers 'ERR crc' to 'k'"):
+            port.load(frame[:-1], keep=True)
+    assert [tone for tone in lamp.power_off().tones() if tone >= 2000] == [2000, 3000, 4000]
+
+
+@contextmanager
+def terminal_of(lamp: SimulatedLamp) -> Iterator[Path]:
+    """Connect a lamp to a pseudo-terminal."""
+    master, slave = pty.openpty()
+    over = threading.Event()
+
+    def serve() -> None:
+        while not over.is_set():
+            if select.select([master], [], [], 0.001)[0]:
+                lamp.send(os.read(master, 256))
+            os.write(master, lamp.run(0.02))
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    try:
+        yield Path(os.ttyname(slave))
+    finally:
+        over.set()
+        thread.join()
+        os.close(master)
+        os.close(slave)

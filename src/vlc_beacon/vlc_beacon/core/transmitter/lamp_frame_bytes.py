@@ -65,6 +65,10 @@ def frame_of_bytes(data: bytes) -> LampFrame:
     begin, end = _HEADER.size + trains * _TRAIN.size, length - _CRC_LENGTH
     if length != len(data) or begin > end:
         raise LampFrameError(f'the lamp frame says it has {length} bytes and {trains} symbols, it does not')
+    if marker_length > MARKER_MAX:
+        raise LampFrameError(
+            f'the marker of the lamp frame has {marker_length} symbols, up to {MARKER_MAX} are played'
+        )
     rows = _TRAIN.iter_unpack(data[_HEADER.size : begin])
     return LampFrame(
         tuple(wheel >> 2 * i & 3 for i in range(wheel_length)),
