@@ -18,6 +18,7 @@ from vlc_beacon.core.packet.command_packet import Command, CommandPacket
 from vlc_beacon.core.packet.crc import crc16
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.transmitter.coded_frame import constant_tone_frame, ufsook_frame
+from vlc_beacon.core.transmitter.lamp_frame import LampFrame, Section
 from vlc_beacon.core.transmitter.lamp_frame_bytes import LENGTH_MAX, bytes_of_frame, frame_of_bytes
 from vlc_beacon.core.transmitter.lamp_frame_error import LampFrameError
 from vlc_beacon.core.transmitter.serial_protocol import LampStatus, upload_requests
@@ -71,10 +72,29 @@ def test_temporary_frame_gives_way_to_the_kept_one(firmware: Path, eeprom: Path)
     lamp.power_off()
 
 
+def test_temporary_frame_is_played_to_its_end(firmware: Path, eeprom: Path) -> None:
+    tones = [constant_tone_frame(tone) for tone in (3000.0, 4000.0)]
+    both = LampFrame(
+        wheel=tones[0].wheel,
+        bits=1,
+        trains=tuple(replace(tone.trains[0], steps=20) for tone in tones),
+        marker=(),
+        sections=[Section(np.array([[0]])), Section(np.array([[1]]))],
+        plays=1,
+    )
+    lamp = SimulatedLamp(firmware, eeprom)
+    lamp.load(TONE)
+    lamp.load(bytes_of_frame(both), keep=False)
+    lamp.run(0.1)
+    light = lamp.power_off()
+    assert light.tones() == [2000, 3000, 4000, 2000]
+    assert (np.diff(light.ticks[2:]) == 2000).sum() == pytest.approx(20, abs=1)
+
+
 def test_upload_that_rests_gives_way_to_the_kept_frame(firmware: Path, eeprom: Path) -> None:
     lamp = SimulatedLamp(firmware, eeprom)
     lamp.load(TONE)
-    lamp.load(bytes_of_frame(replace(constant_tone_frame(4000.0), plays=1)), keep=False)
+    lamp.load(bytes_of_frame(replace(constant_tone_frame(4000.0), plays=200)), keep=False)
     requests = upload_requests(TONE, keep=False)
     lamp.ask(requests[0])
     lamp.run(0.1)

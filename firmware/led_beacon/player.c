@@ -120,7 +120,9 @@ static uint8_t next_symbol(void)
 
 static void begin_symbol(void)
 {
-    const struct train *train = frame_trains_of(frame) + next_symbol();
+    uint8_t symbol = next_symbol();
+    // Only now: the symbol may be the first of another frame.
+    const struct train *train = frame_trains_of(frame) + symbol;
     const struct frame_header *header = frame_header_of(frame);
     step_time = train->step_time;
     steps_left = train->steps;
