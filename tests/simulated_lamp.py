@@ -19,8 +19,6 @@ TOOLS = ('make', 'avr-gcc', 'gcc')
 HEADERS = ('/usr/include/simavr/sim_avr.h', '/usr/lib/avr/include/avr/io.h')
 TICK_RATE = 16_000_000
 ANSWER_US = 3_000_000
-LATENESS = 3
-"""The simulator looks at its timers between two instructions [ticks]."""
 
 
 def missing_tools() -> list[str]:
@@ -29,15 +27,12 @@ def missing_tools() -> list[str]:
 
 
 def build_firmware(folder: Path) -> None:
-    """Build the firmware and its simulator in a folder.
-
-    Raises:
-        subprocess.CalledProcessError: the compiler has something to say.
-    """
+    """Build the firmware and its simulator in a folder."""
     targets = [f'{folder}/{name}' for name in ('led_beacon.hex', 'simulator')]
     environment = {k: v for k, v in os.environ.items() if k not in ('MAKEFLAGS', 'MAKELEVEL')}
     make = ['make', '-s', '-C', str(FIRMWARE), f'BUILD={folder}', *targets]
-    subprocess.run(make, check=True, capture_output=True, text=True, env=environment)
+    built = subprocess.run(make, check=False, capture_output=True, text=True, env=environment)
+    assert built.returncode == 0, built.stderr
 
 
 class SimulatedLamp:
@@ -156,8 +151,8 @@ def _signals_of_vcd(text: str) -> dict[str, tuple[NDArray[np.int64], NDArray[np.
     words = [line.split() for line in head.splitlines()]
     name_of_alias = {w[3]: w[4] for w in words if w[:1] == ['$var']}
     unit = next(w[1] for w in words if w[:1] == ['$timescale'])
-    assert unit.endswith('ns')
-    ticks_of_unit = float(unit[:-2]) * 1e-9 * TICK_RATE
+    assert unit.endswith('ps')
+    ticks_of_unit = float(unit[:-2]) * 1e-12 * TICK_RATE
     changes: dict[str, dict[int, int]] = {name: {0: 0} for name in name_of_alias.values()}
     now = 0
     for line in body.partition('$end')[2].split():

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import numpy as np
-from simulated_lamp import LATENESS, SimulatedLamp
+from simulated_lamp import SimulatedLamp
 
 from vlc_beacon.core.packet.data_packet import DataPacket
 from vlc_beacon.core.packet.id_packet import IdPacket
@@ -27,7 +27,7 @@ def test_kept_frame_is_played_after_power_up(firmware: Path, eeprom: Path) -> No
     after = lamp.power_off()
     count = min(len(before.ticks), len(after.ticks))
     steps = [np.diff(light.ticks[2:count]) for light in (before, after)]
-    assert np.abs(steps[0] - steps[1]).max() <= 2 * LATENESS
+    assert np.abs(steps[0] - steps[1]).max() <= 1
     assert before.ticks[2] > after.ticks[2]
 
 

@@ -103,6 +103,26 @@ def test_upload_that_rests_gives_way_to_the_kept_frame(firmware: Path, eeprom: P
     lamp.power_off()
 
 
+def test_frame_that_waits_is_told_apart_from_the_one_that_plays(firmware: Path, eeprom: Path) -> None:
+    slow, next_one = (bytes_of_frame(ufsook_frame([packet])) for packet in (ID, bytes(20)))
+    lamp = SimulatedLamp(firmware, eeprom)
+    lamp.load(slow)
+    lamp.load(next_one, keep=False)
+    assert lamp.ask('s') == f'playing kept {len(slow)} {slow[-2:].hex()} 1'
+    lamp.run(1.0)
+    assert lamp.ask('s') == f'playing temporary {len(next_one)} {next_one[-2:].hex()} 0'
+    lamp.load(slow)
+    assert lamp.ask('s').startswith('playing temporary')
+    assert lamp.ask('b 40') == 'ERR busy'
+    assert lamp.ask('h') == 'OK'
+    assert lamp.ask('s') == f'steady kept {len(slow)} {slow[-2:].hex()} 0'
+    assert lamp.ask('b 40') == 'OK'
+    assert lamp.ask('p') == 'OK'
+    lamp.run(1.0)
+    assert lamp.ask('s').startswith('playing kept')
+    lamp.power_off()
+
+
 def test_commands_are_streamed_with_a_rising_counter(firmware: Path, eeprom: Path) -> None:
     commands = [CommandPacket(Command(3, 5, 1.570796, 100 + i, is_one_shot=True), b'abcd') for i in range(3)]
     lamp = SimulatedLamp(firmware, eeprom)

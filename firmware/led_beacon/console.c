@@ -20,7 +20,9 @@ static char line[LINE_MAX + 1];
 static uint8_t line_length;
 static bool line_is_too_long;
 
-static bool is_uploading, has_kept_frame, plays_kept_frame;
+static bool is_uploading, has_kept_frame;
+// Which of the player's frames is the one in the EEPROM.
+static const uint8_t *kept_frame;
 static uint16_t upload_length, uploaded;
 static uint8_t upload_round;
 
@@ -50,7 +52,7 @@ static void reply_status(void)
     const uint8_t *frame = player_frame();
     uint16_t length = frame ? frame_header_of(frame)->length : 0;
     uint16_t crc = frame ? frame[length - 2] << 8 | frame[length - 1] : 0;
-    const char *source = !frame ? "none" : plays_kept_frame ? "kept" : "temporary";
+    const char *source = !frame ? "none" : frame == kept_frame ? "kept" : "temporary";
     sprintf(text, "%s %s %u %04x %d", player_is_playing() ? "playing" : "steady", source, length, crc,
             !player_free_frame());
     reply(text);
@@ -113,7 +115,7 @@ static void end_upload(bool is_kept)
     if (is_kept && !store_write(frame))
         return refuse("eeprom");
     has_kept_frame |= is_kept;
-    plays_kept_frame = is_kept;
+    kept_frame = is_kept ? frame : kept_frame == frame ? 0 : kept_frame;
     player_play_free_frame();
     reply("OK");
 }
@@ -148,10 +150,11 @@ static void end_line(void)
 static void play_kept_frame(void)
 {
     is_uploading = false;
-    has_kept_frame = store_read(player_free_frame());
+    uint8_t *frame = player_free_frame();
+    has_kept_frame = store_read(frame);
     if (!has_kept_frame)
         return;
-    plays_kept_frame = true;
+    kept_frame = frame;
     player_play_free_frame();
 }
 

@@ -66,14 +66,19 @@ static void begin_section(const uint8_t *begin)
     begin_group();
 }
 
+static void take_next(void)
+{
+    if (!next_waits)
+        return;
+    playing_index ^= 1;
+    next_waits = false;
+    plays_left = frame_header_of(frames[playing_index])->plays;
+    is_done = false;
+}
+
 static void begin_frame(void)
 {
-    if (next_waits) {
-        playing_index ^= 1;
-        next_waits = false;
-        plays_left = frame_header_of(frames[playing_index])->plays;
-        is_done = false;
-    }
+    take_next();
     if (plays_left && !--plays_left)
         is_done = true;
     frame = frames[playing_index];
@@ -195,6 +200,7 @@ void player_stop(void)
     TCCR1A = 0;
     PORTB |= HALVES;
     is_playing = false;
+    take_next();
 }
 
 bool player_resume(void)

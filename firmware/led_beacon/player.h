@@ -18,7 +18,7 @@ uint8_t *player_free_frame(void);
 // Play what was put into the free frame, from where the packet that is playing now ends. It must have no fault.
 void player_play_free_frame(void);
 
-// Shine steadily, keep the frame.
+// Shine steadily; keep the frame, or the one that waits.
 void player_stop(void);
 
 // Play the frame from its beginning; false where there is none.

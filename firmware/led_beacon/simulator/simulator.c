@@ -11,11 +11,9 @@
 // the power goes off: the EEPROM stays as it is then, in its file.
 
 #include <simavr/avr_eeprom.h>
-#include <simavr/avr_ioport.h>
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
 #include <simavr/sim_elf.h>
-#include <simavr/sim_vcd_file.h>
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -23,28 +21,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "pins.h"
+
 #define FREQUENCY 16000000
 #define EEPROM_SIZE 1024
 #define LINE_SIZE 8192
-#define VCD_FLUSH_US 1000
 
-#define PORTB 0x25
 #define EECR 0x3f
 #define EEPE 1
-#define TCCR1A 0x80
-
-// A half of the lamp: its pin, the bits of TCCR1A that say what a match does to it, and the match's interrupt.
-struct half {
-    const char *name;
-    uint8_t port_bit, mode_bit, vector;
-    avr_irq_t *level;
-};
 
 static avr_t *avr;
-static struct half halves[] = {
-    {.name = "half_a", .port_bit = 1, .mode_bit = 6, .vector = 11},
-    {.name = "half_b", .port_bit = 2, .mode_bit = 4, .vector = 12},
-};
 static uint8_t to_send[LINE_SIZE];
 static size_t sent, to_send_length;
 static bool uart_takes;
@@ -110,55 +96,6 @@ static void begin(const char *firmware_path)
     avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), receive, NULL);
     avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUT_XON), send_more, NULL);
     avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUT_XOFF), wait, NULL);
-}
-
-static bool is_timers(const struct half *half)
-{
-    return avr->data[TCCR1A] >> half->mode_bit & 3;
-}
-
-static void set_mode(avr_t *writing, avr_io_addr_t address, uint8_t value, void *parameter)
-{
-    (void)address;
-    struct half *half = parameter;
-    if (!(value >> half->mode_bit & 3))
-        avr_raise_irq(half->level, writing->data[PORTB] >> half->port_bit & 1);
-}
-
-static void follow_port(struct avr_irq_t *irq, uint32_t value, void *parameter)
-{
-    (void)irq;
-    struct half *half = parameter;
-    if (!is_timers(half))
-        avr_raise_irq(half->level, value & 1);
-}
-
-// The datasheet's output compare unit, at the tick of simavr's match. Its own, up to version 1.6, also switches the
-// pin whenever the time of the next match is set, as if the timer had run over in a PWM mode.
-static void match(struct avr_irq_t *irq, uint32_t value, void *parameter)
-{
-    (void)irq;
-    struct half *half = parameter;
-    if (value && is_timers(half))
-        avr_raise_irq(half->level, avr->data[TCCR1A] >> half->mode_bit & 1);
-}
-
-static void record(const char *path, avr_vcd_t *vcd)
-{
-    avr_vcd_init(avr, path, vcd, VCD_FLUSH_US);
-    for (size_t i = 0; i < 2; i++) {
-        struct half *half = halves + i;
-        half->level = avr_alloc_irq(&avr->irq_pool, 0, 1, &half->name);
-        half->level->flags |= IRQ_FLAG_FILTERED;
-        avr_irq_t *port = avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('B'), half->port_bit);
-        avr_irq_register_notify(port, follow_port, half);
-        avr_register_io_write(avr, TCCR1A, set_mode, half);
-        avr_irq_register_notify(avr_get_interrupt_irq(avr, half->vector) + AVR_INT_IRQ_PENDING, match, half);
-        avr_vcd_add_signal(vcd, half->level, 1, half->name);
-    }
-    // How long the interrupt runs that prepares the next match.
-    avr_vcd_add_signal(vcd, avr_get_interrupt_irq(avr, halves[0].vector) + AVR_INT_IRQ_RUNNING, 1, "preparing");
-    avr_vcd_start(vcd);
 }
 
 static void load_eeprom(const char *path)
@@ -233,16 +170,17 @@ static void obey(const char *line)
 int main(int count, char **arguments)
 {
     static char line[LINE_SIZE * 2];
-    avr_vcd_t vcd = {0};
     if (count != 4)
         fail("usage: simulator FIRMWARE.elf EEPROM.bin PINS.vcd");
     begin(arguments[1]);
     load_eeprom(arguments[2]);
-    record(arguments[3], &vcd);
+    if (!pins_begin(avr, arguments[3]))
+        fail("the pins' file cannot be written");
     avr_register_io_write(avr, EECR, count_eeprom_write, NULL);
     while (fgets(line, sizeof line, stdin))
         obey(line);
-    avr_vcd_close(&vcd);
+    if (!pins_end())
+        fail("the pins' file cannot be written");
     save_eeprom(arguments[2]);
     return 0;
 }
