@@ -26,7 +26,7 @@ from vlc_beacon.core.transmitter.coded_frame import (
     rs_fsk_frame,
     ufsook_frame,
 )
-from vlc_beacon.core.transmitter.lamp_frame import STEP_FRACTION, STEP_TICKS_MIN, LampFrame, Train
+from vlc_beacon.core.transmitter.lamp_frame import STEP_FRACTION, STEP_TICKS_MIN, LampFrame, Section, Train
 from vlc_beacon.core.transmitter.lamp_frame_bytes import bytes_of_frame
 from vlc_beacon.core.transmitter.lamp_frame_waveform import waveform_of_frame
 
@@ -92,21 +92,27 @@ def test_light_is_the_codes_waveform_within_a_tick(firmware: Path, eeprom: Path,
 
 
 def test_nothing_on_the_line_moves_the_light(firmware: Path, eeprom: Path) -> None:
-    """Steps as short as they may be, the longest way to the next symbol, and a line that never rests."""
+    """Steps as short as they may be, a packet in each, frames that take turns, and a line that never rests."""
     step = STEP_TICKS_MIN * STEP_FRACTION
-    tone = constant_tone_frame(4000.0)
-    frame = replace(tone, trains=(Train(0, 1, step), Train(1, 1, step)), bits=1)
-    frame = replace(frame, sections=[replace(tone.sections[0], symbols=np.array([[0], [1]]))] * 3)
+    frame = LampFrame(
+        wheel=(0, 3) * 4,
+        bits=3,
+        trains=tuple(Train(6 + i % 2, 1, step) for i in range(8)),
+        marker=(),
+        sections=[Section(np.array([[i % 2]])) for i in range(4)],
+    )
     lamp = SimulatedLamp(firmware, eeprom)
     lamp.load(bytes_of_frame(frame))
-    lamp.send(b's\rv\rd 0 00\r' * 200)
-    lamp.run(0.2)
-    lamp.load(bytes_of_frame(frame), keep=True)
+    for _ in range(10):
+        lamp.load(bytes_of_frame(replace(frame, plays=1)), keep=False)
+        lamp.send(b's\rv\rd 0 00\r' * 20)
+        lamp.run(0.05)
     light = lamp.power_off()
-    intervals = np.diff(light.ticks[2:])
-    assert len(intervals) > 4000
-    assert np.unique(intervals).tolist() == [STEP_TICKS_MIN]
-    assert light.preparation < 0.9 * STEP_TICKS_MIN
+    steps = np.diff(light.ticks[2:])
+    # Where frames take turns after an odd section, its level comes twice.
+    assert set(steps.tolist()) <= {STEP_TICKS_MIN, 2 * STEP_TICKS_MIN}
+    assert (steps == STEP_TICKS_MIN).sum() > 10_000
+    assert light.preparation < 0.8 * STEP_TICKS_MIN
 
 
 def test_global_shutter_reads_the_light(firmware: Path, eeprom: Path) -> None:

@@ -17,7 +17,7 @@
 #define TRAINS_MAX 12
 
 // A step shorter than this could end before the interrupt has prepared the next one; a longer one does not fit Timer1.
-#define STEP_TICKS_MIN 800
+#define STEP_TICKS_MIN 1000
 #define STEP_TICKS_MAX 65000
 
 // All numbers have their lowest byte first, as the controller has them.

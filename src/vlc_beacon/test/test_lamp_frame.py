@@ -11,12 +11,12 @@ FRAME = ufsook_frame([b'abc'])
 
 
 def test_steps_that_the_lamp_cannot_play_are_refused() -> None:
-    with pytest.raises(LampFrameError, match='a step lasts 160 ticks, the lamp plays 800 to 65000'):
+    with pytest.raises(LampFrameError, match='a step lasts 160 ticks, the lamp plays 1000 to 65000'):
         constant_tone_frame(50_000.0)
     with pytest.raises(LampFrameError, match='a step lasts 80000 ticks'):
         constant_tone_frame(100.0)
     with pytest.raises(LampFrameError, match='a symbol has 0 steps'):
-        Train(0, 0, 1000 * STEP_FRACTION)
+        Train(0, 0, 2000 * STEP_FRACTION)
 
 
 def test_packets_that_the_lamp_cannot_play_are_refused() -> None:

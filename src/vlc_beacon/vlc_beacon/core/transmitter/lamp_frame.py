@@ -18,7 +18,7 @@ TICK_RATE = 16e6
 """Nominal clock of the lamp's timer [1/s]."""
 STEP_FRACTION = 1 << 16
 """A step's time is given in ticks over this."""
-STEP_TICKS_MIN, STEP_TICKS_MAX = 800, 65000
+STEP_TICKS_MIN, STEP_TICKS_MAX = 1000, 65000
 """A shorter step would end before the firmware has prepared the next; a longer one does not fit its timer."""
 WHEEL_MAX, BITS_MAX, TRAINS_MAX, MARKER_MAX = 8, 3, 12, 2
 PLAYS_MAX = 255
