@@ -104,9 +104,9 @@ def test_nothing_on_the_line_moves_the_light(firmware: Path, eeprom: Path) -> No
     lamp = SimulatedLamp(firmware, eeprom)
     lamp.load(bytes_of_frame(frame))
     for _ in range(10):
-        lamp.load(bytes_of_frame(replace(frame, plays=1)), keep=False)
+        assert set(lamp.load(bytes_of_frame(replace(frame, plays=1)), keep=False)) == {'OK'}
         lamp.send(b's\rv\rd 0 00\r' * 20)
-        lamp.run(0.05)
+        lamp.run(0.2)
     light = lamp.power_off()
     steps = np.diff(light.ticks[2:])
     # Where frames take turns after an odd section, its level comes twice.
