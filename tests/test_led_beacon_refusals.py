@@ -86,6 +86,7 @@ def test_damaged_frames_are_refused(lamp: SimulatedLamp) -> None:
 
 def test_frame_too_long_is_refused(lamp: SimulatedLamp) -> None:
     assert lamp.ask(f'b {LENGTH_MAX + 1}') == 'ERR length'
+    assert lamp.ask(f'b {0x10000 + len(TONE)}') == 'ERR length'
     assert lamp.ask('b 0') == 'ERR length'
     assert lamp.ask('b 4') == 'OK'
     assert lamp.ask('d 0 0102030405') == 'ERR length'
@@ -97,6 +98,7 @@ def test_bad_lines_are_refused(lamp: SimulatedLamp) -> None:
     assert lamp.ask('v') == f'led_beacon 1 {LENGTH_MAX}'
     assert lamp.ask('b 8') == 'OK'
     assert lamp.ask('d 1 00') == 'ERR offset'
+    assert lamp.ask(f'd {0x10000} 00') == 'ERR offset'
     assert lamp.ask('d 0') == 'ERR offset'
     assert lamp.ask('d 0 0g') == 'ERR hex'
     assert lamp.ask('d 0 012') == 'ERR hex'

@@ -4,7 +4,6 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "frame.h"
 #include "player.h"
@@ -60,7 +59,7 @@ static void reply_status(void)
 
 static void begin_upload(const char *arguments)
 {
-    uint16_t length = strtoul(arguments, 0, 10);
+    uint32_t length = strtoul(arguments, 0, 10);
     if (!player_free_frame())
         return refuse("busy");
     is_uploading = false;
@@ -83,7 +82,7 @@ static int8_t hex_digit(char digit)
 static void take_data(const char *arguments)
 {
     char *hex;
-    uint16_t at = strtoul(arguments, &hex, 10);
+    uint32_t at = strtoul(arguments, &hex, 10);
     if (!is_uploading)
         return refuse("begin");
     // A line may come again where its answer was lost, but none may be left out.

@@ -135,7 +135,7 @@ static void begin_symbol(void)
     places_ahead = header->wheel_length - train->first_place;
 }
 
-// Tell Timer1 what to do at the next step and return how long it lasts.
+// Tell Timer1 what the pins shall do at the next step, and when.
 static void prepare_step(void)
 {
     if (!steps_left)
