@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from light_waveform import Waveform
 from vlc_beacon.core.light_code.lamp_rows import LampRows
 from vlc_beacon.core.light_code.light_profile import (
     LightProfile,
@@ -23,7 +24,6 @@ from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
 from vlc_beacon.core.light_code.rs_fsk_decoder import RsFskDecoder
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.light_code.ufsook_decoder import UfsookDecoder
-from vlc_beacon.core.light_code.waveform import Waveform
 from vlc_beacon.core.packet.packet_reader import ReceivedPacket
 
 ROW_TIME = 18.9e-6

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vlc_beacon.core.light_code.waveform import Waveform
+from light_waveform import Waveform
 from vlc_beacon.core.transmitter.serial_protocol import upload_requests
 
 FIRMWARE = Path(__file__).resolve().parents[1] / 'firmware/led_beacon'

@@ -44,7 +44,16 @@ NOT_PURE = (
     'scene_simulator/scene_simulator/floor_messages.py',
     'scene_simulator/scene_simulator/survey.py',
 )
-PURE_LIBRARIES = {'numpy', 'scipy', 'cv2', 'numba', 'reedsolo', 'light_waveform', 'shirube_geometry', 'shirube_settings'}
+PURE_LIBRARIES = {
+    'numpy',
+    'scipy',
+    'cv2',
+    'numba',
+    'reedsolo',
+    'light_waveform',
+    'shirube_geometry',
+    'shirube_settings',
+}
 TOUCHES_THE_WORLD = {
     'io',
     'logging',

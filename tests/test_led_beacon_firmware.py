@@ -8,6 +8,7 @@ import pytest
 from light_channel import seen_by_global_shutter, seen_by_rolling_shutter
 from simulated_lamp import TICK_RATE, Light, SimulatedLamp
 
+from light_waveform import Waveform
 from vlc_beacon.core.light_code.manchester import SlotFormat, slots_waveform
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
 from vlc_beacon.core.light_code.reed_solomon_block import slots_of_packet
@@ -15,7 +16,6 @@ from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_wav
 from vlc_beacon.core.light_code.rs_fsk_decoder import RsFskDecoder
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.light_code.ufsook_decoder import UfsookDecoder
-from vlc_beacon.core.light_code.waveform import Waveform
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
 from vlc_beacon.core.packet.data_packet import DataPacket
 from vlc_beacon.core.packet.id_packet import IdPacket

@@ -79,6 +79,11 @@ class Waveform:
         means = np.divide(light, length, out=self.levels_at(begin), where=length > 0.0)
         return np.asarray(np.clip(means, 0.0, 1.0))
 
+    def exposed(self, starts: ArrayLike, exposure: float) -> NDArray[np.float64]:
+        """Return the mean levels that a pixel sees whose exposures begin at ``starts`` and last ``exposure`` [s]."""
+        begin = np.asarray(starts, dtype=np.float64)
+        return self.mean_levels(begin, begin + exposure)
+
     def _integral(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the integral of the levels from 0 to times, shape (..., parts) [s]."""
         turns = np.floor(times / self.period)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vlc_beacon.core.light_code.waveform import Waveform
+from light_waveform import Waveform
 
 
 def worst_flicker(waveform: Waveform, *, whole: bool = False, highest: float = 90.0) -> float:

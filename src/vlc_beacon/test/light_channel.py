@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from light_waveform import Waveform
 from vlc_beacon.core.light_code.lamp_rows import LampRows
-from vlc_beacon.core.light_code.waveform import Waveform
 
 
 def seen_by_global_shutter(

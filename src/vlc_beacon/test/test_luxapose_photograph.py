@@ -13,7 +13,7 @@ from vlc_beacon.core.lamp_image.coarse_contrast import noise_sigma
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.lamp_image.row_profile import row_profile
 from vlc_beacon.core.lamp_image.settings import LampSettings
-from vlc_beacon.core.light_code.lamp_rows import LampRows
+from vlc_beacon.core.light_code.lamp_rows import rows_of_frame
 from vlc_beacon.core.light_code.row_tones import tone_likelihoods
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
@@ -49,7 +49,8 @@ def played(image, blobs):
     noise, tables = noise_sigma(image), []
     for centre, radius, background in zip(blobs.centroids, blobs.radii, blobs.backgrounds):
         first, brightness = row_profile(image, centre, radius, background, LONGEST_STRIPE, noise)
-        tables.append(tone_likelihoods(LampRows(0.0, first, brightness, 1.0 / ROWS_A_SECOND, 5e-5), TONES))
+        rows = rows_of_frame(0.0, first, brightness, 1.0 / ROWS_A_SECOND, 5e-5)
+        tables.append(tone_likelihoods(rows, TONES)[0])
     return np.array(tables)
 
 

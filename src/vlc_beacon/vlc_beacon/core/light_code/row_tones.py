@@ -12,8 +12,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from light_waveform import waveform_of_steps
 from vlc_beacon.core.light_code.lamp_rows import LampRows
-from vlc_beacon.core.light_code.waveform import waveform_of_steps
 
 PHASES = 48
 ROWS_MIN = 5

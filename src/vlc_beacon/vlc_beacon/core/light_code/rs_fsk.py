@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from light_waveform import Waveform, waveform_of_steps
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
-from vlc_beacon.core.light_code.waveform import Waveform, waveform_of_steps
 
 BITS = 3
 MARKER = 1 << BITS

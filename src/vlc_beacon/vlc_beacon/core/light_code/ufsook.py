@@ -15,8 +15,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from light_waveform import Waveform, waveform_of_steps
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
-from vlc_beacon.core.light_code.waveform import Waveform, waveform_of_steps
 
 SPACE, MARK, MARKER_BEGIN, MARKER_END = range(4)
 FRAME_RATE = 60.0
