@@ -1,0 +1,54 @@
+"""One lamp that is followed: its decoder, its name as soon as it is sure, and what it asked for last."""
+
+from __future__ import annotations
+
+from collections.abc import Set as AbstractSet
+
+from vlc_beacon.core.packet.command_packet import CommandPacket
+from vlc_beacon.core.packet.id_confirmation import IdConfirmation
+from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX, IdPacket
+from vlc_beacon.core.packet.packet_reader import ReceivedPacket
+from vlc_beacon.core.receiver.lamp_decoder import LampDecoder, LampView
+
+_ALL_IDS = frozenset(range(BEACON_ID_MAX + 1))
+
+
+class FollowedLamp:
+    """A lamp from frame to frame.
+
+    Attributes:
+        beacon: its ID, None until it is confirmed.
+        stranger: an ID that it plays but that is not in the beacons file, None for none.
+        heard: the commands in the last frame.
+    """
+
+    def __init__(self, decoder: LampDecoder, known: AbstractSet[int]) -> None:
+        """Begin with a lamp that was just found.
+
+        Args:
+            decoder: of this lamp alone.
+            known: the IDs in the beacons file.
+        """
+        self._decoder = decoder
+        self._known = known
+        self._confirmation = IdConfirmation(_ALL_IDS)
+        self.beacon: int | None = None
+        self.stranger: int | None = None
+        self.heard: list[CommandPacket] = []
+
+    def see(self, view: LampView) -> None:
+        """Take a frame."""
+        self.heard = []
+        for received in self._decoder.read(view):
+            self._take(received)
+
+    def _take(self, received: ReceivedPacket) -> None:
+        packet = received.packet
+        if isinstance(packet, CommandPacket):
+            self.heard.append(packet)
+        elif isinstance(packet, IdPacket):
+            confirmed = self._confirmation.add(packet.beacon)
+            if confirmed is not None and confirmed in self._known:
+                self.beacon, self.stranger = confirmed, None
+            elif confirmed is not None:
+                self.beacon, self.stranger = None, confirmed
