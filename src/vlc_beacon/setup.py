@@ -21,4 +21,5 @@ setup(
     description='Ceiling LEDs tell a robot where it is and what to do.',
     license='Apache-2.0',
     tests_require=['pytest'],
+    entry_points={'console_scripts': [f'node = {NAME}.node:main']},
 )
