@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import yaml
 
-from floor_localizer.files.calibration_file import load_calibration
-from floor_localizer.files.file_errors import CalibrationError
+from shirube_ros.calibration_file import load_calibration
+from shirube_ros.file_errors import CalibrationError
 
 # As camera_calibration writes it.
 TEXT = """image_width: 640

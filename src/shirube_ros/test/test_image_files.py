@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from floor_localizer.files.file_errors import ImageFileError
-from floor_localizer.files.image_files import list_images, load_image
+from shirube_ros.file_errors import ImageFileError
+from shirube_ros.image_files import list_images, load_image
 
 
 def picture(*shape: int, dtype: type = np.uint8) -> np.ndarray:

@@ -9,9 +9,9 @@ from typing import Any
 
 import yaml
 
-from floor_localizer.files.file_errors import CalibrationError
 from shirube_geometry import PinholeCamera
 from shirube_ros.camera_info_conversion import camera_from_camera_info
+from shirube_ros.file_errors import CalibrationError
 from shirube_ros.message_error import CameraInfoError
 
 _REMEDY = 'give the YAML that camera_calibration writes'
