@@ -21,5 +21,10 @@ setup(
     description='Ceiling LEDs tell a robot where it is and what to do.',
     license='Apache-2.0',
     tests_require=['pytest'],
-    entry_points={'console_scripts': [f'node = {NAME}.node:main']},
+    entry_points={
+        'console_scripts': [
+            f'node = {NAME}.node:main',
+            f'locate = {NAME}.commands.locate:main',
+        ],
+    },
 )
