@@ -43,5 +43,6 @@ def row_timing(settings: ReceiverSettings, tones: Collection[float]) -> RowTimin
     slots = SlotFormat(frame_rate=settings.lamp_frame_rate)
     if settings.lamps.diameter_max >= slots.rows_min(row_time, settings.exposure_time):
         dark = max(dark, _DARK_CHIPS * slots.chip_time)
-    stripe_rows = settings.lamps.stripe_rows or math.ceil(dark / row_time)
+    # A row that is dark in part only looks dark too.
+    stripe_rows = settings.lamps.stripe_rows or math.ceil(dark / row_time) + 1
     return RowTiming(row_time, settings.exposure_time, settings.lamp_frame_rate, float(stripe_rows))
