@@ -18,6 +18,7 @@ from vlc_beacon.core.receiver.light_receiver import LightReceiver, ReadLamp
 from vlc_beacon.core.receiver.odometry_trail import OdometryTrail
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.receiver.tilt_trail import TiltTrail
+from vlc_beacon.core.receiver.trusted_place import TrustedPlace
 from vlc_beacon.core.trust.command_judge import CommandJudge
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
@@ -71,6 +72,7 @@ class BeaconReceiver:
         self._localizer = LampLocalizer(known, mount, settings)
         self._hearing = CommandHearing(judge)
         self._odometry, self._tilt = OdometryTrail(), TiltTrail()
+        self._place = TrustedPlace()
         self._last_odometry: PlanarPose | None = None
 
     def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
@@ -98,7 +100,7 @@ class BeaconReceiver:
         tilt = self._tilt.tilt_at(stamp) or (0.0, 0.0)
         velocity = self._odometry.velocity_at(stamp)
         result = self._localizer.locate(lamps, camera, odometry, velocity, tilt)
-        if isinstance(result, BeaconFix):
+        if isinstance(result, BeaconFix) and self._place.is_believed(stamp, result.T_map_base, odometry):
             self._judge.robot_at(stamp, (result.T_map_base.x, result.T_map_base.y))
         return Reception(tuple(lamps), result, tuple(self._hearing.hear(stamp, lamps)))
 
