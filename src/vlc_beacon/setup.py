@@ -3,6 +3,7 @@
 from setuptools import find_packages, setup
 
 NAME = 'vlc_beacon'
+COMMANDS = ('encode', 'make_key', 'renew_counters')
 
 setup(
     name=NAME,
@@ -21,4 +22,5 @@ setup(
     description='Ceiling LEDs tell a robot where it is and what to do.',
     license='Apache-2.0',
     tests_require=['pytest'],
+    entry_points={'console_scripts': [f'{command} = {NAME}.commands.{command}:main' for command in COMMANDS]},
 )
