@@ -3,7 +3,7 @@
 from setuptools import find_packages, setup
 
 NAME = 'vlc_beacon'
-COMMANDS = ('encode', 'make_key', 'renew_counters')
+COMMANDS = ('calibrate', 'encode', 'make_key', 'renew_counters', 'survey')
 
 setup(
     name=NAME,
