@@ -2,6 +2,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lamp_on_a_line import lamp_that, usual
 from light_channel import seen_by_global_shutter, seen_by_rolling_shutter
 
 from light_waveform import waveform_of_csv
@@ -73,6 +74,17 @@ def test_the_frame_plays_what_the_csv_file_tells(code: str, tmp_path: Path) -> N
     np.testing.assert_array_equal(played.levels, np.broadcast_to(light.levels, played.levels.shape))
     assert np.abs(played.times - light.times).max() * TICK_RATE < 1.0
     assert abs(played.period - light.period) * TICK_RATE < 1.0
+
+
+@pytest.mark.parametrize(('options', 'last'), [((), 't'), (('--keep',), 'k')])
+def test_the_lamp_on_the_port_gets_the_frame_of_the_file(
+    options: tuple[str, ...], last: str, tmp_path: Path
+) -> None:
+    with lamp_that(usual) as (port, heard):
+        assert run(5, 'id', 'text:hello', '--frame', tmp_path / 'frame', '--port', port, *options) == 0
+    pieces = [line.split()[2] for line in heard if line.startswith('d ')]
+    assert bytes.fromhex(''.join(pieces)) == (tmp_path / 'frame').read_bytes()
+    assert heard[-1] == last
 
 
 def test_it_tells_how_large_the_lamp_must_be_and_how_long_it_takes(
