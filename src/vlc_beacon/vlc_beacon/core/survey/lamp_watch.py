@@ -23,6 +23,12 @@ PIXEL_SIGMA = 0.1
 _Sighting = tuple[float, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]
 
 
+def image_turn(before: NDArray[np.float64], after: NDArray[np.float64]) -> float:
+    """Return by how much the image turned from u to v [rad], of two ``R_map_camera``, each of shape (3, 3)."""
+    change = after.T @ before
+    return math.atan2(change[1, 0], change[0, 0])
+
+
 class _Follower:
     """One lamp on its way through the images."""
 
@@ -66,9 +72,8 @@ class LampWatch:
             rotation: shape (3, 3), ``R_map_camera``.
         """
         before = rotation if self._last_rotation is None else self._last_rotation
-        change = rotation.T @ before
         self._last_rotation = rotation
-        turn = math.atan2(change[1, 0], change[0, 0])
+        turn = image_turn(before, rotation)
         for sample in self._tracks.update(stamp, image, self._detector.detect(image), turn):
             self._follow(stamp, sample, position, rotation)
 
