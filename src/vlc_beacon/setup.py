@@ -3,6 +3,7 @@
 from setuptools import find_packages, setup
 
 NAME = 'vlc_beacon'
+COMMANDS = ('calibrate', 'encode', 'locate', 'make_key', 'renew_counters', 'survey')
 
 setup(
     name=NAME,
@@ -24,7 +25,7 @@ setup(
     entry_points={
         'console_scripts': [
             f'node = {NAME}.node:main',
-            f'locate = {NAME}.commands.locate:main',
-        ],
+            *(f'{command} = {NAME}.commands.{command}:main' for command in COMMANDS),
+        ]
     },
 )

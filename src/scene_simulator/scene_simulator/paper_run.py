@@ -31,10 +31,12 @@ def paper_run(
     slow_speed: float = 0.125,
     camera: CeilingCamera | None = None,
     seed: int = 0,
+    rest: float = 3.0,
 ) -> LampDrive:
     """Return the run in the paper's dim room, with other lights about.
 
-    For the first 9 s A is in view before the robot reaches it: time for two command packets of 30 bit/s.
+    With a rest of 3 s A is in view for the first 9 s before the robot reaches it: time for two command packets of
+    30 bit/s.
 
     Args:
         waveforms: what the four lamps of ``PAPER_LAMPS`` send.
@@ -42,6 +44,7 @@ def paper_run(
         slow_speed: between A and B [m/s].
         camera: the camera, by default the paper's with a global shutter and 0.5 ms of exposure.
         seed: of everything that is random.
+        rest: how long the robot stands at the start [s].
 
     Raises:
         SceneError: not four waveforms, or speeds that are not positive.
@@ -52,5 +55,5 @@ def paper_run(
     a, b = PAPER_LAMPS[LAMP_A], PAPER_LAMPS[LAMP_B]
     x = a[0] - _BESIDE
     corners = [(-0.1, a[1] - _BESIDE), (x, a[1] - _BESIDE), (x, b[1] + _BESIDE), (-1.0, b[1] + _BESIDE)]
-    route = LegDrive(corners, [speed, slow_speed, speed], _RADIUS, rest=3.0)
+    route = LegDrive(corners, [speed, slow_speed, speed], _RADIUS, rest)
     return LampDrive(room.with_lights(distractors(brightness)), route, eye, seed=seed)

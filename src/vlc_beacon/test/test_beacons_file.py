@@ -1,7 +1,9 @@
+from pathlib import Path
+
 import pytest
 
 from vlc_beacon.core.pose.beacon import Beacon
-from vlc_beacon.files.beacons_file import BeaconsFileError, load_beacons
+from vlc_beacon.files.beacons_file import BeaconsFileError, load_beacons, save_beacons
 
 GOOD = '{id: 7, xyz: [1, 2.5, 3], radius: 0.0325}'
 
@@ -75,3 +77,9 @@ def test_bytes_are_no_beacons(tmp_path):
     path.write_bytes(b'\xff\xfe\x00')
     with pytest.raises(BeaconsFileError, match='is no YAML'):
         load_beacons(path)
+
+
+def test_what_is_saved_is_loaded(tmp_path: Path) -> None:
+    beacons = [Beacon(1, (0.0, 1.8, 2.5), 0.0325), Beacon(7, (-1.25, 0.0001, 2.5), 0.05, 3500.0)]
+    save_beacons(tmp_path / 'new' / 'beacons.yaml', beacons)
+    assert load_beacons(tmp_path / 'new' / 'beacons.yaml') == beacons

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from shirube_files import write_text
 from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
@@ -46,6 +48,19 @@ def load_beacons(path: Path) -> list[Beacon]:
     beacons = [_beacon(path, k, entry) for k, entry in enumerate(entries, start=1)]
     _check_together(path, beacons)
     return beacons
+
+
+def save_beacons(path: Path, beacons: Sequence[Beacon]) -> None:
+    """Write lamps, places to the tenth of a millimetre, whole or not at all.
+
+    Raises:
+        OSError: the place cannot be written to.
+    """
+    entries = []
+    for beacon in beacons:
+        entry = {'id': beacon.id, 'xyz': [round(x, 4) for x in beacon.xyz], 'radius': beacon.radius}
+        entries.append(entry if beacon.frequency is None else {**entry, 'frequency': beacon.frequency})
+    write_text(path, yaml.safe_dump({'beacons': entries}, sort_keys=False, default_flow_style=None))
 
 
 def _read_yaml(path: Path) -> dict[str, Any]:

@@ -2,41 +2,56 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
+from scene_simulator.tilt_sensor import TiltReading
 from shirube_bags.message_types import jazzy_types
 from shirube_geometry import PinholeCamera, PlanarPose, quaternion_from_yaw
 
-CAMERA_FRAME = 'belly_camera_optical_frame'
-
-_JPEG_QUALITY = 90
 _ODOMETRY_VARIANCES = (1e-4, 1e-4, 1e-12, 1e-12, 1e-12, 1e-3)
+_IMU_VARIANCES = (1e-6, 1e-6, math.pi**2)
+"""Of roll, pitch and yaw, which it does not know [rad^2]."""
 
 
-def compressed_image(image: NDArray[np.uint8], stamp_ns: int) -> object:
-    """Return a grey image, shape (height, width), as sensor_msgs/CompressedImage (JPEG)."""
-    _, jpeg = cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
+def compressed_image(
+    image: NDArray[np.uint8], frame: str, stamp_ns: int, quality: int = 90, *, progressive: bool = False
+) -> object:
+    """Return a grey image, shape (height, width), as sensor_msgs/CompressedImage.
+
+    Args:
+        image: grey levels.
+        frame: of the camera.
+        stamp_ns: stamp [ns].
+        quality: of the JPEG, up to 100.
+        progressive: takes longer and makes dark images a good deal smaller.
+    """
+    options = [cv2.IMWRITE_JPEG_QUALITY, quality]
+    if progressive:
+        options += [cv2.IMWRITE_JPEG_PROGRESSIVE, 1, cv2.IMWRITE_JPEG_OPTIMIZE, 1]
+    _, jpeg = cv2.imencode('.jpg', image, options)
     return _message(
         'sensor_msgs/msg/CompressedImage',
-        header=_header(CAMERA_FRAME, stamp_ns),
+        header=_header(frame, stamp_ns),
         format='mono8; jpeg compressed ',
         data=np.asarray(jpeg, dtype=np.uint8).ravel(),
     )
 
 
-def camera_info(camera: PinholeCamera, stamp_ns: int) -> object:
-    """Return a camera's calibration as sensor_msgs/CameraInfo."""
+def camera_info(camera: PinholeCamera, frame: str, stamp_ns: int) -> object:
+    """Return the calibration of the camera of a frame as sensor_msgs/CameraInfo."""
     projection = np.column_stack([camera.matrix, np.zeros(3)])
     whole_image = _message(
         'sensor_msgs/msg/RegionOfInterest', x_offset=0, y_offset=0, height=0, width=0, do_rectify=False
     )
     return _message(
         'sensor_msgs/msg/CameraInfo',
-        header=_header(CAMERA_FRAME, stamp_ns),
+        header=_header(frame, stamp_ns),
         height=camera.height,
         width=camera.width,
         distortion_model='plumb_bob',
@@ -74,6 +89,25 @@ def odometry(pose: PlanarPose, velocity: tuple[float, float], stamp_ns: int) -> 
         child_frame_id='base_link',
         pose=_message('geometry_msgs/msg/PoseWithCovariance', pose=_pose(pose), covariance=covariance),
         twist=_message('geometry_msgs/msg/TwistWithCovariance', twist=twist, covariance=covariance),
+    )
+
+
+def imu(reading: TiltReading, frame: str, stamp_ns: int) -> object:
+    """Return a reading of the tilt as sensor_msgs/Imu: roll and pitch; rates and accelerations are not told."""
+    x, y, z, w = (
+        float(part) for part in Rotation.from_euler('xyz', (reading.roll, reading.pitch, 0.0)).as_quat()
+    )
+    # By the definition of the message, -1 says that there is no such measurement.
+    nothing = np.array([-1.0, *[0.0] * 8])
+    return _message(
+        'sensor_msgs/msg/Imu',
+        header=_header(frame, stamp_ns),
+        orientation=_message('geometry_msgs/msg/Quaternion', x=x, y=y, z=z, w=w),
+        orientation_covariance=np.diag(_IMU_VARIANCES).ravel(),
+        angular_velocity=_vector(0.0, 0.0, 0.0),
+        angular_velocity_covariance=nothing,
+        linear_acceleration=_vector(0.0, 0.0, 0.0),
+        linear_acceleration_covariance=nothing,
     )
 
 
