@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 # The floor varies slowly: a coarser image, in which the largest dot has about this size, shows it as well.
 # Closing and opening follow the edge of a shadow closely and take little time; a median does neither.
 _COARSE_DIAMETERS = {'dark': 24.0, 'light': 24.0, 'any': 12.0}
-# Noise makes closing and opening level off a slope of the light, which would shift the dots. A filter of this part of the
-# window brings it back; where it changes the floor by more, there is an edge.
+# Noise makes closing and opening level off a slope of the light, which would shift the dots. A filter of this
+# part of the window brings it back; where it changes the floor by more, there is an edge.
 _SMOOTHING = 0.12
 _EDGE = 0.02
 
