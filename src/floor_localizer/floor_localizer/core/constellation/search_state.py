@@ -20,6 +20,8 @@ LOOKS_SAME = 0.8
 
 # The fitted scale may be off by this much more than the camera's height, for its own error.
 _SCALE_MARGIN = 1.3
+# So many matches are no chance, whatever the distance of the farthest.
+_MANY = 40
 
 
 class Search(NamedTuple):
@@ -124,11 +126,15 @@ def _same_place(grid: DotGrid, view: ViewDots, pose: NDArray[np.float64], other:
 
 @njit(cache=True)
 def _widest(view: ViewDots, matches: NDArray[np.int64]) -> float:
-    """Return the distance of the two farthest matched dots [m], by the diagonal of their bounding box."""
-    x0 = y0 = math.inf
-    x1 = y1 = -math.inf
-    for k in range(len(matches)):
-        if matches[k] >= 0:
-            x0, x1 = min(x0, view.points[k, 0]), max(x1, view.points[k, 0])
-            y0, y1 = min(y0, view.points[k, 1]), max(y1, view.points[k, 1])
-    return math.hypot(x1 - x0, y1 - y0)
+    """Return the distance of the two farthest matched dots [m]; of many dots, the diagonal of their bounding box."""
+    matched = view.points[matches >= 0]
+    if len(matched) > _MANY:
+        x, y = matched[:, 0], matched[:, 1]
+        return math.hypot(np.max(x) - np.min(x), np.max(y) - np.min(y))
+    squared = 0.0
+    for k in range(len(matched)):
+        for j in range(k):
+            squared = max(
+                squared, (matched[k, 0] - matched[j, 0]) ** 2 + (matched[k, 1] - matched[j, 1]) ** 2
+            )
+    return math.sqrt(squared)

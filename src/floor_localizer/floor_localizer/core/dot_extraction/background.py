@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 # The floor varies slowly: a coarser image, in which the largest dot has about this size, shows it as well.
 # Closing and opening follow the edge of a shadow closely and take little time; a median does neither.
 _COARSE_DIAMETERS = {'dark': 24.0, 'light': 24.0, 'any': 12.0}
-# Noise makes closing and opening level off a slope of the light, which would shift the dots. A filter of this part of the
-# window brings it back; where it changes the floor by more, there is an edge.
-_SMOOTHING = 0.12
+# Noise makes closing and opening level off a slope of the light, which would shift the dots. A filter of this
+# part of the window brings it back; where it changes the floor by more, there is an edge.
+_SMOOTHING = 0.3
 _EDGE = 0.02
 
 
@@ -39,15 +39,16 @@ def smooth_background(
     window = round((1.2 * largest_diameter + 2.0) / factor) | 1
     floor = np.maximum(_without_dots(coarse, polarity, window), 1).astype(np.float32)
     if polarity != 'any':
-        floor = _without_plateaus(floor, _SMOOTHING * window)
+        floor = _without_plateaus(floor, round(_SMOOTHING * window) | 1)
     # Closing follows the noise up and opening down: the typical ratio takes that bias out again.
     step = 1 + len(coarse) // 80
     floor *= np.median(coarse[::step, ::step] / floor[::step, ::step], axis=(0, 1)).astype(np.float32)
     return np.maximum(floor, np.float32(1.0)).reshape(coarse.shape)
 
 
-def _without_plateaus(floor: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
-    smooth = cv2.GaussianBlur(floor, (0, 0), sigma).reshape(floor.shape)
+def _without_plateaus(floor: NDArray[np.float32], window: int) -> NDArray[np.float32]:
+    # Two boxes are nearly a Gaussian, and take no longer the larger they are.
+    smooth = cv2.blur(cv2.blur(floor, (window, window)), (window, window)).reshape(floor.shape)
     return np.asarray(np.where(np.abs(smooth - floor) <= _EDGE * floor, smooth, floor), dtype=np.float32)
 
 

@@ -235,7 +235,9 @@ def _light_step(background: Field, inside: Places, direction: Vector) -> float:
     # Floor in the light taken for floor in the shade would have this contrast, or the other way round.
     darkest, brightest = np.inf, 0.0
     for k in range(len(inside)):
-        brightness = np.sum(background[inside[k, 0], inside[k, 1]])
+        brightness = 0.0
+        for c in range(background.shape[2]):
+            brightness += background[inside[k, 0], inside[k, 1], c]
         darkest, brightest = min(darkest, brightness), max(brightest, brightness)
     if np.sum(direction) > 0.0:
         return brightest / darkest - 1.0

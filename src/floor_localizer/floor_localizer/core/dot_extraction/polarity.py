@@ -45,6 +45,7 @@ class _Tally(NamedTuple):
 
     @property
     def leading(self) -> int:
+        """How many there are of the kind of which there are most."""
         return max(self.dark, self.light)
 
 
