@@ -1,0 +1,1 @@
+"""A robot sees obstacles with its cameras, maps the free floor and finds the way to its goal."""

@@ -1,0 +1,85 @@
+"""Where the cells of a grid lie in the map frame."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reward_planner.core.reward_planner_error import RewardPlannerError
+
+_CELL_MAX = 2.0**40  # farther cells have no exact number; they are outside of every map
+
+
+@dataclass(frozen=True)
+class GridFrame:
+    """A grid in the map frame, its axes along x and y; row 0 is the lowest (smallest y), as in OccupancyGrid.
+
+    Attributes:
+        origin_x: x of the lower left corner of cell (0, 0) [m].
+        origin_y: its y [m].
+        resolution: side of a cell [m].
+        columns: number of cells along x.
+        rows: number of cells along y.
+
+    Raises:
+        RewardPlannerError: the resolution is not above 0, a number is not finite, or there is no cell.
+    """
+
+    origin_x: float
+    origin_y: float
+    resolution: float
+    columns: int
+    rows: int
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.resolution) and self.resolution > 0.0):
+            raise RewardPlannerError(f'resolution is {self.resolution} m, it must be above 0')
+        if not (math.isfinite(self.origin_x) and math.isfinite(self.origin_y)):
+            raise RewardPlannerError(
+                f'origin is {self.origin_x}, {self.origin_y}, it must be two finite numbers'
+            )
+        if self.columns < 1 or self.rows < 1:
+            raise RewardPlannerError(f'the grid has {self.columns} x {self.rows} cells, it must have some')
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns, the shape of an array over the grid."""
+        return self.rows, self.columns
+
+    def cell_of(self, xy: ArrayLike) -> NDArray[np.int64]:
+        """Return the cells in which points lie; points outside of the grid get cells outside of it.
+
+        Args:
+            xy: shape (..., 2), points in the map frame [m].
+
+        Returns:
+            shape (..., 2), row and column.
+
+        Raises:
+            RewardPlannerError: a coordinate is not finite.
+        """
+        points = np.asarray(xy, dtype=np.float64)
+        if not np.isfinite(points).all():
+            raise RewardPlannerError('a point has a coordinate that is not finite; give x and y in metres')
+        cells = np.floor((points - (self.origin_x, self.origin_y)) / self.resolution)
+        return np.clip(cells[..., ::-1], -_CELL_MAX, _CELL_MAX).astype(np.int64)
+
+    def centre_of(self, cells: ArrayLike) -> NDArray[np.float64]:
+        """Return the centres of cells.
+
+        Args:
+            cells: shape (..., 2), row and column.
+
+        Returns:
+            shape (..., 2), points in the map frame [m].
+        """
+        column_row = np.asarray(cells, dtype=np.float64)[..., ::-1]
+        return (column_row + 0.5) * self.resolution + (self.origin_x, self.origin_y)
+
+    def contains(self, cells: ArrayLike) -> NDArray[np.bool_]:
+        """Return which cells lie in the grid: shape (...) for cells of shape (..., 2)."""
+        inside = np.asarray(cells)
+        return np.asarray(((inside >= 0) & (inside < self.shape)).all(axis=-1))

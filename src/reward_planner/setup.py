@@ -1,0 +1,26 @@
+"""Build of the ament_python package reward_planner."""
+
+from setuptools import find_packages, setup
+
+NAME = 'reward_planner'
+COMMANDS = ('plan',)
+
+setup(
+    name=NAME,
+    version='0.1.0',
+    packages=find_packages(exclude=['test']),
+    package_data={NAME: ['py.typed']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
+        (f'share/{NAME}', ['package.xml']),
+    ],
+    install_requires=['setuptools'],
+    extras_require={'test': ['pytest']},
+    zip_safe=False,
+    maintainer='The shirube engineers',
+    maintainer_email='shirube@users.noreply.github.com',
+    description='A robot sees obstacles with its cameras, maps the free floor and finds the way to its goal.',
+    license='Apache-2.0',
+    tests_require=['pytest'],
+    entry_points={'console_scripts': [f'{command} = {NAME}.commands.{command}:main' for command in COMMANDS]},
+)
