@@ -1,0 +1,92 @@
+"""The places to go to from a cell: jump points.
+
+Of all shortest ways between two cells only one is followed: diagonal steps first, then straight ones. So the search
+turns from straight to diagonal only where a wall beside it ended (Harabor and Grastien, AAAI 2011, ICAPS 2014). On a
+diagonal nothing has to be kept but where its rows and columns lead.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reward_planner.core.route.bit_grid import MARGIN, BitGrid
+from reward_planner.core.route.line_scan import scan_down, scan_up
+
+
+@njit(cache=True)
+def is_blocked(grid: BitGrid, row: int, column: int) -> bool:
+    """Return whether a cell is blocked; cells one beyond the border are."""
+    place = column + MARGIN
+    return (grid.rows[row + 1, place >> 6] >> np.uint64(place & 63)) & np.uint64(1) != np.uint64(0)
+
+
+@njit(cache=True)
+def jump_along_row(grid: BitGrid, row: int, column: int, turn: int, goal_row: int, goal_column: int) -> int:
+    """Return the column of the jump point in this row, towards higher (turn 1) or lower columns (-1); -1 if none."""
+    goal = goal_column + MARGIN if goal_row == row else 0
+    if turn > 0:
+        place = scan_up(grid.rows, row + 1, column + MARGIN, goal)
+    else:
+        place = scan_down(grid.rows, row + 1, column + MARGIN, goal)
+    return place - MARGIN if place else -1
+
+
+@njit(cache=True)
+def jump_along_column(
+    grid: BitGrid, row: int, column: int, turn: int, goal_row: int, goal_column: int
+) -> int:
+    """Return the row of the jump point in this column, towards higher (turn 1) or lower rows (-1); -1 if none."""
+    goal = goal_row + MARGIN if goal_column == column else 0
+    if turn > 0:
+        place = scan_up(grid.columns, column + 1, row + MARGIN, goal)
+    else:
+        place = scan_down(grid.columns, column + 1, row + MARGIN, goal)
+    return place - MARGIN if place else -1
+
+
+@njit(cache=True)
+def jump_diagonally(
+    grid: BitGrid,
+    row: int,
+    column: int,
+    turns: tuple[int, int],
+    goal: tuple[int, int],
+    found: NDArray[np.int32],
+    count: int,
+) -> int:
+    """Add the jump points that rows and columns lead to from the cells of a diagonal.
+
+    Args:
+        grid: the bits.
+        row: of the cell where the diagonal begins.
+        column: of that cell.
+        turns: the direction, 1 or -1 in rows and in columns.
+        goal: row and column.
+        found: shape (n, 2), takes rows and columns.
+        count: how many it holds.
+
+    Returns:
+        how many it holds now.
+    """
+    row_turn, column_turn = turns
+    while not (
+        is_blocked(grid, row + row_turn, column)
+        or is_blocked(grid, row, column + column_turn)
+        or is_blocked(grid, row + row_turn, column + column_turn)
+    ):
+        row += row_turn
+        column += column_turn
+        if row == goal[0] and column == goal[1]:
+            found[count, 0], found[count, 1] = row, column
+            return count + 1
+        place = jump_along_row(grid, row, column, column_turn, goal[0], goal[1])
+        if place >= 0:
+            found[count, 0], found[count, 1] = row, place
+            count += 1
+        place = jump_along_column(grid, row, column, row_turn, goal[0], goal[1])
+        if place >= 0:
+            found[count, 0], found[count, 1] = place, column
+            count += 1
+    return count

@@ -1,0 +1,122 @@
+"""The shortest route on a grid: A* over jump points."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reward_planner.core.route.bit_grid import BitGrid, pack_grid
+from reward_planner.core.route.octile import STRAIGHT, octile_units, route_length
+from reward_planner.core.route.open_list import drop_first, push
+from reward_planner.core.route.route import NoRoute, NoRouteReason, Route, refuse_ends
+from reward_planner.core.route.successors import successors, successors_of_start
+
+_TIE_BITS = 20  # of a key: the distance to the goal in cells; the rest is the length of the route
+
+
+def shortest_route(
+    blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int]
+) -> Route | NoRoute:
+    """Return a shortest route of straight and diagonal steps that cuts no corner.
+
+    A diagonal step needs both cells beside it free.
+
+    Args:
+        blocked: shape (rows, columns), the cells that the robot cannot enter.
+        start: row and column.
+        goal: row and column.
+    """
+    refused = refuse_ends(blocked, start, goal)
+    if refused is not None:
+        return refused
+    rows, columns = blocked.shape
+    shift = columns.bit_length()
+    # Zeros from the system cost nothing until they are touched; most cells never are.
+    lengths = np.zeros(rows << shift, dtype=np.int64)
+    parents = np.zeros(rows << shift, dtype=np.int32)
+    if not _search(pack_grid(blocked), shift, start, goal, lengths, parents):
+        return NoRoute(NoRouteReason.UNREACHABLE)
+    cells = _cells_of(parents, shift, start, goal)
+    return Route(cells, route_length(cells))
+
+
+@njit(cache=True)
+def _search(
+    grid: BitGrid,
+    shift: int,
+    start: tuple[int, int],
+    goal: tuple[int, int],
+    lengths: NDArray[np.int64],
+    parents: NDArray[np.int32],
+) -> bool:
+    """Find the jump points of a shortest route.
+
+    Args:
+        grid: the bits.
+        shift: the cell (r, c) has the number (r << shift) + c.
+        start: row and column.
+        goal: row and column.
+        lengths: zeros; takes the length of the way to each jump point, and one more [1/STRAIGHT cells].
+        parents: takes the number of the jump point before each.
+
+    Returns:
+        whether there is a route.
+    """
+    keys, cells = np.empty(1024, np.int64), np.empty(1024, np.int32)
+    found = np.empty((4 * (len(grid.rows) + len(grid.columns)), 2), np.int32)
+    first, last = (start[0] << shift) + start[1], (goal[0] << shift) + goal[1]
+    keys[0], cells[0], size, lengths[first] = 0, first, 1, 1
+    while size and cells[0] != last:
+        key, cell = keys[0], cells[0]
+        drop_first(keys, cells, size)
+        size -= 1
+        row, column = cell >> shift, cell & ((1 << shift) - 1)
+        if cell == first:
+            count = successors_of_start(grid, row, column, goal, found)
+        elif (key >> _TIE_BITS) > lengths[cell] + octile_units(row, column, goal[0], goal[1]):
+            continue  # a shorter way was found since
+        else:
+            parent = (parents[cell] >> shift, parents[cell] & ((1 << shift) - 1))
+            count = successors(grid, row, column, parent, goal, found)
+        while size + count > len(keys):
+            keys, cells = np.concatenate((keys, keys)), np.concatenate((cells, cells))
+        for k in range(count):
+            next_row, next_column = found[k]
+            length = lengths[cell] + octile_units(row, column, next_row, next_column)
+            next_cell = (next_row << shift) + next_column
+            if lengths[next_cell] == 0 or length < lengths[next_cell]:
+                lengths[next_cell], parents[next_cell] = length, cell
+                ahead = octile_units(next_row, next_column, goal[0], goal[1])
+                push(keys, cells, size, ((length + ahead) << _TIE_BITS) + ahead // STRAIGHT, next_cell)
+                size += 1
+    return size > 0
+
+
+@njit(cache=True)
+def _cells_of(
+    parents: NDArray[np.int32], shift: int, start: tuple[int, int], goal: tuple[int, int]
+) -> NDArray[np.int64]:
+    """Return all cells from start to goal, shape (n, 2): between jump points first diagonal, then straight."""
+    row, column = goal
+    count = 1
+    while row != start[0] or column != start[1]:
+        before = parents[(row << shift) + column]
+        to_row, to_column = before >> shift, before & ((1 << shift) - 1)
+        count += max(abs(to_row - row), abs(to_column - column))
+        row, column = to_row, to_column
+    cells = np.empty((count, 2), np.int64)
+    row, column = goal
+    cells[count - 1, 0], cells[count - 1, 1] = row, column
+    while count > 1:
+        before = parents[(row << shift) + column]
+        to_row, to_column = before >> shift, before & ((1 << shift) - 1)
+        while row != to_row or column != to_column:
+            rows, columns = to_row - row, to_column - column
+            if abs(rows) >= abs(columns):
+                row += np.sign(rows)
+            if abs(columns) >= abs(rows):
+                column += np.sign(columns)
+            count -= 1
+            cells[count - 1, 0], cells[count - 1, 1] = row, column
+    return cells

@@ -1,0 +1,110 @@
+"""Tests of shortest routes against the lengths of MovingAI and against a second implementation."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from grid_graph import distances_from, is_driveable
+
+from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
+from reward_planner.core.route.shortest_route import shortest_route
+from scene_simulator.grid_maps import GRID_MAPS
+from scene_simulator.movingai_file import load_movingai_map, load_movingai_scenarios
+
+ARENA = Path(os.environ.get('SHIRUBE_DATA', 'not given')) / 'planner' / 'arena.map'
+
+
+def assert_routes_are_shortest(blocked, start, goals) -> None:
+    truth = distances_from(blocked, start)
+    for goal in goals:
+        route = shortest_route(blocked, start, goal)
+        if np.isinf(truth[goal]):
+            assert route == NoRoute(NoRouteReason.UNREACHABLE)
+            continue
+        assert isinstance(route, Route)
+        assert route.length == pytest.approx(truth[goal], abs=1e-9)
+        assert tuple(route.cells[0]) == start
+        assert tuple(route.cells[-1]) == goal
+        assert is_driveable(blocked, route.cells)
+
+
+def free_cells(blocked, rng, count) -> list[tuple[int, int]]:
+    return [tuple(cell) for cell in rng.permutation(np.argwhere(~blocked))[:count].tolist()]
+
+
+@pytest.mark.skipif(not ARENA.is_file(), reason='SHIRUBE_DATA names no planner/arena.map')
+def test_lengths_are_those_of_the_scenario_file() -> None:
+    blocked = load_movingai_map(ARENA)
+    scenarios = load_movingai_scenarios(ARENA.with_suffix('.map.scen'))
+    assert len(scenarios) == 160
+    for scenario in scenarios:
+        route = shortest_route(blocked, scenario.start, scenario.goal)
+        assert isinstance(route, Route)
+        assert route.length == pytest.approx(scenario.length, abs=1e-3)
+
+
+@pytest.mark.parametrize('seed', range(4))
+@pytest.mark.parametrize('share', [0.1, 0.25, 0.4])
+def test_routes_in_small_fields_are_shortest(share: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    for _ in range(10):
+        blocked = rng.random(rng.integers(2, 20, 2)) < share
+        start, *goals = free_cells(blocked, rng, 30) or [None]
+        assert_routes_are_shortest(blocked, start, goals)
+
+
+@pytest.mark.parametrize('kind', GRID_MAPS)
+def test_routes_in_made_up_maps_are_shortest(kind: str) -> None:
+    rng = np.random.default_rng(5)
+    blocked = GRID_MAPS[kind](200, 3)
+    start, *goals = free_cells(blocked, rng, 60)
+    assert_routes_are_shortest(blocked, start, goals)
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (1, 64), (64, 1), (63, 65), (128, 64), (3, 200)])
+def test_every_size_of_an_empty_map_is_crossed(shape: tuple[int, int]) -> None:
+    blocked = np.zeros(shape, dtype=bool)
+    corner = (shape[0] - 1, shape[1] - 1)
+    assert_routes_are_shortest(blocked, (0, 0), [corner, (0, corner[1]), (corner[0], 0), (0, 0)])
+    assert_routes_are_shortest(blocked, corner, [(0, 0)])
+
+
+def test_no_corner_is_cut() -> None:
+    blocked = np.array([[0, 1], [0, 0]], dtype=bool)
+    route = shortest_route(blocked, (0, 0), (1, 1))
+    assert isinstance(route, Route)
+    assert route.cells.tolist() == [[0, 0], [1, 0], [1, 1]]
+
+
+def test_two_walls_that_touch_at_a_corner_let_nobody_through() -> None:
+    blocked = np.array([[0, 1], [1, 0]], dtype=bool)
+    assert shortest_route(blocked, (0, 0), (1, 1)) == NoRoute(NoRouteReason.UNREACHABLE)
+
+
+@pytest.mark.parametrize(
+    ('start', 'goal', 'reason'),
+    [
+        ((0, 0), (0, 3), NoRouteReason.GOAL_OUTSIDE),
+        ((0, 0), (-1, 0), NoRouteReason.GOAL_OUTSIDE),
+        ((3, 0), (0, 0), NoRouteReason.START_OUTSIDE),
+        ((1, 1), (0, 0), NoRouteReason.START_BLOCKED),
+        ((0, 0), (1, 1), NoRouteReason.GOAL_BLOCKED),
+        ((1, 1), (1, 1), NoRouteReason.GOAL_BLOCKED),
+    ],
+)
+def test_ends_that_cannot_be_are_told(start, goal, reason: NoRouteReason) -> None:
+    blocked = np.zeros((3, 3), dtype=bool)
+    blocked[1, 1] = True
+    assert shortest_route(blocked, start, goal) == NoRoute(reason)
+
+
+def test_a_route_turned_around_is_as_long() -> None:
+    rng = np.random.default_rng(9)
+    blocked = GRID_MAPS['random field'](100, 9)
+    for start, goal in zip(free_cells(blocked, rng, 20), free_cells(blocked, rng, 20)):
+        there, back = shortest_route(blocked, start, goal), shortest_route(blocked, goal, start)
+        if isinstance(there, Route) and isinstance(back, Route):
+            assert there.length == back.length
+        else:
+            assert there == back

@@ -1,0 +1,84 @@
+"""Grid worlds from files: maps and scenarios of the MovingAI benchmarks (movingai.com, Sturtevant 2012)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_simulator.scene_error import SceneError
+
+_FREE = frozenset('.GS')
+_KNOWN = _FREE | frozenset('@OTW')
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One task of a scenario file.
+
+    Attributes:
+        start: row and column.
+        goal: row and column.
+        length: of the shortest route, diagonal steps sqrt(2), no corner cut [cells].
+    """
+
+    start: tuple[int, int]
+    goal: tuple[int, int]
+    length: float
+
+
+def load_movingai_map(path: Path) -> NDArray[np.bool_]:
+    """Load a map: shape (rows, columns), true where no robot can go; row 0 is the first line of the file.
+
+    Raises:
+        SceneError: the file cannot be read or is no map of this kind.
+    """
+    lines = _lines_of(path)
+    header = dict(line.split(maxsplit=1) for line in lines[:4] if len(line.split()) == 2)
+    if lines[3:4] != ['map'] or not {'height', 'width'} <= set(header):
+        raise SceneError(
+            f'{path}: does not begin with type, height, width and map; give a MovingAI .map file'
+        )
+    try:
+        rows, columns = int(header['height']), int(header['width'])
+    except ValueError as fault:
+        raise SceneError(f'{path}: height and width must be whole numbers') from fault
+    cells = [line for line in lines[4:] if line]
+    if len(cells) != rows or any(len(line) != columns for line in cells):
+        raise SceneError(f'{path}: does not hold {rows} lines of {columns} cells, as its header says')
+    unknown = sorted(set(''.join(cells)) - _KNOWN)
+    if unknown:
+        raise SceneError(f'{path}: holds {unknown[0]!r}, which is none of {"".join(sorted(_KNOWN))}')
+    return np.array([[cell not in _FREE for cell in line] for line in cells])
+
+
+def load_movingai_scenarios(path: Path) -> list[Scenario]:
+    """Load a scenario file.
+
+    Raises:
+        SceneError: the file cannot be read or is no scenario file; the message names the line.
+    """
+    scenarios = []
+    for number, line in enumerate(_lines_of(path), start=1):
+        fields = line.split()
+        if not fields or fields[0] == 'version':
+            continue
+        try:
+            column, row, goal_column, goal_row = (int(field) for field in fields[4:8])
+            scenarios.append(Scenario((row, column), (goal_row, goal_column), float(fields[8])))
+        except (ValueError, IndexError) as fault:
+            raise SceneError(
+                f'{path}: line {number} is no scenario; give bucket, map, size, start, goal and length'
+            ) from fault
+    return scenarios
+
+
+def _lines_of(path: Path) -> list[str]:
+    try:
+        return path.read_text(encoding='ascii').splitlines()
+    except OSError as fault:
+        raise SceneError(f'{path}: cannot be read ({fault.strerror})') from fault
+    except UnicodeDecodeError as fault:
+        raise SceneError(f'{path}: is no text; give a MovingAI file') from fault
