@@ -108,3 +108,9 @@ def test_a_route_turned_around_is_as_long() -> None:
             assert there.length == back.length
         else:
             assert there == back
+
+
+def test_of_equally_long_routes_the_one_that_goes_straight_first_is_taken() -> None:
+    route = shortest_route(np.zeros((9, 9), dtype=bool), (0, 0), (3, 8))
+    assert isinstance(route, Route)
+    assert route.cells[:6].tolist() == [[0, column] for column in range(6)]

@@ -62,6 +62,7 @@ def maze(side: int, seed: int, corridor: int = 3, loops: float = 0.05) -> NDArra
     visited = np.zeros((count, count), dtype=bool)
     trail = [(int(rng.integers(count)), int(rng.integers(count)))]
     visited[trail[0]] = True
+    _open(walls, trail[0], trail[0], pitch)
     while trail:
         row, column = trail[-1]
         steps = [s for s in _STEPS if _is_new(visited, row + s[0], column + s[1])]

@@ -20,7 +20,8 @@ def shortest_route(
 ) -> Route | NoRoute:
     """Return a shortest route of straight and diagonal steps that cuts no corner.
 
-    A diagonal step needs both cells beside it free.
+    A diagonal step needs both cells beside it free. Of equally long routes that one is taken that goes straight before
+    it goes diagonally; in unknown terrain it meets fewer obstacles than the opposite.
 
     Args:
         blocked: shape (rows, columns), the cells that the robot cannot enter.
@@ -35,9 +36,10 @@ def shortest_route(
     # Zeros from the system cost nothing until they are touched; most cells never are.
     lengths = np.zeros(rows << shift, dtype=np.int64)
     parents = np.zeros(rows << shift, dtype=np.int32)
-    if not _search(pack_grid(blocked), shift, start, goal, lengths, parents):
+    # Searched from the goal: the search goes diagonally first, so the robot goes straight first.
+    if not _search(pack_grid(blocked), shift, goal, start, lengths, parents):
         return NoRoute(NoRouteReason.UNREACHABLE)
-    cells = _cells_of(parents, shift, start, goal)
+    cells = _cells_of(parents, shift, goal, start)[::-1]
     return Route(cells, route_length(cells))
 
 

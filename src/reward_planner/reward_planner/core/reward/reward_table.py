@@ -1,0 +1,37 @@
+"""Table 1 of the paper: what a step earns and what it costs."""
+
+from __future__ import annotations
+
+from dataclasses import astuple, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_settings import setting
+
+
+@dataclass(frozen=True)
+class RewardTable:
+    """Rewards and penalties of one step, in the rows of the table."""
+
+    advance: float = setting(
+        100.0,
+        'row 1: a step without trouble earns this/L - L, L cells from the goal',
+        minimum=0.0,
+        maximum=1e6,
+    )
+    collision: float = setting(-1000.0, 'row 2: the step hits an obstacle', minimum=-1e6, maximum=0.0)
+    outside: float = setting(-1000.0, 'row 3: the step leaves the map', minimum=-1e6, maximum=0.0)
+    visited: float = setting(
+        -250.0, 'row 4: the step goes where the robot has been', minimum=-1e6, maximum=0.0
+    )
+    detour: float = setting(
+        -100.0,
+        'row 5: the step does not go straight to the goal, and the last did not either',
+        minimum=-1e6,
+        maximum=0.0,
+    )
+
+    def numbers(self) -> NDArray[np.float64]:
+        """Return the rows, shape (5,), for compiled loops."""
+        return np.array(astuple(self), dtype=np.float64)

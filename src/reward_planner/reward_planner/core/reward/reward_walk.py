@@ -1,0 +1,71 @@
+"""A walk by the reward rule, step by step, on a map that may grow under way."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.reward.step_reward import (
+    STEPS,
+    StepReward,
+    explain_steps,
+    straight_step,
+    write_step_terms,
+)
+from reward_planner.core.reward.virtual_search import choose_step
+
+
+class RewardWalk:
+    """A robot that goes by rewards (section 2.3).
+
+    Args:
+        shape: rows and columns of the map.
+        start: row and column.
+        goal: row and column.
+        settings: of the rule.
+    """
+
+    def __init__(
+        self, shape: tuple[int, int], start: tuple[int, int], goal: tuple[int, int], settings: RewardSettings
+    ) -> None:
+        self._goal = goal
+        self._settings = settings
+        self._numbers = settings.table.numbers()
+        self._counted = settings.visits == 'counted'
+        self._visits = np.zeros(shape, dtype=np.int32)
+        self._visits[start] = 1
+        self._place = (*start, True)
+
+    @property
+    def cell(self) -> tuple[int, int]:
+        """Row and column of the robot."""
+        return self._place[:2]
+
+    @property
+    def is_at_goal(self) -> bool:
+        """Whether the robot is at the goal."""
+        return self.cell == self._goal
+
+    def explain(self, blocked: NDArray[np.bool_]) -> list[StepReward]:
+        """Return the eight steps from here by falling reward; the map as for `advance`."""
+        terms = np.empty((8, 5))
+        arguments = (self._place, self._goal, self._numbers, self._counted)
+        write_step_terms(blocked, self._visits, *arguments, terms)
+        return explain_steps(terms)
+
+    def advance(self, blocked: NDArray[np.bool_]) -> bool:
+        """Take the step that the rule says, and return whether there was one.
+
+        Args:
+            blocked: shape (rows, columns), the cells known to be occupied.
+        """
+        arguments = (self._place, self._goal, self._numbers, self._counted)
+        step = choose_step(blocked, self._visits, *arguments, self._settings.virtual_steps_max)
+        if step < 0:
+            return False
+        row, column, _ = self._place
+        went_straight = step == straight_step(row, column, self._goal)
+        self._place = (row + int(STEPS[step, 0]), column + int(STEPS[step, 1]), went_straight)
+        self._visits[self.cell] += 1
+        return True

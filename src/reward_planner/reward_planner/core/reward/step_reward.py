@@ -1,0 +1,110 @@
+"""The rewards of the eight steps that a robot can take, explained row by row of Table 1."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reward_planner.core.reward.reward_table import RewardTable
+
+ADVANCE, COLLISION, OUTSIDE, VISITED, DETOUR = range(5)
+
+STEPS = np.array([(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1)])
+
+_AT_GOAL = 0.5  # stands for L where the step ends at the goal: nearer than any other cell, and 100/L exists
+
+TERM_NAMES = tuple(row.name for row in fields(RewardTable))
+
+
+@dataclass(frozen=True)
+class StepReward:
+    """What one step would earn.
+
+    Attributes:
+        step: rows and columns, each -1, 0 or 1.
+        terms: reward by row of the table, those that are not 0.
+        total: their sum.
+        can_enter: whether the step may be taken; no sum makes a robot enter an occupied cell.
+    """
+
+    step: tuple[int, int]
+    terms: dict[str, float]
+    total: float
+    can_enter: bool
+
+
+def explain_steps(terms: NDArray[np.float64]) -> list[StepReward]:
+    """Return the eight steps by falling reward.
+
+    Args:
+        terms: shape (8, 5), as `write_step_terms` writes them.
+    """
+    order = np.argsort(-terms.sum(axis=1), kind='stable')
+    return [
+        StepReward(
+            (int(STEPS[k, 0]), int(STEPS[k, 1])),
+            {name: float(term) for name, term in zip(TERM_NAMES, terms[k], strict=True) if term},
+            float(terms[k].sum()),
+            can_enter(terms[k]),
+        )
+        for k in order
+    ]
+
+
+@njit(cache=True)
+def can_enter(terms: NDArray[np.float64]) -> bool:
+    """Return whether a step with these terms, shape (5,), hits nothing and stays on the map."""
+    return terms[COLLISION] == 0.0 and terms[OUTSIDE] == 0.0
+
+
+@njit(cache=True)
+def straight_step(row: int, column: int, goal: tuple[int, int]) -> int:
+    """Return the number of the step that ends nearest to the goal, whatever is in the way."""
+    best, best_squared = 0, np.inf
+    for k in range(8):
+        squared = (row + STEPS[k, 0] - goal[0]) ** 2 + (column + STEPS[k, 1] - goal[1]) ** 2
+        if squared < best_squared:
+            best, best_squared = k, squared
+    return best
+
+
+@njit(cache=True)
+def write_step_terms(
+    blocked: NDArray[np.bool_],
+    visits: NDArray[np.int32],
+    place: tuple[int, int, bool],
+    goal: tuple[int, int],
+    numbers: NDArray[np.float64],
+    counted: bool,
+    terms: NDArray[np.float64],
+) -> None:
+    """Write what each of the eight steps earns, row by row of Table 1.
+
+    Args:
+        blocked: shape (rows, columns), cells known to be occupied.
+        visits: shape (rows, columns), how often the robot was in each cell.
+        place: row and column of the robot, and whether its last step went straight to the goal.
+        goal: row and column.
+        numbers: shape (5,), the table.
+        counted: whether row 4 counts each visit.
+        terms: shape (8, 5), takes the rewards; a step past a blocked corner is a collision.
+    """
+    row, column, went_straight = place
+    straight = straight_step(row, column, goal)
+    terms[:] = 0.0
+    for k in range(8):
+        to_row, to_column = row + STEPS[k, 0], column + STEPS[k, 1]
+        if not (0 <= to_row < blocked.shape[0] and 0 <= to_column < blocked.shape[1]):
+            terms[k, OUTSIDE] = numbers[OUTSIDE]
+        elif blocked[to_row, to_column] or blocked[to_row, column] or blocked[row, to_column]:
+            terms[k, COLLISION] = numbers[COLLISION]
+        else:
+            distance = max(np.hypot(to_row - goal[0], to_column - goal[1]), _AT_GOAL)
+            terms[k, ADVANCE] = numbers[ADVANCE] / distance - distance
+            times = visits[to_row, to_column]
+            terms[k, VISITED] = numbers[VISITED] * (times if counted else min(times, 1))
+            if k != straight and not went_straight:
+                terms[k, DETOUR] = numbers[DETOUR]

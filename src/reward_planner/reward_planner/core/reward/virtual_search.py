@@ -1,0 +1,87 @@
+"""Virtual search (section 2.3, step 2): where the way ahead is not free, the two best steps are tried in thought.
+
+From each the robot goes on in thought by the same rule, on the map as it is known so far, until it is at the goal; the
+step of the shorter way is taken.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reward_planner.core.reward.step_reward import STEPS, can_enter, straight_step, write_step_terms
+from reward_planner.core.route.octile import DIAGONAL, STRAIGHT
+
+
+@njit(cache=True)
+def best_steps(terms: NDArray[np.float64]) -> tuple[int, int]:
+    """Return the numbers of the two best steps that can be taken, -1 where there is none; terms of shape (8, 5)."""
+    first, second = -1, -1
+    for k in range(8):
+        if not can_enter(terms[k]):
+            continue
+        total = terms[k].sum()
+        if first < 0 or total > terms[first].sum():
+            first, second = k, first
+        elif second < 0 or total > terms[second].sum():
+            second = k
+    return first, second
+
+
+@njit(cache=True)
+def virtual_length(
+    blocked: NDArray[np.bool_],
+    visits: NDArray[np.int32],
+    place: tuple[int, int, bool],
+    goal: tuple[int, int],
+    numbers: NDArray[np.float64],
+    counted: bool,
+    first_step: int,
+    steps_max: int,
+) -> int:
+    """Return how long the way to the goal is that begins with a step and goes on by the rule [1/STRAIGHT cells].
+
+    The thought begins with the step of number ``first_step`` and ends after ``steps_max`` steps; visits in thought
+    count as well, until then. The other arguments are those of `write_step_terms`.
+
+    Returns:
+        the length; -1 where the thought does not arrive.
+    """
+    trail = np.empty((steps_max, 2), np.int32)
+    terms = np.empty((8, 5))
+    row, column, went_straight = place
+    step, length, count = first_step, 0, 0
+    while step >= 0 and count < steps_max and not (row == goal[0] and column == goal[1]):
+        went_straight = step == straight_step(row, column, goal)
+        row, column = row + STEPS[step, 0], column + STEPS[step, 1]
+        length += DIAGONAL if STEPS[step, 0] and STEPS[step, 1] else STRAIGHT
+        visits[row, column] += 1
+        trail[count, 0], trail[count, 1] = row, column
+        count += 1
+        write_step_terms(blocked, visits, (row, column, went_straight), goal, numbers, counted, terms)
+        step = best_steps(terms)[0]
+    for k in range(count):
+        visits[trail[k, 0], trail[k, 1]] -= 1
+    return length if row == goal[0] and column == goal[1] else -1
+
+
+@njit(cache=True)
+def choose_step(
+    blocked: NDArray[np.bool_],
+    visits: NDArray[np.int32],
+    place: tuple[int, int, bool],
+    goal: tuple[int, int],
+    numbers: NDArray[np.float64],
+    counted: bool,
+    steps_max: int,
+) -> int:
+    """Return the number of the step to take, -1 where none can be; arguments as `virtual_length`."""
+    terms = np.empty((8, 5))
+    write_step_terms(blocked, visits, place, goal, numbers, counted, terms)
+    first, second = best_steps(terms)
+    if steps_max == 0 or second < 0 or first == straight_step(place[0], place[1], goal):
+        return first
+    of_first = virtual_length(blocked, visits, place, goal, numbers, counted, first, steps_max)
+    of_second = virtual_length(blocked, visits, place, goal, numbers, counted, second, steps_max)
+    return second if of_second >= 0 and (of_second < of_first or of_first < 0) else first

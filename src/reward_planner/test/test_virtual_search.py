@@ -1,0 +1,39 @@
+"""Tests of the virtual search."""
+
+import math
+
+import numpy as np
+import pytest
+
+from reward_planner.core.reward.reward_table import RewardTable
+from reward_planner.core.reward.step_reward import STEPS
+from reward_planner.core.reward.virtual_search import best_steps, virtual_length
+from reward_planner.core.route.octile import STRAIGHT
+
+NUMBERS = RewardTable().numbers()
+
+
+def test_the_best_two_steps_are_those_with_the_highest_sums_that_can_be_taken() -> None:
+    terms = np.zeros((8, 5))
+    terms[:, 0] = [3.0, 9.0, 5.0, 1.0, 8.0, 0.0, 2.0, 4.0]
+    terms[1, 1] = -1000.0
+    assert best_steps(terms) == (4, 2)
+    terms[:, 2] = -1000.0
+    assert best_steps(terms) == (-1, -1)
+
+
+def test_a_thought_is_as_long_as_its_way_and_leaves_no_visits_behind() -> None:
+    free, visits = np.zeros((9, 9), dtype=bool), np.zeros((9, 9), dtype=np.int32)
+    right, up_right = (int(np.flatnonzero((step == STEPS).all(axis=1))[0]) for step in ((0, 1), (1, 1)))
+    for step, expected in ((right, 5.0), (up_right, 3.0 + 2.0 * math.sqrt(2.0))):
+        length = virtual_length(free, visits, (4, 2, True), (4, 7), NUMBERS, True, step, 100)
+        assert length / STRAIGHT == pytest.approx(expected)
+    assert not visits.any()
+
+
+def test_a_thought_that_does_not_arrive_has_no_length() -> None:
+    split = np.zeros((9, 9), dtype=bool)
+    split[:, 5] = True
+    visits = np.zeros((9, 9), dtype=np.int32)
+    assert virtual_length(split, visits, (4, 2, True), (4, 7), NUMBERS, True, 0, 200) == -1
+    assert not visits.any()
