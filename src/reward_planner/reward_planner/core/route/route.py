@@ -40,6 +40,7 @@ class NoRouteReason(Enum):
     START_BLOCKED = 'the start is in or too near to an obstacle'
     GOAL_BLOCKED = 'the goal is in or too near to an obstacle'
     UNREACHABLE = 'no free way leads to the goal'
+    GAVE_UP = 'the reward rule went around without arriving'
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,155 @@
+"""Maps of map_server: a YAML file and beside it an image, PGM or PNG, whose first line is the map's highest row."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import (
+    FREE,
+    FREE_BELOW,
+    OCCUPIED,
+    OCCUPIED_FROM,
+    UNKNOWN,
+    OccupancyMap,
+)
+from reward_planner.core.reward_planner_error import RewardPlannerError
+from shirube_files import write_text, written_beside
+
+# Free, unknown and occupied. map_saver's 205 for what is unknown would be read as free with its threshold of 0.25.
+_WHITE, _GREY, _BLACK = 254, 128, 0
+_NEEDED = ('image', 'resolution', 'origin', 'occupied_thresh', 'free_thresh')
+_PGM_HEADER = re.compile(rb'P5(?:\s+|\s*#[^\n]*\n)+(\d+)\s+(\d+)\s+(\d+)\s')
+
+
+def load_occupancy_map(path: Path, resolution: float | None = None) -> OccupancyMap:
+    """Load a map.
+
+    Args:
+        path: the YAML file.
+        resolution: what the side of a cell must be [m]; None takes any.
+
+    Raises:
+        RewardPlannerError: a file is missing or damaged, a field is missing or wrong, or the resolution is another.
+    """
+    fields = _read_fields(path)
+    side = _number(path, fields, 'resolution', 1e-6, 1e3)
+    if resolution is not None and not math.isclose(side, resolution, rel_tol=1e-6):
+        raise RewardPlannerError(
+            f'{path}: resolution is {side:g} m, {resolution:g} m is asked for; give such a map'
+        )
+    origin_x, origin_y = _read_origin(path, fields['origin'])
+    shades = _read_image(path.parent / str(fields['image']))
+    rows, columns = shades.shape
+    frame = GridFrame(origin_x, origin_y, side, columns, rows)
+    return OccupancyMap(frame, _occupancy_of(path, fields, shades))
+
+
+def save_occupancy_map(path: Path, grid: OccupancyMap) -> None:
+    """Write a map as a YAML file and a PGM file of the same name, each whole or not at all.
+
+    Raises:
+        OSError: the place cannot be written to.
+    """
+    image = path.with_suffix('.pgm')
+    occupied, free = grid.occupied(), (grid.occupancy >= 0) & (grid.occupancy < FREE_BELOW)
+    shades = np.select([occupied, free], [_BLACK, _WHITE], _GREY).astype(np.uint8)
+    with written_beside(image) as file:
+        file.write(f'P5\n{grid.frame.columns} {grid.frame.rows}\n255\n'.encode())
+        file.write(shades[::-1].tobytes())
+    fields = {
+        'image': image.name,
+        'mode': 'trinary',
+        'resolution': grid.frame.resolution,
+        'origin': [grid.frame.origin_x, grid.frame.origin_y, 0.0],
+        'negate': 0,
+        'occupied_thresh': OCCUPIED_FROM / 100,
+        'free_thresh': FREE_BELOW / 100,
+    }
+    write_text(path, yaml.safe_dump(fields, sort_keys=False))
+
+
+def _read_fields(path: Path) -> dict[str, Any]:
+    try:
+        fields = yaml.safe_load(path.read_text(encoding='utf-8'))
+    except OSError as fault:
+        raise RewardPlannerError(
+            f'{path}: cannot be read ({fault.strerror}); give the YAML file of a map'
+        ) from fault
+    except (UnicodeDecodeError, yaml.YAMLError) as fault:
+        raise RewardPlannerError(f'{path}: is no YAML; give the YAML file of a map') from fault
+    missing = [name for name in _NEEDED if not isinstance(fields, dict) or name not in fields]
+    if missing:
+        raise RewardPlannerError(f'{path}: {missing[0]} is missing; a map has {", ".join(_NEEDED)}')
+    if fields.get('mode', 'trinary') != 'trinary':
+        raise RewardPlannerError(f'{path}: mode is {fields["mode"]!r}; save the map with mode trinary')
+    if fields.get('negate', 0) not in (0, 1):
+        raise RewardPlannerError(f'{path}: negate is {fields["negate"]!r}, it must be 0 or 1')
+    return dict(fields)
+
+
+def _read_origin(path: Path, origin: object) -> tuple[float, float]:
+    if not isinstance(origin, list) or len(origin) != 3 or not all(_is_finite(value) for value in origin):
+        raise RewardPlannerError(f'{path}: origin is {origin!r}, it must be [x, y, yaw]')
+    if origin[2] != 0:
+        raise RewardPlannerError(f'{path}: origin is turned by {origin[2]} rad; save the map with a yaw of 0')
+    return float(origin[0]), float(origin[1])
+
+
+def _number(path: Path, fields: dict[str, Any], name: str, low: float, high: float) -> float:
+    value = fields[name]
+    if not _is_finite(value) or not low <= value <= high:
+        raise RewardPlannerError(f'{path}: {name} is {value!r}, it must be a number from {low:g} to {high:g}')
+    return float(value)
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _occupancy_of(path: Path, fields: dict[str, Any], shades: NDArray[np.uint8]) -> NDArray[np.int8]:
+    """Return the map's cells, the lowest row first."""
+    occupied_from = _number(path, fields, 'occupied_thresh', 0.0, 1.0)
+    free_below = _number(path, fields, 'free_thresh', 0.0, occupied_from)
+    dark = shades[::-1] / 255.0
+    share = dark if fields.get('negate', 0) else 1.0 - dark
+    cells = np.select([share > occupied_from, share < free_below], [OCCUPIED, FREE], UNKNOWN)
+    return cells.astype(np.int8)
+
+
+def _read_image(path: Path) -> NDArray[np.uint8]:
+    """Return the shades of an image, shape (rows, columns), its first line first."""
+    try:
+        data = path.read_bytes()
+    except OSError as fault:
+        raise RewardPlannerError(
+            f'{path}: cannot be read ({fault.strerror}); put the image beside its YAML'
+        ) from fault
+    header = _PGM_HEADER.match(data)
+    if header:
+        _check_size(path, data, header)
+    try:
+        shades = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_GRAYSCALE) if data else None
+    except cv2.error:
+        shades = None
+    if shades is None:
+        raise RewardPlannerError(f'{path}: is no image, or damaged; give a PGM or PNG file')
+    return np.asarray(shades, dtype=np.uint8)
+
+
+def _check_size(path: Path, data: bytes, header: re.Match[bytes]) -> None:
+    """Refuse a PGM that holds fewer or more cells than it says; readers fill up what is missing."""
+    columns, rows, white = (int(number) for number in header.groups())
+    there, needed = len(data) - header.end(), rows * columns * (2 if white > 255 else 1)
+    if not needed <= there <= needed + 1:  # some writers end with a line feed
+        raise RewardPlannerError(
+            f'{path}: holds {there} bytes, {columns} x {rows} cells need {needed}; save the map again'
+        )

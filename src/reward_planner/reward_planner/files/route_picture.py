@@ -1,0 +1,52 @@
+"""A picture of a route on its map, one pixel a cell or more, north up."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from reward_planner.core.grid.occupancy_map import FREE_BELOW, OccupancyMap
+from shirube_files import written_beside
+
+_LONG_SIDE_LEAST = 800  # of the picture [px]
+_FREE, _UNKNOWN, _OCCUPIED, _TOO_NEAR = (255, 255, 255), (205, 205, 205), (0, 0, 0), (200, 215, 250)
+_ROUTE, _START, _GOAL = (200, 60, 0), (0, 150, 0), (0, 0, 220)  # blue, green, red, in OpenCV's order
+
+
+def draw_route(grid: OccupancyMap, blocked: NDArray[np.bool_], cells: NDArray[np.int64]) -> NDArray[np.uint8]:
+    """Return a picture in OpenCV's order of colours, shape (h, w, 3), its first line the map's highest row.
+
+    Args:
+        grid: the map.
+        blocked: shape (rows, columns), the cells that the robot cannot enter; those near obstacles are tinted.
+        cells: shape (n, 2), the route, row and column; n may be 0.
+    """
+    picture = np.full((*grid.frame.shape, 3), _UNKNOWN, dtype=np.uint8)
+    picture[(grid.occupancy >= 0) & (grid.occupancy < FREE_BELOW)] = _FREE
+    picture[blocked] = _TOO_NEAR
+    picture[grid.occupied()] = _OCCUPIED
+    scale = max(1, -(-_LONG_SIDE_LEAST // max(grid.frame.shape)))
+    large = np.ascontiguousarray(picture[::-1].repeat(scale, axis=0).repeat(scale, axis=1))
+    pixels = (scale * (np.stack([cells[:, 1], grid.frame.rows - 1 - cells[:, 0]], axis=1) + 0.5)).astype(
+        np.int32
+    )
+    thickness = max(1, scale // 3)
+    cv2.polylines(large, [pixels.reshape(-1, 1, 2)], isClosed=False, color=_ROUTE, thickness=thickness)
+    for ends, colour in ((pixels[:1], _START), (pixels[-1:], _GOAL)):
+        for x, y in ends.tolist():
+            cv2.circle(large, (x, y), max(3, scale), colour, -1)
+    return large
+
+
+def save_picture(path: Path, pixels: NDArray[np.uint8]) -> None:
+    """Write a PNG, whole or not at all.
+
+    Raises:
+        OSError: the place cannot be written to.
+    """
+    data = cv2.imencode('.png', pixels)[1]
+    with written_beside(path) as file:
+        file.write(data.tobytes())

@@ -1,0 +1,80 @@
+"""Tests of the command plan."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from reward_planner.commands.plan import main
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import OccupancyMap
+from reward_planner.files.occupancy_map_file import save_occupancy_map
+
+FRAME = GridFrame(-1.0, -2.0, 0.1, 60, 40)
+
+
+@pytest.fixture
+def room(tmp_path: Path) -> Path:
+    """A room with a wall across that leaves a gap at the top."""
+    occupancy = np.zeros(FRAME.shape, dtype=np.int8)
+    occupancy[:30, 30] = 100
+    path = tmp_path / 'room.yaml'
+    save_occupancy_map(path, OccupancyMap(FRAME, occupancy))
+    return path
+
+
+def plan(room: Path, start: str, goal: str, *options: str) -> int:
+    return main([str(room), '--start', *start.split(), '--goal', *goal.split(), *options])
+
+
+@pytest.mark.parametrize('mode', [['--mode', 'optimal'], ['--mode', 'reward', '--visits', 'counted']])
+def test_the_route_goes_around_the_wall_in_metres(
+    room: Path, tmp_path: Path, mode: list[str], capsys
+) -> None:
+    csv, png = tmp_path / 'out' / 'route.csv', tmp_path / 'out' / 'route.png'
+    assert plan(room, '0.04 -1.0', '4.0 -1.0', *mode, '--csv', str(csv), '--png', str(png)) == 0
+    points = np.loadtxt(csv, delimiter=',', skiprows=1)
+    assert csv.read_text().startswith('x,y\n')
+    assert np.abs(points[0] - (0.04, -1.0)).max() <= 0.05 + 1e-9
+    assert np.abs(points[-1] - (4.0, -1.0)).max() <= 0.05 + 1e-9
+    wall_ends = np.array([[2.05, y] for y in np.arange(-1.95, 1.0, 0.1)])
+    assert np.linalg.norm(points[:, None] - wall_ends[None], axis=2).min() > 0.2
+    length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+    assert capsys.readouterr().out.startswith(f'{length:.3f} m')
+    picture = cv2.imread(str(png))
+    assert picture.shape[0] / picture.shape[1] == pytest.approx(40 / 60)
+
+
+def test_the_picture_has_north_up(room: Path, tmp_path: Path) -> None:
+    assert plan(room, '0 0', '1 1', '--png', str(tmp_path / 'a.png')) == 0
+    picture = cv2.imread(str(tmp_path / 'a.png'))
+    scale = picture.shape[1] // 60
+    wall = (picture[:, 30 * scale + scale // 2] == 0).all(axis=1)
+    assert not wall[: 10 * scale].any()
+    assert wall[10 * scale :].all()
+
+
+@pytest.mark.parametrize(
+    ('start', 'goal', 'options', 'message'),
+    [
+        ('0 0', '99 0', [], 'the goal is outside of the map'),
+        ('-9 0', '0 0', [], 'the start is outside of the map'),
+        ('0 0', '2.05 -1', [], 'the goal is in or too near to an obstacle'),
+        ('2.2 -1', '0 0', [], 'the start is in or too near to an obstacle'),
+        ('0 0', '4 0', ['--robot-radius', '1.2'], 'no free way leads to the goal'),
+        ('0 nan', '4 0', [], 'not finite'),
+        ('0 0', '4 0', ['--mode', 'best'], "setting mode is 'best'"),
+        ('0 0', '4 0', ['--visits', 'twice'], "setting visits is 'twice'"),
+        ('0 0', '4 0', ['--robot-radius', '-1'], 'setting robot_radius is -1.0'),
+        ('0 0', '4 0', ['--resolution', '0.05'], '0.05 m is asked for'),
+        ('0 0', '4 0', ['--csv', '/dev/null/route.csv'], 'writable place'),
+    ],
+)
+def test_what_cannot_be_planned_is_told_in_one_line(room, start, goal, options, message, capsys) -> None:
+    assert plan(room, start, goal, *options) == 1
+    said = capsys.readouterr()
+    assert message in said.err
+    assert said.err.startswith('plan: ')
+    assert said.err.count('\n') == 1
+    assert not said.out
