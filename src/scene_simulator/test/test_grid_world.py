@@ -17,8 +17,10 @@ def seen(occupied: np.ndarray, cell: tuple[int, int]) -> np.ndarray:
 
 def test_nothing_hides_a_disc_in_the_open() -> None:
     rows, columns = np.indices((30, 30))
-    disc = np.hypot(rows - 14, columns - 15) <= REACH
-    np.testing.assert_array_equal(seen(np.zeros((30, 30), dtype=bool), (14, 15)), disc)
+    nearest = np.hypot(np.maximum(abs(rows - 14) - 0.5, 0.0), np.maximum(abs(columns - 15) - 0.5, 0.0))
+    picture = seen(np.zeros((30, 30), dtype=bool), (14, 15))
+    assert picture[nearest <= REACH - 0.1].all()
+    assert not picture[nearest > REACH].any()
 
 
 def test_a_wall_hides_what_is_behind_it_and_is_seen_itself() -> None:
@@ -29,15 +31,19 @@ def test_a_wall_hides_what_is_behind_it_and_is_seen_itself() -> None:
     assert not picture[:, 19:].any()
 
 
-def test_all_neighbours_are_seen_whatever_stands_around() -> None:
+def test_neighbours_are_seen_unless_two_occupied_ones_close_the_gap() -> None:
     rng = np.random.default_rng(1)
-    for _ in range(20):
+    for _ in range(30):
         occupied = rng.random((9, 9)) < 0.6
-        assert seen(occupied, (4, 4))[3:6, 3:6].all()
+        picture = seen(occupied, (4, 4))
+        assert picture[4, [3, 5]].all()
+        assert picture[[3, 5], 4].all()
+        for row, column in [(3, 3), (3, 5), (5, 3), (5, 5)]:
+            assert picture[row, column] != (occupied[row, 4] and occupied[4, column])
 
 
 def test_the_border_of_the_world_ends_the_view() -> None:
-    assert seen(np.zeros((5, 5), dtype=bool), (0, 0)).all()
+    assert seen(np.zeros((4, 4), dtype=bool), (0, 0)).all()
 
 
 def test_a_world_turned_around_looks_turned_around() -> None:

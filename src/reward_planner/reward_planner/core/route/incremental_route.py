@@ -1,0 +1,97 @@
+"""Shortest routes to one goal while the robot moves and the map changes: only what changes touch is searched again."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.route.incremental_search import (
+    NO_WAY,
+    OpenCells,
+    SearchState,
+    search_again,
+    take_changes,
+    units_between,
+    way_to_goal,
+    with_cell,
+)
+from reward_planner.core.route.octile import route_length
+from reward_planner.core.route.route import NoRoute, NoRouteReason, Route, refuse_ends
+
+
+class IncrementalRoute:
+    """Routes to a goal, as long as those of `shortest_route`.
+
+    Args:
+        blocked: shape (rows, columns), the cells that the robot cannot enter so far; it is copied.
+        goal: row and column.
+    """
+
+    def __init__(self, blocked: NDArray[np.bool_], goal: tuple[int, int]) -> None:
+        around = np.pad(blocked, 1, constant_values=True)
+        self._blocked = around[1:-1, 1:-1]
+        self._goal = goal
+        inside = 0 <= goal[0] < blocked.shape[0] and 0 <= goal[1] < blocked.shape[1]
+        width = around.shape[1]
+        number = (goal[0] + 1) * width + goal[1] + 1 if inside else 0
+        lengths, promises = np.full((2, around.size), NO_WAY, dtype=np.int64)
+        self._state = SearchState(around.reshape(-1), lengths, promises, width, number)
+        self._opened = OpenCells(np.empty(1024, dtype=np.int64), np.empty(1024, dtype=np.int32), 0)
+        self._start: int | None = None
+        self._moved = 0
+        self._changed: list[NDArray[np.int64]] = []
+
+    @property
+    def blocked(self) -> NDArray[np.bool_]:
+        """The cells that the robot cannot enter, shape (rows, columns), as told so far."""
+        view = self._blocked.view()
+        view.flags.writeable = False
+        return view
+
+    def change(self, cells: ArrayLike, blocked: ArrayLike) -> None:
+        """Tell which cells are blocked now, and which are free.
+
+        Args:
+            cells: shape (n, 2), row and column.
+            blocked: shape (n,).
+
+        Raises:
+            RewardPlannerError: a cell is outside of the map.
+        """
+        rows, columns = np.asarray(cells, dtype=np.int64).reshape(-1, 2).T
+        now = np.broadcast_to(np.asarray(blocked, dtype=np.bool_), rows.shape)
+        if (
+            (rows < 0)
+            | (columns < 0)
+            | (rows >= self._blocked.shape[0])
+            | (columns >= self._blocked.shape[1])
+        ).any():
+            raise RewardPlannerError(f'a cell to change is outside of the map of {self._blocked.shape} cells')
+        before = self._blocked[rows, columns]
+        self._blocked[rows, columns] = now
+        others = self._blocked[rows, columns] != before
+        if others.any():
+            self._changed.append((rows[others] + 1) * self._state.width + columns[others] + 1)
+
+    def route_from(self, start: tuple[int, int]) -> Route | NoRoute:
+        """Return a shortest route from where the robot is now: row and column."""
+        refused = refuse_ends(self._blocked, start, self._goal)
+        if refused is not None:
+            return refused
+        number = (start[0] + 1) * self._state.width + start[1] + 1
+        if self._start is None:
+            self._state.promises[self._state.goal] = 0
+            self._opened = with_cell(self._state, self._opened, self._state.goal, number, 0)
+        else:
+            self._moved += units_between(self._state, self._start, number)
+            if self._changed:
+                changed = np.concatenate(self._changed)
+                self._opened = take_changes(self._state, self._opened, changed, number, self._moved)
+        self._start = number
+        self._changed.clear()
+        self._opened = search_again(self._state, self._opened, number, self._moved)
+        if self._state.promises[number] >= NO_WAY:
+            return NoRoute(NoRouteReason.UNREACHABLE)
+        cells = way_to_goal(self._state, number)
+        return Route(cells, route_length(cells))

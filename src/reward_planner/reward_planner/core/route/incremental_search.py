@@ -1,0 +1,228 @@
+"""The loops of `incremental_route`: D* Lite (Koenig and Likhachev, AAAI 2002, figure 4), searched from the goal.
+
+Every cell has a length g of the way to the goal and a length rhs that its neighbours promise. Where the two differ the
+cell waits in the open list. Grids have a blocked border and cells are numbers, so neighbours need no tests.
+Keys are one number: the length of the way over the cell, then the length from the cell to the goal in steps shorter
+than a cell. Of the second only the order of neighbours counts, which are a cell or more apart.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reward_planner.core.route.octile import DIAGONAL, STRAIGHT, octile_units
+from reward_planner.core.route.open_list import drop_first, push
+
+NO_WAY = 1 << 60
+
+_TIE_BITS = 20
+_TIE_STEP = 18  # 2^18 units are half a cell
+_TIE_MAX = (1 << _TIE_BITS) - 1
+_LAST_KEY = (1 << 63) - 1
+
+
+class SearchState(NamedTuple):
+    """What a search keeps from one route to the next; all arrays are flat over the grid with its border.
+
+    Attributes:
+        blocked: the cells that the robot cannot enter.
+        lengths: int64, g: length of the way to the goal [1/STRAIGHT cells], `NO_WAY` where none is known.
+        promises: int64, rhs: the same by way of the best neighbour.
+        width: cells in a row, with the border.
+        goal: number of its cell.
+    """
+
+    blocked: NDArray[np.bool_]
+    lengths: NDArray[np.int64]
+    promises: NDArray[np.int64]
+    width: int
+    goal: int
+
+
+class OpenCells(NamedTuple):
+    """The open list.
+
+    Attributes:
+        keys: int64, a heap; entries may be out of date.
+        cells: int32, their cells.
+        size: how many entries there are.
+    """
+
+    keys: NDArray[np.int64]
+    cells: NDArray[np.int32]
+    size: int
+
+
+@njit(cache=True)
+def units_between(state: SearchState, cell: int, other: int) -> int:
+    """Return the length of a route between cells where nothing is in the way [1/STRAIGHT cells]."""
+    row, other_row = cell // state.width, other // state.width
+    return octile_units(row, cell - row * state.width, other_row, other - other_row * state.width)
+
+
+@njit(cache=True)
+def key_of(state: SearchState, cell: int, start: int, moved: int) -> int:
+    """Return the key of a cell; ``moved`` is how far the start has moved since the beginning [1/STRAIGHT cells]."""
+    length = min(state.lengths[cell], state.promises[cell])
+    if length >= NO_WAY:
+        return _LAST_KEY
+    whole = length + units_between(state, cell, start) + moved
+    return (whole << _TIE_BITS) + min(length >> _TIE_STEP, _TIE_MAX)
+
+
+@njit(cache=True)
+def step_of(state: SearchState, number: int) -> tuple[int, int]:
+    """Return what to add to a cell for its neighbour 0 to 7, straight ones first, and the length of the step."""
+    width = state.width
+    if number < 4:
+        return (1, -1, width, -width)[number], STRAIGHT
+    return (width + 1, width - 1, -width + 1, -width - 1)[number - 4], DIAGONAL
+
+
+@njit(cache=True)
+def is_open(state: SearchState, cell: int, offset: int) -> bool:
+    """Return whether the robot can go from a free cell to a neighbour, past no blocked corner."""
+    if state.blocked[cell + offset]:
+        return False
+    width = state.width
+    if offset in (1, -1, width, -width):
+        return True
+    across = 1 if offset in (width + 1, -width + 1) else -1
+    return not (state.blocked[cell + across] or state.blocked[cell + offset - across])
+
+
+@njit(cache=True)
+def best_promise(state: SearchState, cell: int) -> int:
+    """Return the length of the way to the goal by way of the best neighbour."""
+    if cell == state.goal:
+        return 0
+    best = NO_WAY
+    if not state.blocked[cell]:
+        for number in range(8):
+            offset, step = step_of(state, number)
+            if state.lengths[cell + offset] + step < best and is_open(state, cell, offset):
+                best = state.lengths[cell + offset] + step
+    return best
+
+
+@njit(cache=True)
+def with_cell(state: SearchState, opened: OpenCells, cell: int, start: int, moved: int) -> OpenCells:
+    """Return the open list with a cell, if its length and its promise differ."""
+    if state.lengths[cell] == state.promises[cell]:
+        return opened
+    keys, cells, size = opened
+    if size == len(keys):
+        keys, cells, size = _with_room(state, opened)
+    push(keys, cells, size, key_of(state, cell, start, moved), cell)
+    return OpenCells(keys, cells, size + 1)
+
+
+@njit(cache=True)
+def _with_room(state: SearchState, opened: OpenCells) -> OpenCells:
+    """Return a full open list without the entries that do not count any more, and larger if that is not enough."""
+    keys, cells = np.empty_like(opened.keys), np.empty_like(opened.cells)
+    size = 0
+    for k in range(opened.size):
+        cell = opened.cells[k]
+        if state.lengths[cell] != state.promises[cell]:
+            push(keys, cells, size, opened.keys[k], cell)
+            size += 1
+    if 2 * size > len(keys):
+        keys, cells = np.concatenate((keys, keys)), np.concatenate((cells, cells))
+    return OpenCells(keys, cells, size)
+
+
+@njit(cache=True)
+def take_changes(
+    state: SearchState, opened: OpenCells, changed: NDArray[np.int64], start: int, moved: int
+) -> OpenCells:
+    """Return the open list after cells became blocked or free: the steps to, from and past them are others now."""
+    width = state.width
+    for cell in changed:
+        for row_begin in (cell - width, cell, cell + width):
+            for near in range(row_begin - 1, row_begin + 2):
+                # Cells of the border are blocked and never change.
+                if width <= near < len(state.blocked) - width and 0 < near % width < width - 1:
+                    state.promises[near] = best_promise(state, near)
+                    opened = with_cell(state, opened, near, start, moved)
+    return opened
+
+
+@njit(cache=True)
+def search_again(state: SearchState, opened: OpenCells, start: int, moved: int) -> OpenCells:
+    """Mend the lengths until that of the start is right, and return the open list."""
+    while opened.size and (
+        opened.keys[0] < key_of(state, start, start, moved) or state.promises[start] > state.lengths[start]
+    ):
+        key, cell = opened.keys[0], opened.cells[0]
+        drop_first(opened.keys, opened.cells, opened.size)
+        opened = OpenCells(opened.keys, opened.cells, opened.size - 1)
+        length, promise = state.lengths[cell], state.promises[cell]
+        key_now = key_of(state, cell, start, moved)
+        if length == promise or key > key_now:
+            continue  # out of date
+        if key < key_now:
+            opened = with_cell(state, opened, cell, start, moved)
+        elif length > promise:
+            opened = _shorten(state, opened, cell, start, moved)
+        else:
+            opened = _forget(state, opened, cell, start, moved)
+    return opened
+
+
+@njit(cache=True)
+def _shorten(state: SearchState, opened: OpenCells, cell: int, start: int, moved: int) -> OpenCells:
+    """Let a cell have what its neighbours promise, and tell them."""
+    state.lengths[cell] = state.promises[cell]
+    if state.blocked[cell]:
+        return opened
+    for number in range(8):
+        offset, step = step_of(state, number)
+        near, length = cell + offset, state.lengths[cell] + step
+        if length < state.promises[near] and is_open(state, cell, offset):
+            state.promises[near] = length
+            opened = with_cell(state, opened, near, start, moved)
+    return opened
+
+
+@njit(cache=True)
+def _forget(state: SearchState, opened: OpenCells, cell: int, start: int, moved: int) -> OpenCells:
+    """Take back the length of a cell that its neighbours promise no more, and look at those that relied on it."""
+    before = state.lengths[cell]
+    state.lengths[cell] = NO_WAY
+    opened = with_cell(state, opened, cell, start, moved)
+    for number in range(8):
+        offset, step = step_of(state, number)
+        near = cell + offset
+        if state.promises[near] == before + step and near != state.goal:
+            state.promises[near] = best_promise(state, near)
+            opened = with_cell(state, opened, near, start, moved)
+    return opened
+
+
+@njit(cache=True)
+def way_to_goal(state: SearchState, start: int) -> NDArray[np.int64]:
+    """Return the cells from the start to the goal, straight steps before diagonal ones, shape (n, 2) without border."""
+    numbers = np.empty(1024, np.int64)
+    numbers[0], count = start, 1
+    while numbers[count - 1] != state.goal:
+        cell = numbers[count - 1]
+        best, best_length = cell, NO_WAY
+        for number in range(8):
+            offset, step = step_of(state, number)
+            if state.lengths[cell + offset] + step < best_length and is_open(state, cell, offset):
+                best, best_length = cell + offset, state.lengths[cell + offset] + step
+                if best_length == state.promises[cell]:
+                    break
+        if count == len(numbers):
+            numbers = np.concatenate((numbers, numbers))
+        numbers[count] = best
+        count += 1
+    cells = np.empty((count, 2), np.int64)
+    for k in range(count):
+        cells[k, 0], cells[k, 1] = numbers[k] // state.width - 1, numbers[k] % state.width - 1
+    return cells

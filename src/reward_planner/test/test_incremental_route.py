@@ -1,0 +1,88 @@
+"""Tests of routes that are mended, against routes searched anew."""
+
+import numpy as np
+import pytest
+from grid_graph import is_driveable
+
+from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.route.incremental_route import IncrementalRoute
+from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
+from reward_planner.core.route.shortest_route import shortest_route
+from scene_simulator.grid_maps import GRID_MAPS
+from scene_simulator.grid_world import GridWorld
+
+
+def assert_as_from_scratch(routes: IncrementalRoute, blocked, start, goal) -> Route | NoRoute:
+    np.testing.assert_array_equal(routes.blocked, blocked)
+    mended, anew = routes.route_from(start), shortest_route(blocked, start, goal)
+    if isinstance(anew, NoRoute):
+        assert mended == anew
+    else:
+        assert isinstance(mended, Route)
+        assert mended.length == pytest.approx(anew.length, abs=1e-9)
+        assert tuple(mended.cells[0]) == start
+        assert tuple(mended.cells[-1]) == goal
+        assert is_driveable(blocked, mended.cells)
+    return mended
+
+
+@pytest.mark.parametrize('seed', range(30))
+def test_routes_are_those_from_scratch_whatever_changes_and_wherever_the_robot_jumps(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    blocked = rng.random(rng.integers(3, 25, 2)) < rng.choice([0.0, 0.1, 0.3])
+    cells = np.argwhere(np.ones(blocked.shape))
+    goal = tuple(rng.choice(cells).tolist())
+    routes = IncrementalRoute(blocked, goal)
+    for _ in range(40):
+        chosen = rng.choice(cells, rng.integers(0, 6))
+        now = rng.random(len(chosen)) < 0.5
+        routes.change(chosen, now)
+        blocked[tuple(chosen.T)] = now
+        assert_as_from_scratch(routes, blocked, tuple(rng.choice(cells).tolist()), goal)
+
+
+@pytest.mark.parametrize('kind', GRID_MAPS)
+def test_a_drive_through_unknown_terrain_replans_as_from_scratch(kind: str) -> None:
+    occupied = GRID_MAPS[kind](60, 7)
+    rng = np.random.default_rng(3)
+    for ends in rng.permutation(np.argwhere(~occupied))[:8].reshape(4, 2, 2).tolist():
+        cell, goal = (tuple(end) for end in ends)
+        if isinstance(shortest_route(occupied, cell, goal), NoRoute):
+            continue
+        known, world = np.zeros_like(occupied), GridWorld(occupied)
+        routes = IncrementalRoute(known, goal)
+        while cell != goal:
+            seen, are_occupied = world.sense(cell, 6.0)
+            routes.change(seen, are_occupied)
+            known[tuple(seen.T)] = are_occupied
+            route = assert_as_from_scratch(routes, known, cell, goal)
+            cell = tuple(route.cells[1].tolist())
+            assert not occupied[cell]
+
+
+def test_a_goal_that_is_walled_in_is_told_and_reached_once_the_wall_is_gone() -> None:
+    routes = IncrementalRoute(np.zeros((20, 20), dtype=bool), (10, 10))
+    around = [(r, c) for r in range(8, 13) for c in range(8, 13) if max(abs(r - 10), abs(c - 10)) == 2]
+    assert isinstance(routes.route_from((0, 0)), Route)
+    routes.change(around, True)
+    assert routes.route_from((0, 0)) == NoRoute(NoRouteReason.UNREACHABLE)
+    routes.change([(10, 10)], True)
+    assert routes.route_from((0, 0)) == NoRoute(NoRouteReason.GOAL_BLOCKED)
+    routes.change([*around, (10, 10)], False)
+    route = routes.route_from((0, 0))
+    assert isinstance(route, Route)
+    assert route.length == pytest.approx(10 * 2**0.5)
+
+
+def test_what_the_caller_does_with_its_map_later_changes_nothing() -> None:
+    blocked = np.zeros((5, 5), dtype=bool)
+    routes = IncrementalRoute(blocked, (4, 4))
+    blocked[:] = True
+    assert isinstance(routes.route_from((0, 0)), Route)
+
+
+def test_a_goal_outside_is_told_and_a_cell_outside_is_refused() -> None:
+    routes = IncrementalRoute(np.zeros((5, 5), dtype=bool), (5, 0))
+    assert routes.route_from((0, 0)) == NoRoute(NoRouteReason.GOAL_OUTSIDE)
+    with pytest.raises(RewardPlannerError, match='outside'):
+        routes.change([(0, -1)], [True])
