@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from grid_graph import is_driveable
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.route.incremental_route import IncrementalRoute
 from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
 from reward_planner.core.route.shortest_route import shortest_route
 from scene_simulator.grid_maps import GRID_MAPS
+from scene_simulator.grid_truth import is_driveable
 from scene_simulator.grid_world import GridWorld
 
 

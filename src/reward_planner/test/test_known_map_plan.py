@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from grid_graph import distances_from
 
 from reward_planner.core.grid.footprint import blocked_cells
 from reward_planner.core.grid.grid_frame import GridFrame
@@ -12,6 +11,7 @@ from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
 from scene_simulator.grid_maps import maze, rooms
+from scene_simulator.grid_truth import distances_from
 
 WALLS = rooms(100, 3, room=33, door=8, closed=0.0)
 GRID = OccupancyMap(GridFrame(-2.5, -2.5, 0.05, 100, 100), np.where(WALLS, 100, -1).astype(np.int8))

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from grid_graph import distances_from, is_driveable
 
 from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.reward.reward_walk import RewardWalk
 from scene_simulator.grid_maps import GRID_MAPS
+from scene_simulator.grid_truth import distances_from, is_driveable
 
 
 def go(blocked, start, goal, settings, steps_max=3000) -> list[tuple[int, int]]:

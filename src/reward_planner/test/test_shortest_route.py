@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from grid_graph import distances_from, is_driveable
 
 from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
 from reward_planner.core.route.shortest_route import shortest_route
 from scene_simulator.grid_maps import GRID_MAPS
+from scene_simulator.grid_truth import distances_from, is_driveable
 from scene_simulator.movingai_file import load_movingai_map, load_movingai_scenarios
 
 ARENA = Path(os.environ.get('SHIRUBE_DATA', 'not given')) / 'planner' / 'arena.map'

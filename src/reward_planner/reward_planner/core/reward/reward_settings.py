@@ -18,7 +18,7 @@ class RewardSettings:
         choices=('once', 'counted'),
     )
     virtual_steps_max: int = setting(
-        20000,
+        5000,
         'longest way that the virtual search follows; 0 leaves the search out',
         minimum=0,
         maximum=10_000_000,
