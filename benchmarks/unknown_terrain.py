@@ -1,7 +1,8 @@
 """Drives through unknown terrain: how often the goal is reached, and how much longer than the shortest route.
 
 MovingAI's arena (``SHIRUBE_DATA`` names the folder with planner/arena.map) and made-up maps as large as it. A robot
-sees 6 cells far in line of sight and takes what it does not know for free. A drive fails after 20 times the shortest route.
+sees 6 cells far in line of sight and takes what it does not know for free. After 20 times the shortest route a drive
+has failed.
 """
 
 from __future__ import annotations
