@@ -10,11 +10,10 @@ from reward_planner.core.route.incremental_search import (
     NO_WAY,
     OpenCells,
     SearchState,
-    search_again,
-    take_changes,
+    mend,
     units_between,
-    way_to_goal,
     with_cell,
+    write_changes,
 )
 from reward_planner.core.route.octile import route_length
 from reward_planner.core.route.route import NoRoute, NoRouteReason, Route, refuse_ends
@@ -40,7 +39,7 @@ class IncrementalRoute:
         self._opened = OpenCells(np.empty(1024, dtype=np.int64), np.empty(1024, dtype=np.int32), 0)
         self._start: int | None = None
         self._moved = 0
-        self._changed: list[NDArray[np.int64]] = []
+        self._changed = np.empty(0, dtype=np.int64)
 
     @property
     def blocked(self) -> NDArray[np.bool_]:
@@ -59,20 +58,12 @@ class IncrementalRoute:
         Raises:
             RewardPlannerError: a cell is outside of the map.
         """
-        rows, columns = np.asarray(cells, dtype=np.int64).reshape(-1, 2).T
-        now = np.broadcast_to(np.asarray(blocked, dtype=np.bool_), rows.shape)
-        if (
-            (rows < 0)
-            | (columns < 0)
-            | (rows >= self._blocked.shape[0])
-            | (columns >= self._blocked.shape[1])
-        ).any():
+        places = np.ascontiguousarray(cells, dtype=np.int64).reshape(-1, 2)
+        now = np.ascontiguousarray(np.broadcast_to(np.asarray(blocked, dtype=np.bool_), len(places)))
+        if len(places) and (places.min() < 0 or (places.max(axis=0) >= self._blocked.shape).any()):
             raise RewardPlannerError(f'a cell to change is outside of the map of {self._blocked.shape} cells')
-        before = self._blocked[rows, columns]
-        self._blocked[rows, columns] = now
-        others = self._blocked[rows, columns] != before
-        if others.any():
-            self._changed.append((rows[others] + 1) * self._state.width + columns[others] + 1)
+        changed = write_changes(self._state, places, now)
+        self._changed = np.concatenate((self._changed, changed)) if len(self._changed) else changed
 
     def route_from(self, start: tuple[int, int]) -> Route | NoRoute:
         """Return a shortest route from where the robot is now: row and column."""
@@ -83,15 +74,11 @@ class IncrementalRoute:
         if self._start is None:
             self._state.promises[self._state.goal] = 0
             self._opened = with_cell(self._state, self._opened, self._state.goal, number, 0)
+            self._changed = self._changed[:0]  # nothing has been searched that they could touch
         else:
             self._moved += units_between(self._state, self._start, number)
-            if self._changed:
-                changed = np.concatenate(self._changed)
-                self._opened = take_changes(self._state, self._opened, changed, number, self._moved)
-        self._start = number
-        self._changed.clear()
-        self._opened = search_again(self._state, self._opened, number, self._moved)
-        if self._state.promises[number] >= NO_WAY:
+        self._opened, cells = mend(self._state, self._opened, self._changed, number, self._moved)
+        self._start, self._changed = number, self._changed[:0]
+        if len(cells) == 0:
             return NoRoute(NoRouteReason.UNREACHABLE)
-        cells = way_to_goal(self._state, number)
         return Route(cells, route_length(cells))

@@ -137,6 +137,48 @@ def _with_room(state: SearchState, opened: OpenCells) -> OpenCells:
 
 
 @njit(cache=True)
+def write_changes(
+    state: SearchState, cells: NDArray[np.int64], blocked: NDArray[np.bool_]
+) -> NDArray[np.int64]:
+    """Write which cells are blocked now, and return the numbers of those that were not so before.
+
+    Args:
+        state: of the search.
+        cells: shape (n, 2), row and column without border.
+        blocked: shape (n,).
+    """
+    changed = np.empty(len(cells), np.int64)
+    count = 0
+    for k in range(len(cells)):
+        cell = (cells[k, 0] + 1) * state.width + cells[k, 1] + 1
+        if state.blocked[cell] != blocked[k]:
+            state.blocked[cell] = blocked[k]
+            changed[count] = cell
+            count += 1
+    return changed[:count]
+
+
+@njit(cache=True)
+def mend(
+    state: SearchState, opened: OpenCells, changed: NDArray[np.int64], start: int, moved: int
+) -> tuple[OpenCells, NDArray[np.int64]]:
+    """Return the open list and the cells of a shortest route, none where there is no way.
+
+    Args:
+        state: of the search.
+        opened: the open list.
+        changed: numbers of the cells that became blocked or free since the last time.
+        start: number of the cell where the robot is.
+        moved: how far it has moved since the beginning, from start to start [1/STRAIGHT cells].
+    """
+    opened = take_changes(state, opened, changed, start, moved)
+    opened = search_again(state, opened, start, moved)
+    if state.promises[start] >= NO_WAY:
+        return opened, np.empty((0, 2), np.int64)
+    return opened, way_to_goal(state, start)
+
+
+@njit(cache=True)
 def take_changes(
     state: SearchState, opened: OpenCells, changed: NDArray[np.int64], start: int, moved: int
 ) -> OpenCells:
@@ -222,7 +264,14 @@ def way_to_goal(state: SearchState, start: int) -> NDArray[np.int64]:
             numbers = np.concatenate((numbers, numbers))
         numbers[count] = best
         count += 1
-    cells = np.empty((count, 2), np.int64)
-    for k in range(count):
-        cells[k, 0], cells[k, 1] = numbers[k] // state.width - 1, numbers[k] % state.width - 1
+    return _rows_and_columns(numbers[:count], state.width)
+
+
+@njit(cache=True)
+def _rows_and_columns(numbers: NDArray[np.int64], width: int) -> NDArray[np.int64]:
+    """Return the cells of numbers, shape (n, 2), row and column without border."""
+    cells = np.empty((len(numbers), 2), np.int64)
+    for k in range(len(numbers)):
+        row = numbers[k] // width
+        cells[k, 0], cells[k, 1] = row - 1, numbers[k] - row * width - 1
     return cells

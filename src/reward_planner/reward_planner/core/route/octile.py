@@ -26,11 +26,15 @@ def octile_units(row_a: int, column_a: int, row_b: int, column_b: int) -> int:
     return STRAIGHT * (rows - columns) + DIAGONAL * columns
 
 
+@njit(cache=True)
 def route_length(cells: NDArray[np.int64]) -> float:
     """Return the length of a route from cell to neighbouring cell [cells].
 
     Args:
         cells: shape (n, 2), row and column.
     """
-    diagonal = int((np.abs(np.diff(cells, axis=0)).sum(axis=1) == 2).sum())
+    diagonal = 0
+    for k in range(1, len(cells)):
+        if cells[k, 0] != cells[k - 1, 0] and cells[k, 1] != cells[k - 1, 1]:
+            diagonal += 1
     return len(cells) - 1 - diagonal + diagonal * math.sqrt(2.0)
