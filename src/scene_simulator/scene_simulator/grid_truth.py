@@ -18,7 +18,7 @@ def step_graph(blocked: NDArray[np.bool_]) -> csr_array[np.float64, tuple[int, i
         blocked: shape (rows, columns).
     """
     rows, columns = blocked.shape
-    numbers = np.arange(rows * columns).reshape(rows, columns)
+    numbers = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
     free = np.pad(~blocked, 1)
     steps = []
     for down in (-1, 0, 1):
