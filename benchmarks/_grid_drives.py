@@ -27,12 +27,14 @@ class Drive(NamedTuple):
     Attributes:
         ended: 'goal', 'unreachable' (the robot says that there is no way) or 'too long'.
         length: of the way driven [cells].
-        visits_max: how often the robot was in the cell where it was most.
+        entered: how many cells it entered.
+        entered_late: how many of them in the second half of its steps only.
     """
 
     ended: str
     length: float
-    visits_max: int
+    entered: int
+    entered_late: int
 
 
 Driver = Callable[[NDArray[np.bool_], GridTask, float], Drive]
@@ -74,5 +76,5 @@ def _drive(ended: str, blocked: NDArray[np.bool_], cells: list[tuple[int, int]])
     way = np.array(cells, dtype=np.int64)
     if not is_driveable(blocked, way):
         raise AssertionError('the robot drove into an obstacle')
-    visits = np.unique(way, axis=0, return_counts=True)[1]
-    return Drive(ended, route_length(way), int(visits.max()))
+    entered, early = len(np.unique(way, axis=0)), len(np.unique(way[: len(way) // 2 + 1], axis=0))
+    return Drive(ended, route_length(way), entered, entered - early)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from reward_planner.core.reward.reward_settings import RewardSettings
+from scene_simulator.grid_truth import distances_from
 
 LET_GO_ON = 500.0
 THOUGHT_MAX = 1000
@@ -27,7 +28,7 @@ METHODS: dict[str, Driver] = {
     'visits once, no virtual search': reward_driver(RewardSettings('once', 0)),
     'visits counted, no virtual search': reward_driver(RewardSettings('counted', 0)),
 }
-EXPLAINED = '`reward`, visits counted'
+EXPLAINED = ('`optimal`', '`reward`, visits counted')  # what is to reach the goal; each failure is listed
 
 Drives = dict[str, list[tuple[GridTask, Drive]]]
 
@@ -63,18 +64,24 @@ def ratios_of(pairs: list[tuple[GridTask, Drive]]) -> NDArray[np.float64]:
     return np.array([drive.length / task.length for task, drive in pairs if drive.ended == 'goal'])
 
 
-def print_failures(maps: dict[str, NDArray[np.bool_]], drives: Drives) -> None:
-    """Print why drives failed: what happens when they are let go on."""
-    print('\n| map | start | goal | shortest | let go on, it arrives after | visits of one cell |')
-    print('|---|---|---|---|---|---|')
+def print_failures(maps: dict[str, NDArray[np.bool_]], method: str, drives: Drives) -> None:
+    """Print what the robot did in the drives that failed, and what happens when they are let go on."""
+    print(
+        f'\n| {method} fails on | from | to | shortest (straight) | cells entered of those in reach '
+        '| new in the second half | let go on, arrives after |'
+    )
+    print('|---|---|---|---|---|---|---|')
     for name, pairs in drives.items():
         for task, drive in pairs:
             if drive.ended == 'goal':
                 continue
-            longer = METHODS[EXPLAINED](maps[name], task, LET_GO_ON * task.length)
+            longer = METHODS[method](maps[name], task, LET_GO_ON * task.length)
             arrives = f'{longer.length / task.length:.1f} x' if longer.ended == 'goal' else longer.ended
+            straight = np.hypot(*np.subtract(task.start, task.goal))
+            reachable = np.isfinite(distances_from(maps[name], task.start)).sum()
             print(
-                f'| {name} | {task.start} | {task.goal} | {task.length:.1f} | {arrives} | {longer.visits_max} |'
+                f'| {name} | {task.start} | {task.goal} | {task.length:.1f} ({straight:.1f}) '
+                f'| {drive.entered} of {reachable} | {drive.entered_late} | {arrives} |'
             )
 
 
@@ -83,7 +90,7 @@ def print_unsolvable(maps: dict[str, NDArray[np.bool_]], count: int) -> None:
     print('\n| method | goals without a way | told so | length driven until then: median cells |')
     print('|---|---|---|---|')
     tasks = [(blocked, task) for blocked in maps.values() for task in unsolvable_tasks(blocked, count, 2)]
-    for method in ('`optimal`', EXPLAINED):
+    for method in EXPLAINED:
         drives = [METHODS[method](blocked, task, 1e5) for blocked, task in tqdm(tasks, leave=False)]
         told = [drive.length for drive in drives if drive.ended == 'unreachable']
         print(f'| {method} | {len(tasks)} | {len(told)} | {np.median(told):.0f} |')
@@ -97,12 +104,12 @@ def main() -> int:
     parser.add_argument('--side', type=int, default=49, help='of the made-up maps [cells]')
     parser.add_argument('--seeds', type=int, default=2, help='made-up maps of each kind')
     parser.add_argument('--pairs', type=int, default=150, help='start and goal, of each map')
-    parser.add_argument('--only', choices=('optimal',), help='leave the reward rule out')
+    parser.add_argument('--only', choices=('optimal', 'once', 'counted'), help='some methods')
     arguments = parser.parse_args()
     use_one_core()
     maps = benchmark_maps(arguments.side, arguments.seeds)
     tasks = {name: solvable_tasks(blocked, arguments.pairs, 1) for name, blocked in maps.items()}
-    methods = {'`optimal`': drive_optimally} if arguments.only else METHODS
+    methods = {name: driver for name, driver in METHODS.items() if (arguments.only or '') in name}
     bar = tqdm(total=len(methods) * len(maps) * arguments.pairs, unit='drive', leave=False)
     results: dict[str, Drives] = {method: {name: [] for name in maps} for method in methods}
     for method, driver in methods.items():
@@ -113,9 +120,10 @@ def main() -> int:
     bar.close()
     print_summary(results)
     print_maps(results)
-    if EXPLAINED in results:
-        print_failures(maps, results[EXPLAINED])
-        print_unsolvable(maps, 20)
+    for method in EXPLAINED:
+        if method in results:
+            print_failures(maps, method, results[method])
+    print_unsolvable(maps, 20)
     return 0
 
 

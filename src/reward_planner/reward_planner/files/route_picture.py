@@ -33,7 +33,7 @@ def draw_route(grid: OccupancyMap, blocked: NDArray[np.bool_], cells: NDArray[np
     pixels = (scale * (np.stack([cells[:, 1], grid.frame.rows - 1 - cells[:, 0]], axis=1) + 0.5)).astype(
         np.int32
     )
-    thickness = max(1, scale // 3)
+    thickness = max(2, scale // 3)
     cv2.polylines(large, [pixels.reshape(-1, 1, 2)], isClosed=False, color=_ROUTE, thickness=thickness)
     for ends, colour in ((pixels[:1], _START), (pixels[-1:], _GOAL)):
         for x, y in ends.tolist():
