@@ -1,0 +1,70 @@
+"""Tests of jump points against the definition, walked cell by cell."""
+
+import numpy as np
+import pytest
+
+from reward_planner.core.route.bit_grid import pack_grid
+from reward_planner.core.route.jump_points import (
+    is_blocked,
+    jump_along_column,
+    jump_along_row,
+    jump_diagonally,
+)
+
+BLOCKED = np.random.default_rng(4).random((70, 90)) < 0.15
+GRID = pack_grid(BLOCKED)
+GOAL = (33, 44)
+
+
+def around(row: int, column: int) -> bool:
+    inside = 0 <= row < 70 and 0 <= column < 90
+    return not inside or bool(BLOCKED[row, column])
+
+
+def walk(row: int, column: int, down: int, right: int) -> tuple[int, int] | None:
+    """Go straight on until a wall beside the way has ended, or the goal."""
+    while True:
+        row, column = row + down, column + right
+        if around(row, column):
+            return None
+        sides = [(right, down), (-right, -down)]
+        if (row, column) == GOAL or any(
+            around(row + a - down, column + b - right) and not around(row + a, column + b) for a, b in sides
+        ):
+            return row, column
+
+
+def test_every_cell_and_the_border_is_seen_as_it_is() -> None:
+    for row, column in np.ndindex(72, 92):
+        assert is_blocked(GRID, row - 1, column - 1) == around(row - 1, column - 1)
+
+
+def test_straight_jumps_end_where_a_walk_does() -> None:
+    for row, column in np.argwhere(~BLOCKED)[::7].tolist():
+        for turn in (-1, 1):
+            along_row, along_column = walk(row, column, 0, turn), walk(row, column, turn, 0)
+            assert jump_along_row(GRID, row, column, turn, *GOAL) == (along_row[1] if along_row else -1)
+            assert jump_along_column(GRID, row, column, turn, *GOAL) == (
+                along_column[0] if along_column else -1
+            )
+
+
+@pytest.mark.parametrize('turns', [(1, 1), (1, -1), (-1, 1), (-1, -1)])
+def test_a_diagonal_gives_what_its_rows_and_columns_lead_to(turns: tuple[int, int]) -> None:
+    down, right = turns
+    found = np.empty((300, 2), np.int32)
+    for begin in np.argwhere(~BLOCKED)[::11].tolist():
+        row, column = begin
+        expected = []
+        while not (
+            around(row + down, column) or around(row, column + right) or around(row + down, column + right)
+        ):
+            row, column = row + down, column + right
+            if (row, column) == GOAL:
+                expected.append(GOAL)
+                break
+            expected += [
+                place for place in (walk(row, column, 0, right), walk(row, column, down, 0)) if place
+            ]
+        count = jump_diagonally(GRID, *begin, turns, GOAL, found, 0)
+        assert sorted(map(tuple, found[:count].tolist())) == sorted(expected)

@@ -1,0 +1,33 @@
+"""Tests of the picture of a route."""
+
+import numpy as np
+
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import OccupancyMap
+from reward_planner.files.route_picture import draw_route
+
+
+def test_every_kind_of_cell_has_its_colour_and_the_highest_row_is_above() -> None:
+    occupancy = np.array([[0, 100], [-1, 0]], dtype=np.int8)
+    blocked = np.array([[False, True], [False, True]])
+    grid = OccupancyMap(GridFrame(0.0, 0.0, 1.0, 2, 2), occupancy)
+    picture = draw_route(grid, blocked, np.empty((0, 2), dtype=np.int64))
+    half = len(picture) // 2
+    assert picture.shape == (800, 800, 3)
+    for rows, columns, colour in (
+        (np.s_[half:], np.s_[:half], (255, 255, 255)),
+        (np.s_[half:], np.s_[half:], (0, 0, 0)),
+        (np.s_[:half], np.s_[:half], (205, 205, 205)),
+        (np.s_[:half], np.s_[half:], (200, 215, 250)),
+    ):
+        assert (picture[rows, columns] == colour).all()
+
+
+def test_the_route_begins_green_and_ends_red() -> None:
+    grid = OccupancyMap(GridFrame(0.0, 0.0, 1.0, 40, 20), np.zeros((20, 40), dtype=np.int8))
+    cells = np.stack([np.full(30, 4), np.arange(5, 35)], axis=1)
+    picture = draw_route(grid, np.zeros((20, 40), dtype=bool), cells)
+    row = picture[(19 - 4) * 20 + 10]
+    assert row[5 * 20 + 10].tolist() == [0, 150, 0]
+    assert row[34 * 20 + 10].tolist() == [0, 0, 220]
+    assert row[20 * 20].tolist() == [200, 60, 0]
