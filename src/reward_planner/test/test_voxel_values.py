@@ -20,11 +20,10 @@ from shirube_geometry import PinholeCamera
 
 CAMERA = PinholeCamera(320, 240, 262.0, 262.0, 159.5, 119.5)
 SETTINGS = VoxelSettings(resolution=0.1, height_min=0.1, height_max=1.2)
-# Poles of one face each, at distances from 1 to 3.9 m, none before another.
+FACES = tuple((x, 0.2 * x - 0.24 * i) for i, x in enumerate((1.01, 1.91, 2.91, 3.91)))
 POLES = BoxRoom(
-    (-1.0, -4.0, 0.0, 6.0, 4.0, 2.5),
-    tuple((x, 0.2 * x - 0.24 * i, 0.0, x + 0.05, 0.2 * x - 0.24 * i + 0.21, 1.0) for i, x in enumerate((1.01, 1.91, 2.91, 3.91))),
-)  # fmt: skip
+    (-1.0, -4.0, 0.0, 6.0, 4.0, 2.5), tuple((x, y, 0.0, x + 0.05, y + 0.21, 1.0) for x, y in FACES)
+)
 
 
 def voxels_of_poles():

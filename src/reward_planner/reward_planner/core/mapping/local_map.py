@@ -17,7 +17,7 @@ from reward_planner.core.voxels.voxel_map import VoxelMap
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
 """Values of cells, as in OccupancyGrid."""
 _FREE_SHARE = 0.5  # of what a ray takes; less has faded
-_FREE_LAYERS = 0.5  # rays over a box pass little of what is behind it
+_FREE_LAYERS = 0.5
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,9 @@ class LocalMap:
 def project_around(voxels: VoxelMap, view: SensorView) -> LocalMap:
     """Project the voxels within reach of a view to the floor.
 
-    A cell is occupied if any voxel over it has the value of an obstacle. It is free if rays passed half of the voxels
-    over it and none leans to occupied; the rules without rays find no cell free.
+    A cell is occupied if any voxel over it has the value of an obstacle. It is free if rays passed the lowest
+    voxel over it (rays over a box do not, behind it), half of all of them, and none leans to occupied; the rules
+    without rays find no cell free.
     """
     settings = voxels.settings
     window, slots = voxels.slots_around(view)
@@ -92,5 +93,5 @@ def _project(
                 if highest >= limits[0] * divisor:
                     occupancy[cell] = OCCUPIED
                 elif highest <= 0.0 and passed >= _FREE_LAYERS * values.shape[3]:
-                    occupancy[cell] = FREE
+                    occupancy[cell] = FREE if values[slot, column, row, 0] <= limits[1] else UNKNOWN
     return occupancy, observed
