@@ -39,9 +39,9 @@ class LocalMap:
 def project_around(voxels: VoxelMap, view: SensorView) -> LocalMap:
     """Project the voxels within reach of a view to the floor.
 
-    A cell is occupied if any voxel over it has the value of an obstacle. It is free if rays passed the lowest
-    voxel over it (rays over a box do not, behind it), half of all of them, and none leans to occupied; the rules
-    without rays find no cell free.
+    A cell is occupied if any voxel over it has the value of an obstacle. It is free if none leans to occupied and rays
+    passed the voxels from the lowest up without a gap, half of them at least: not where they only pass over a box, or
+    under and over a shelf. The rules without rays find no cell free.
     """
     settings = voxels.settings
     window, slots = voxels.slots_around(view)
@@ -83,15 +83,16 @@ def _project(
         divisor = max(float(frames[slot]), 1.0)
         for column in range(TILE):
             for row in range(TILE):
-                highest, passed, known = np.float32(0.0), 0, 0
-                for value in values[slot, column, row]:
+                highest, passed, gapless, known = np.float32(0.0), 0, 0, 0
+                for layer, value in enumerate(values[slot, column, row]):
                     highest = max(highest, value)
-                    passed += value <= limits[1]
                     known += value != 0.0
+                    passed += value <= limits[1]
+                    gapless += passed == layer + 1
                 cell = (j * TILE + row, i * TILE + column)
                 observed[cell] = known > 0
                 if highest >= limits[0] * divisor:
                     occupancy[cell] = OCCUPIED
-                elif highest <= 0.0 and passed >= _FREE_LAYERS * values.shape[3]:
-                    occupancy[cell] = FREE if values[slot, column, row, 0] <= limits[1] else UNKNOWN
+                elif highest <= 0.0 and passed == gapless >= _FREE_LAYERS * values.shape[3]:
+                    occupancy[cell] = FREE
     return occupancy, observed
