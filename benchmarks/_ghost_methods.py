@@ -8,7 +8,7 @@ import numpy as np
 from _peer_octomap import OctoMap
 from numpy.typing import NDArray
 
-from reward_planner.core.voxels.frame_window import TILE
+from reward_planner.core.voxels.frame_window import TILE, window_shape
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
@@ -30,9 +30,9 @@ class Method(Protocol):
         """Return the voxels that it holds occupied."""
 
 
-def dense_shape(settings: VoxelSettings, layers: int) -> tuple[int, int, int]:
+def dense_shape(settings: VoxelSettings) -> tuple[int, int, int]:
     """Return the shape of all voxels of the room."""
-    return TILES * TILE, TILES * TILE, layers
+    return TILES * TILE, TILES * TILE, window_shape(settings)[1]
 
 
 class Voxels:
@@ -49,7 +49,7 @@ class Voxels:
     def occupied(self) -> Dense:
         """Return the voxels whose value is that of an obstacle."""
         settings, tiles = self._map.settings, self._map.tiles
-        dense = np.zeros(dense_shape(settings, tiles.values.shape[3]), dtype=np.bool_)
+        dense = np.zeros(dense_shape(settings), dtype=np.bool_)
         for i, j, slot in tiles_in_room(self._map):
             if settings.rule == 'log_odds':
                 firm = tiles.values[slot] >= settings.log_odds_occupied
@@ -65,18 +65,16 @@ class OredFrames:
     def __init__(self, settings: VoxelSettings) -> None:
         """Begin with nothing known."""
         self._settings = settings
-        self._occupied: Dense | None = None
+        self._occupied = np.zeros(dense_shape(settings), dtype=np.bool_)
 
     def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:
         """Take a frame."""
         frame = Voxels(self._settings)
         frame.add(stamp, points, view)
-        now = frame.occupied()
-        self._occupied = now if self._occupied is None else self._occupied | now
+        self._occupied = self._occupied | frame.occupied()
 
     def occupied(self) -> Dense:
         """Return the voxels that were ever occupied."""
-        assert self._occupied is not None
         return self._occupied
 
 
@@ -88,7 +86,7 @@ class Octo:
         self._settings = settings
         self._tree = OctoMap(settings)
 
-    def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:
+    def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:  # noqa: ARG002
         """Take a frame."""
         T = view.T_map_sensor.astype(np.float32)
         self._tree.add(points @ T[:3, :3].T + T[:3, 3], view.origin, discretize=True)
@@ -96,8 +94,7 @@ class Octo:
     def occupied(self) -> Dense:
         """Return the occupied voxels."""
         s, bottom = self._settings.resolution, self._settings.height_min
-        layers = round((self._settings.height_max - bottom) / s)
-        dense = np.zeros(dense_shape(self._settings, layers), dtype=np.bool_)
+        dense = np.zeros(dense_shape(self._settings), dtype=np.bool_)
         corner = np.array([FIRST_TILE * TILE * s, FIRST_TILE * TILE * s, bottom])
         cells = np.floor((self._tree.occupied_centres() - corner) / s).astype(np.int64)
         cells = cells[(cells >= 0).all(axis=1) & (cells < dense.shape).all(axis=1)]

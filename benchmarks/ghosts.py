@@ -1,9 +1,9 @@
 """Obstacles that are none: how many a map keeps, and what it loses of the real ones: `./shirube bench ghosts`.
 
-40 frames in which 3 % of the pixels show phantoms, then 40 clean ones. A false cell is occupied though nothing solid is
-there, and never was so in a run of the same method on the same frames without phantoms (noise of the depth thickens
-walls in any case). It had free rays if a clean frame's rays passed one of its false voxels. A true cell is solid and occupied
-in the run without phantoms. Settings are the defaults, which `voxel_speed` uses too.
+40 frames in which 3 % of the pixels show phantoms, then 40 clean ones. A false cell is occupied though nothing solid
+is there, and never was so in a run of the same method on the same frames without phantoms (noise of the depth thickens
+walls in any case). It had free rays if a clean frame's rays passed one of its false voxels. A true cell is solid and
+occupied in the run without phantoms. Settings are the defaults, which `voxel_speed` uses too.
 """
 
 from __future__ import annotations
@@ -34,7 +34,9 @@ METHODS: dict[str, Callable[[], Method]] = {
     '`count`, mean over time': lambda: Voxels(VoxelSettings(rule='count')),
     '`range_normalised`, mean over time': lambda: Voxels(VoxelSettings(rule='range_normalised')),
     '`log_odds`': lambda: Voxels(SETTINGS),
-} | ({'pyoctomap': lambda: Octo(SETTINGS)} if IS_INSTALLED else {})
+}
+if IS_INSTALLED:
+    METHODS['pyoctomap'] = lambda: Octo(SETTINGS)
 PHANTOMS = {
     'single points, new ones in each frame': (1, False),
     'patches of 8 x 8, new ones in each frame': (8, False),
@@ -87,7 +89,7 @@ def clean_run(
     methods: dict[str, Method], frames: Iterator[tuple[NDArray[np.float32], SensorView]]
 ) -> dict[str, CleanRun]:
     """Return what each method holds occupied ever and in the end."""
-    runs = {}
+    runs: dict[str, CleanRun] = {}
     for k, (points, view) in enumerate(frames):
         for name, method in methods.items():
             method.add(PERIOD * k, points, view)
@@ -120,11 +122,10 @@ def score(held: list[Dense], clean: CleanRun, passed: Dense, solid: NDArray[np.b
 
 
 def print_table(
-    drive: str, poses: list[PlanarPose], solid: NDArray[np.bool_], progress: 'tqdm[NoReturn]'
+    drive: str, poses: list[PlanarPose], solid: NDArray[np.bool_], progress: tqdm[NoReturn]
 ) -> None:
     """Print the scores of all methods over one drive."""
-    layers = round((SETTINGS.height_max - SETTINGS.height_min) / SETTINGS.resolution)
-    passed = passed_by_clean_frames(poses, dense_shape(SETTINGS, layers))
+    passed = passed_by_clean_frames(poses, dense_shape(SETTINGS))
     clean = clean_run({name: make() for name, make in METHODS.items()}, frames_of(poses, None, same=False))
     progress.update()
     print(f'\n### {drive}\n')

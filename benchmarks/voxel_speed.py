@@ -1,4 +1,4 @@
-"""Time of counting points into voxels and of free rays, beside numpy.bincount and OctoMap: `./shirube bench voxel_speed`.
+"""Time of counting and of free rays, beside numpy.bincount and OctoMap: `./shirube bench voxel_speed`.
 
 All methods get the same 272 000 points and run one after the other in each round, on CPU time of this process, which is
 let onto one core only. Ratios are taken within rounds. The settings are the defaults, which `ghosts` uses too.
@@ -15,7 +15,7 @@ os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
 import numpy as np
 from _peer_octomap import INSTALL, IS_INSTALLED, insert_into_octomap
-from _voxel_scenes import CAMERA, CAMERA_HEIGHT, POINTS, ROOM, NEAR_WALL, points_at, standing, view_at
+from _voxel_scenes import CAMERA, CAMERA_HEIGHT, NEAR_WALL, POINTS, ROOM, points_at, standing, view_at
 from numpy.typing import NDArray
 from tqdm import tqdm
 
