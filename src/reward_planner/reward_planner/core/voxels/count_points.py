@@ -28,7 +28,7 @@ class PointTally(NamedTuple):
     too_low_or_high: int
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={'contract'})
 def count_points(
     points: NDArray[np.float32],
     T_window_sensor: NDArray[np.float64],
@@ -45,9 +45,9 @@ def count_points(
         counts: shape (side, side, layers), all 0; takes the counts.
         cells: shape (side * side * layers,); takes the flat indices of voxels that have points.
     """
-    side, layers = counts.shape[1], counts.shape[2]
-    flat = counts.reshape(-1)
-    T, top = T_window_sensor, float(layers)
+    side, layers = np.int32(counts.shape[1]), np.int32(counts.shape[2])
+    flat, top = counts.reshape(-1), float(counts.shape[2])
+    (xx, xy, xz, x0), (yx, yy, yz, y0), (zx, zy, zz, z0) = _rows(T_window_sensor)
     near, far = ranges[0] ** 2, ranges[1] ** 2
     filled = counted = bad = close = beyond = 0
     for i in range(len(points)):
@@ -61,12 +61,14 @@ def count_points(
             else:
                 beyond += 1
             continue
-        height = T[2, 0] * x + T[2, 1] * y + T[2, 2] * z + T[2, 3]
+        height = zx * x + zy * y + zz * z + z0
         if not 0.0 <= height < top:
             continue
-        column = int(T[0, 0] * x + T[0, 1] * y + T[0, 2] * z + T[0, 3])
-        row = int(T[1, 0] * x + T[1, 1] * y + T[1, 2] * z + T[1, 3])
-        cell = (column * side + row) * layers + int(height)
+        column = np.int32(xx * x + xy * y + xz * z + x0)
+        row = np.int32(yx * x + yy * y + yz * z + y0)
+        cell = np.uint32(
+            (column * side + row) * layers + np.int32(height)
+        )  # signed ones cost a check of the sign
         if flat[cell] == 0:
             cells[filled] = cell
             filled += 1
@@ -126,3 +128,16 @@ def count_open_ends(
             filled += 1
         flat[cell] += 1
     return filled
+
+
+_Row = tuple[float, float, float, float]
+
+
+@njit(cache=True, inline='always')
+def _rows(T: NDArray[np.float64]) -> tuple[_Row, _Row, _Row]:
+    """Return the rows of a transform as numbers, which stay in registers."""
+    return (
+        (T[0, 0], T[0, 1], T[0, 2], T[0, 3]),
+        (T[1, 0], T[1, 1], T[1, 2], T[1, 3]),
+        (T[2, 0], T[2, 1], T[2, 2], T[2, 3]),
+    )
