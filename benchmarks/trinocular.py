@@ -1,8 +1,8 @@
 """Depth of two and of three cameras, bad pixels, coverage and time: `./shirube bench trinocular`.
 
 On the Tsukuba images (``SHIRUBE_DATA`` names the folder that holds ``planner/tsukuba``; its cameras stand in a row, so
-the third is on the other side) and on rendered pictures of an L of three cameras. Bad are matched pixels whose disparity
-is off by more than one pixel. Times are CPU time on one core, OpenCV with one thread.
+the third is on the other side) and on rendered pictures of an L of three cameras. Bad are matched pixels whose
+disparity is off by more than one pixel. Times are CPU time on one core, OpenCV with one thread.
 """
 
 from __future__ import annotations

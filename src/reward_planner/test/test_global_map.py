@@ -75,12 +75,25 @@ def test_the_same_ground_again_takes_no_memory():
     assert area.bytes == size
 
 
-def test_a_map_that_would_become_too_large_is_refused_and_told():
-    area = GlobalMap(0.05, 100_000)
-    area.write(patch(0, 0, np.zeros((10, 10))))
-    area.write(patch(0, 5000, np.zeros((10, 10))))
-    assert area.refused == 100
-    assert area.frame().columns < 200
+def test_cells_beyond_the_budget_are_refused_and_told():
+    area = GlobalMap(0.05, 20_000)
+    for k in range(10):
+        area.write(patch(0, 64 * k, np.zeros((10, 10))))
+    assert area.bytes <= 20_000
+    assert area.refused == 600
+    assert value(area, 5, 69) == FREE
+
+
+def test_a_map_too_large_to_be_given_out_whole_is_given_in_parts():
+    area = GlobalMap(0.05, 1_000_000)
+    area.write(patch(0, 0, [[OCCUPIED]]))
+    area.write(patch(100_000, 100_000, [[OCCUPIED]]))
+    assert area.refused == 0
+    with pytest.raises(MappingError, match='take a part'):
+        area.occupancy()
+    cells = area.occupancy_in(GridFrame(4999.95, 4999.9, 0.05, 5, 4))
+    assert np.argwhere(cells == OCCUPIED).tolist() == [[2, 1]]
+    assert (cells == OCCUPIED).sum() + (cells == UNKNOWN).sum() == 20
 
 
 def test_a_map_in_which_nothing_is_known_has_no_frame():

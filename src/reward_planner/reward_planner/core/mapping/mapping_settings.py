@@ -35,5 +35,5 @@ class MappingSettings:
         maximum=60.0,
     )
     cells_max: int = setting(
-        64_000_000, 'the rectangle around the whole map has so many cells at most', minimum=10_000
+        64_000_000, 'the map keeps so many cells, and is given out whole up to as many', minimum=10_000
     )
