@@ -48,10 +48,19 @@ class Scene(NamedTuple):
     disparity: NDArray[np.float64]
 
 
+def grey_image(path: Path) -> Image:
+    """Read an image in grey."""
+    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    if image is None:
+        raise FileNotFoundError(f'{path} is no image')
+    return np.asarray(image, dtype=np.uint8)
+
+
 def tsukuba(folder: Path) -> Scene:
     """Return the real images: the middle one, its right and its left neighbour."""
-    middle, right, left = (cv2.imread(str(folder / f'c{k}.ppm'), cv2.IMREAD_GRAYSCALE) for k in (3, 4, 2))
-    grey = cv2.imread(str(folder / 'gt.pgm'), cv2.IMREAD_GRAYSCALE)
+    middle, right, left, grey = (
+        grey_image(folder / name) for name in ('c3.ppm', 'c4.ppm', 'c2.ppm', 'gt.pgm')
+    )
     return Scene(middle, right, left, np.where(grey > 0, grey / 16.0, np.nan))
 
 

@@ -61,7 +61,7 @@ def test_the_depth_of_both_pairs_is_the_least_squares_one():
     for row, column in zip(rows[::997], columns[::997]):
         design = np.array([[RIGHT.focal_baseline], [long.focal_baseline]])
         measured = np.array([first[row, column], second[row, column]])
-        inverse = np.linalg.lstsq(design, measured)[0][0]
+        inverse = np.linalg.lstsq(design, measured, rcond=None)[0][0]
         assert seen.depth[row, column] == pytest.approx(1.0 / inverse, rel=1e-5)
 
 
