@@ -101,8 +101,11 @@ def print_table(jobs: dict[str, Job], rounds: int) -> None:
     """Run all jobs in rounds and print their times."""
     names, rng = list(jobs), np.random.default_rng(0)
     times = np.empty((rounds, len(names)))
+    peers = [i for i, name in enumerate(names) if 'pyoctomap' in name]
+    others = [i for i in range(len(names)) if i not in peers]
     for k in tqdm(range(-1, rounds), leave=False):  # the first round compiles
-        for i in rng.permutation(len(names)):
+        jobs[BINCOUNT]()  # OctoMap came last and left nothing of the points in the processor's caches
+        for i in (*rng.permutation(others), *peers):
             times[max(k, 0), i] = time_of(jobs[names[i]])
     ratios, tuned = times / times[:, :1], times[:, 1:2] / times
     print(
