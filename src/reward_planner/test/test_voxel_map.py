@@ -119,6 +119,15 @@ def test_nothing_is_lost_when_time_jumps_back():
     assert value_at(voxels, seen()[1], 1.55, 0.0, 0.5) == pytest.approx(3.0 * before)
 
 
+def test_what_is_no_longer_seen_fades_also_after_time_jumped_back():
+    voxels = VoxelMap(VoxelSettings(resolution=0.1, range_max=3.0, half_life=10.0))
+    voxels.add(1e6, *seen())
+    before = value_at(voxels, seen()[1], 1.55, 0.0, 0.5)
+    voxels.add(0.0, *seen(yaw=math.pi))
+    voxels.add(10.0, *seen(yaw=math.pi))
+    assert value_at(voxels, seen()[1], 1.55, 0.0, 0.5) == pytest.approx(0.5 * before)
+
+
 def test_a_frame_without_points_changes_nothing():
     voxels = VoxelMap(SETTINGS)
     points, view = seen()
