@@ -98,8 +98,8 @@ def count_open_ends(
         cells: takes the flat indices of voxels in which rays end so.
     """
     side, layers = counts.shape[1], counts.shape[2]
-    flat = counts.reshape(-1)
-    T, top = T_window_sensor, float(layers)
+    flat, top = counts.reshape(-1), float(layers)
+    (xx, xy, xz, x0), (yx, yy, yz, y0), (zx, zy, zz, z0) = _rows(T_window_sensor)
     near, far = ranges[0] ** 2, ranges[1] ** 2
     filled = 0
     for i in range(len(points)):
@@ -107,22 +107,22 @@ def count_open_ends(
         squared = x * x + y * y + z * z
         if not (near <= squared and math.isfinite(squared)):
             continue
-        rise = T[2, 0] * x + T[2, 1] * y + T[2, 2] * z
+        rise = zx * x + zy * y + zz * z
         share = 1.0 if squared <= far else ranges[1] / math.sqrt(squared)
-        height = T[2, 3] + share * rise
+        height = z0 + share * rise
         if 0.0 <= height < top:
             if squared <= far:
                 continue
             layer = int(height)
         else:
             border = 0.0 if height < 0.0 else top
-            to_border = (border - T[2, 3]) / rise
+            to_border = (border - z0) / rise
             if not 0.0 < to_border <= share:
                 continue
             share, layer = to_border, 0 if height < 0.0 else layers - 1
-        column = int(share * (T[0, 0] * x + T[0, 1] * y + T[0, 2] * z) + T[0, 3])
-        row = int(share * (T[1, 0] * x + T[1, 1] * y + T[1, 2] * z) + T[1, 3])
-        cell = (column * side + row) * layers + layer
+        column = int(share * (xx * x + xy * y + xz * z) + x0)
+        row = int(share * (yx * x + yy * y + yz * z) + y0)
+        cell = np.uint32((column * side + row) * layers + layer)
         if flat[cell] == 0:
             cells[filled] = cell
             filled += 1

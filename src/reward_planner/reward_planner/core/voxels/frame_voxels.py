@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from reward_planner.core.voxels.count_points import PointTally, count_open_ends, count_points
-from reward_planner.core.voxels.frame_window import FrameWindow, window_around, window_shape
+from reward_planner.core.voxels.frame_window import FrameWindow, place_of_cell, window_around, window_shape
 from reward_planner.core.voxels.free_rays import ENDED, mark_ends_passed, mark_passed
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_error import VoxelError
@@ -140,11 +140,11 @@ def expected_points(
     start = T_window_sensor[:, 3]
     expected = np.empty(len(cells))
     for i, cell in enumerate(cells):
-        column, row = cell // (window.side * window.layers), cell // window.layers % window.side
+        column, row, layer = place_of_cell(cell, window.side, window.layers)
         depth = (
             axis[0] * (column + 0.5 - start[0])
             + axis[1] * (row + 0.5 - start[1])
-            + axis[2] * (cell % window.layers + 0.5 - start[2])
+            + axis[2] * (layer + 0.5 - start[2])
         )
         expected[i] = (focal_length / max(depth, 1.0)) ** 2
     return expected

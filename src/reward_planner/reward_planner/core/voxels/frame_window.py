@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from reward_planner.core.voxels.sensor_view import SensorView
@@ -80,3 +81,15 @@ def window_shape(settings: VoxelSettings) -> tuple[int, int]:
         )
     layers = math.ceil((settings.height_max - settings.height_min) / settings.resolution - 1e-6)
     return TILE * tiles, layers
+
+
+@njit(cache=True, inline='always')
+def place_of_cell(cell: int, side: int, layers: int) -> tuple[int, int, int]:
+    """Return column, row and layer of a flat index in a window of side x side x layers voxels.
+
+    Products with reciprocals are several times as fast as whole divisions, and right as long as cells fit into 2^40.
+    """
+    column = int((cell + 0.5) * (1.0 / (side * layers)))
+    rest = cell - column * side * layers
+    row = int((rest + 0.5) * (1.0 / layers))
+    return column, row, rest - row * layers

@@ -8,6 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from reward_planner.core.voxels.frame_window import place_of_cell
+
 UNSEEN, ENDED, PASSED = 0, 1, 2
 """Marks of voxels in a frame. A voxel in which a point lies is never passed, whatever rays go through it."""
 
@@ -35,8 +37,7 @@ def mark_passed(
     side, layers = marks.shape[1], marks.shape[2]
     flat = marks.reshape(-1)
     for end in ends:
-        column, row, layer = end // (side * layers), end // layers % side, end % layers
-        count = _walk(flat, (side, layers), origin, (column, row, layer), passed, count)
+        count = _walk(flat, (side, layers), origin, place_of_cell(end, side, layers), passed, count)
     return count
 
 
@@ -91,8 +92,9 @@ def _walk(
     cell = (column * side + row) * layers + layer
     stride_x, stride_y = sign_x * side * layers, sign_y * layers
     for _ in range(steps_x + steps_y + steps_z):
-        if flat[cell] == UNSEEN:
-            flat[cell] = PASSED
+        here = np.uint64(cell)  # signed ones cost a check of the sign
+        if flat[here] == UNSEEN:
+            flat[here] = PASSED
             passed[count] = cell
             count += 1
         if at_x < at_y and at_x < at_z:

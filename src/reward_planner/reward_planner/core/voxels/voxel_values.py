@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.voxels.frame_window import TILE, FrameWindow
+from reward_planner.core.voxels.frame_window import TILE, FrameWindow, place_of_cell
 
 _NEARLY_MAXIMUM = 0.99
 
@@ -47,7 +47,7 @@ def touched_tiles(window: FrameWindow, cells: NDArray[np.int32], touched: NDArra
         touched: shape (tiles, tiles) along x and y; becomes true.
     """
     for cell in cells:
-        column, row = cell // (window.side * window.layers), cell // window.layers % window.side
+        column, row, _ = place_of_cell(cell, window.side, window.layers)
         touched[column // TILE, row // TILE] = True
 
 
@@ -72,7 +72,7 @@ def add_to_voxels(
     """
     same = len(amounts) == 1
     for i, cell in enumerate(cells):
-        column, row = cell // (window.side * window.layers), cell // window.layers % window.side
+        column, row, layer = place_of_cell(cell, window.side, window.layers)
         slot = slots[column // TILE, row // TILE]
-        value = values[slot, column % TILE, row % TILE, cell % window.layers] + amounts[0 if same else i]
-        values[slot, column % TILE, row % TILE, cell % window.layers] = min(max(value, limits[0]), limits[1])
+        value = values[slot, column % TILE, row % TILE, layer] + amounts[0 if same else i]
+        values[slot, column % TILE, row % TILE, layer] = min(max(value, limits[0]), limits[1])
