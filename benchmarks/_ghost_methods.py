@@ -1,0 +1,110 @@
+"""Ways to keep a map over many frames, by what they hold occupied in the end."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from _peer_octomap import OctoMap
+from numpy.typing import NDArray
+
+from reward_planner.core.voxels.frame_window import TILE, window_shape
+from reward_planner.core.voxels.sensor_view import SensorView
+from reward_planner.core.voxels.voxel_map import VoxelMap
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
+
+Dense = NDArray[np.bool_]
+"""Voxels of the room, shape (side, side, layers) along x, y and z."""
+TILES = 12
+FIRST_TILE = -6
+"""The room lies in 12 x 12 tiles around the map's origin."""
+
+
+class Method(Protocol):
+    """Takes frames and says which voxels it holds occupied."""
+
+    def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:
+        """Take a frame."""
+
+    def occupied(self) -> Dense:
+        """Return the voxels that it holds occupied."""
+
+
+def dense_shape(settings: VoxelSettings) -> tuple[int, int, int]:
+    """Return the shape of all voxels of the room."""
+    return TILES * TILE, TILES * TILE, window_shape(settings)[1]
+
+
+class Voxels:
+    """One of our rules over time."""
+
+    def __init__(self, settings: VoxelSettings) -> None:
+        """Begin with nothing known."""
+        self._map = VoxelMap(settings)
+
+    def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:
+        """Take a frame."""
+        self._map.add(stamp, points, view)
+
+    def occupied(self) -> Dense:
+        """Return the voxels whose value is that of an obstacle."""
+        settings, tiles = self._map.settings, self._map.tiles
+        dense = np.zeros(dense_shape(settings), dtype=np.bool_)
+        for i, j, slot in tiles_in_room(self._map):
+            if settings.rule == 'log_odds':
+                firm = tiles.values[slot] >= settings.log_odds_occupied
+            else:
+                firm = tiles.values[slot] >= settings.value_min * max(float(tiles.frames[slot]), 1.0)
+            dense[TILE * i : TILE * (i + 1), TILE * j : TILE * (j + 1)] = firm
+        return dense
+
+
+class OredFrames:
+    """The paper's map: what any single frame held occupied stays so."""
+
+    def __init__(self, settings: VoxelSettings) -> None:
+        """Begin with nothing known."""
+        self._settings = settings
+        self._occupied = np.zeros(dense_shape(settings), dtype=np.bool_)
+
+    def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:
+        """Take a frame."""
+        frame = Voxels(self._settings)
+        frame.add(stamp, points, view)
+        self._occupied = self._occupied | frame.occupied()
+
+    def occupied(self) -> Dense:
+        """Return the voxels that were ever occupied."""
+        return self._occupied
+
+
+class Octo:
+    """OctoMap with discretised ends, cut to the heights of the settings."""
+
+    def __init__(self, settings: VoxelSettings) -> None:
+        """Begin with nothing known."""
+        self._settings = settings
+        self._tree = OctoMap(settings)
+
+    def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:  # noqa: ARG002
+        """Take a frame."""
+        T = view.T_map_sensor.astype(np.float32)
+        self._tree.add(points @ T[:3, :3].T + T[:3, 3], view.origin, discretize=True)
+
+    def occupied(self) -> Dense:
+        """Return the occupied voxels."""
+        s, bottom = self._settings.resolution, self._settings.height_min
+        dense = np.zeros(dense_shape(self._settings), dtype=np.bool_)
+        corner = np.array([FIRST_TILE * TILE * s, FIRST_TILE * TILE * s, bottom])
+        cells = np.floor((self._tree.occupied_centres() - corner) / s).astype(np.int64)
+        cells = cells[(cells >= 0).all(axis=1) & (cells < dense.shape).all(axis=1)]
+        dense[tuple(cells.T)] = True
+        return dense
+
+
+def tiles_in_room(voxels: VoxelMap) -> list[tuple[int, int, int]]:
+    """Return the tiles of the room that a map has: number along x and y in the room, and slot."""
+    tiles = voxels.tiles
+    number = len(tiles)
+    places = tiles.places[:number] - FIRST_TILE
+    return [(int(i), int(j), slot) for slot, (i, j) in enumerate(places) if 0 <= i < TILES and 0 <= j < TILES]

@@ -1,0 +1,167 @@
+"""Obstacles that are none: how many a map keeps, and what it loses of the real ones: `./shirube bench ghosts`.
+
+40 frames in which 3 % of the pixels show phantoms, then 40 clean ones. A false cell is occupied though nothing solid
+is there, and never was so in a run of the same method on the same frames without phantoms (noise of the depth thickens
+walls in any case). It had free rays if a clean frame's rays passed one of its false voxels. A true cell is solid and
+occupied in the run without phantoms. Settings are the defaults, which `voxel_speed` uses too.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator
+from typing import NamedTuple, NoReturn
+
+import numpy as np
+from _ghost_methods import FIRST_TILE, TILES, Dense, Method, Octo, OredFrames, Voxels, dense_shape
+from _peer_octomap import INSTALL, IS_INSTALLED
+from _voxel_scenes import ROOM, driving, points_at, standing, view_at
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from reward_planner.core.voxels.frame_voxels import FrameCounter
+from reward_planner.core.voxels.frame_window import TILE
+from reward_planner.core.voxels.sensor_view import SensorView
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from shirube_geometry import PlanarPose
+
+FRAMES = 40
+SHARE = 0.03
+PERIOD = 0.1
+SETTINGS = VoxelSettings()
+METHODS: dict[str, Callable[[], Method]] = {
+    'the paper: `count`, frames joined by OR': lambda: OredFrames(VoxelSettings(rule='count')),
+    '`count`, mean over time': lambda: Voxels(VoxelSettings(rule='count')),
+    '`range_normalised`, mean over time': lambda: Voxels(VoxelSettings(rule='range_normalised')),
+    '`log_odds`': lambda: Voxels(SETTINGS),
+}
+if IS_INSTALLED:
+    METHODS['pyoctomap'] = lambda: Octo(SETTINGS)
+PHANTOMS = {
+    'single points, new ones in each frame': (1, False),
+    'patches of 8 x 8, new ones in each frame': (8, False),
+    'patches of 24 x 24, new ones in each frame': (24, False),
+    'patches of 24 x 24, the same in all frames': (24, True),
+}
+
+
+class Scores(NamedTuple):
+    """Cells of one run."""
+
+    false_before: int
+    false_after: int
+    false_with_rays: int
+    true: int
+    lost: int
+
+
+class CleanRun(NamedTuple):
+    """Voxels that a method held occupied without phantoms: ever, and in the end."""
+
+    ever: Dense
+    last: Dense
+
+
+def frames_of(
+    poses: list[PlanarPose], patch: int | None, *, same: bool
+) -> Iterator[tuple[NDArray[np.float32], SensorView]]:
+    """Yield the frames of a run, with phantoms in the first FRAMES unless patch is None."""
+    for k, pose in enumerate(poses):
+        phantom_rng = None if patch is None or k >= FRAMES else np.random.default_rng([7, 0 if same else k])
+        rng = np.random.default_rng([5, k])
+        yield points_at(ROOM, pose, rng, (SHARE, patch or 1), phantom_rng), view_at(pose)
+
+
+def occupied_over(
+    methods: dict[str, Method], frames: Iterator[tuple[NDArray[np.float32], SensorView]]
+) -> dict[str, list[Dense]]:
+    """Return what each method holds occupied after the first FRAMES and after all."""
+    held: dict[str, list[Dense]] = {name: [] for name in methods}
+    for k, (points, view) in enumerate(frames):
+        for name, method in methods.items():
+            method.add(PERIOD * k, points, view)
+            if k + 1 in {FRAMES, 2 * FRAMES}:
+                held[name].append(method.occupied())
+    return held
+
+
+def clean_run(
+    methods: dict[str, Method], frames: Iterator[tuple[NDArray[np.float32], SensorView]]
+) -> dict[str, CleanRun]:
+    """Return what each method holds occupied ever and in the end."""
+    runs: dict[str, CleanRun] = {}
+    for k, (points, view) in enumerate(frames):
+        for name, method in methods.items():
+            method.add(PERIOD * k, points, view)
+            now = method.occupied()
+            runs[name] = CleanRun(now | runs[name].ever if k else now, now)
+    return runs
+
+
+def passed_by_clean_frames(poses: list[PlanarPose], shape: tuple[int, int, int]) -> Dense:
+    """Return the voxels that rays of the last FRAMES passed."""
+    passed, counter = np.zeros(shape, dtype=np.bool_), FrameCounter(SETTINGS)
+    for points, view in list(frames_of(poses, None, same=False))[FRAMES:]:
+        frame = counter.count_and_trace(points, view)
+        window = frame.window
+        x, y, z = np.unravel_index(frame.passed, (window.side, window.side, window.layers))
+        x, y = x + (window.tile_x - FIRST_TILE) * TILE, y + (window.tile_y - FIRST_TILE) * TILE
+        inside = (x >= 0) & (x < shape[0]) & (y >= 0) & (y < shape[1])
+        passed[x[inside], y[inside], z[inside]] = True
+    return passed
+
+
+def score(held: list[Dense], clean: CleanRun, passed: Dense, solid: NDArray[np.bool_]) -> Scores:
+    """Compare a run with the one without phantoms; solid has shape (side, side) along x and y."""
+    ghosts = [now & ~clean.ever & ~solid[..., None] for now in held]
+    before, after = (ghost.any(axis=2) & ~clean.ever.any(axis=2) for ghost in ghosts)
+    with_rays = after & (ghosts[1] & passed).any(axis=2)
+    true = clean.last.any(axis=2) & solid
+    lost = true & ~held[1].any(axis=2)
+    return Scores(*(int(cells.sum()) for cells in (before, after, with_rays, true, lost)))
+
+
+def print_table(
+    drive: str, poses: list[PlanarPose], solid: NDArray[np.bool_], progress: tqdm[NoReturn]
+) -> None:
+    """Print the scores of all methods over one drive."""
+    passed = passed_by_clean_frames(poses, dense_shape(SETTINGS))
+    clean = clean_run({name: make() for name, make in METHODS.items()}, frames_of(poses, None, same=False))
+    progress.update()
+    print(f'\n### {drive}\n')
+    print('| phantoms | method | false cells after the phantoms | left after clean frames | ', end='')
+    print('of these with free rays | true cells | lost |\n|---|---|---|---|---|---|---|')
+    for kind, (patch, same) in PHANTOMS.items():
+        methods = {name: make() for name, make in METHODS.items()}
+        held = occupied_over(methods, frames_of(poses, patch, same=same))
+        progress.update()
+        for name in methods:
+            scores = score(held[name], clean[name], passed, solid)
+            numbers = ' | '.join(str(number) for number in scores[:4])
+            tqdm.write(f'| {kind} | {name} | {numbers} | {100.0 * scores.lost / max(scores.true, 1):.2f} % |')
+
+
+def main() -> int:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.parse_args()
+    if not IS_INSTALLED:
+        print(INSTALL)
+    s = SETTINGS.resolution
+    first = FIRST_TILE * TILE * s
+    heights = (SETTINGS.height_min, SETTINGS.height_max)
+    solid = ROOM.solid_cells((first, first), s, (TILES * TILE, TILES * TILE), heights).T
+    print('## Ghosts\n\n`./shirube bench ghosts`')
+    progress = tqdm(total=2 * (len(PHANTOMS) + 1), leave=False, desc='runs of 80 frames')
+    for drive, poses in (
+        ('The robot stands', standing(2 * FRAMES)),
+        ('The robot drives', driving(2 * FRAMES)),
+    ):
+        print_table(drive, poses, solid, progress)
+    return 0
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

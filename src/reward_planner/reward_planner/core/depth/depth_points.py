@@ -1,0 +1,47 @@
+"""Points of a depth image, by whichever camera it came."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reward_planner.core.depth.depth_error import DepthError
+from shirube_geometry import PinholeCamera
+
+
+def points_from_depth_image(depth: NDArray[np.float32], camera: PinholeCamera) -> NDArray[np.float32]:
+    """Return the points of the pixels that have a depth, shape (n, 3), in the optical frame [m].
+
+    Args:
+        depth: shape (height, width), along the optical axis [m]; NaN, infinite and not positive ones are left out.
+        camera: of the image, rectified.
+
+    Raises:
+        DepthError: an image of another size than the camera's, or a camera with distortion.
+    """
+    if depth.shape != (camera.height, camera.width):
+        raise DepthError(
+            f'the depth image has {depth.shape[::-1]} pixels, camera_info says {camera.width} x {camera.height}; '
+            'they must be equal'
+        )
+    if any(camera.distortion):
+        raise DepthError('the camera of the depth image has distortion; give a rectified image')
+    image = np.ascontiguousarray(depth, dtype=np.float32)
+    return _points(image, (camera.fx, camera.fy, camera.cx, camera.cy))
+
+
+@njit(cache=True)
+def _points(depth: NDArray[np.float32], intrinsics: tuple[float, float, float, float]) -> NDArray[np.float32]:
+    fx, fy, cx, cy = intrinsics
+    points = np.empty((depth.size, 3), dtype=np.float32)
+    count = 0
+    for row in range(depth.shape[0]):
+        for column in range(depth.shape[1]):
+            z = depth[row, column]
+            if 0.0 < z < np.inf:
+                points[count, 0] = (column - cx) / fx * z
+                points[count, 1] = (row - cy) / fy * z
+                points[count, 2] = z
+                count += 1
+    return points[:count]

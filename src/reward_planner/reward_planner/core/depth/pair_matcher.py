@@ -1,0 +1,96 @@
+"""Disparities of one pair of cameras, by OpenCV's matchers."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from reward_planner.core.depth.depth_error import DepthError
+from reward_planner.core.depth.depth_settings import DepthSettings
+from reward_planner.core.depth.stereo_pair import StereoPair
+
+_SMOOTH = (
+    8,
+    32,
+)  # costs of a step of one and of more disparities, for each pixel of a block (Hirschmüller 2008)
+_PREFILTER_CAP = 31
+_LEFT_RIGHT = 1  # matches from right to left differ by no more [px]
+_BLOCK_BM = 15
+_FRACTION = 16.0  # OpenCV counts in sixteenths of a pixel
+_SPECKLE_STEP = 1.0  # within an island, disparities differ by no more from pixel to pixel [px]
+
+
+class PairMatcher:
+    """Matches the images of one pair; a pair one above the other is turned, so that columns become rows."""
+
+    def __init__(self, pair: StereoPair, settings: DepthSettings) -> None:
+        """Prepare the matcher.
+
+        Raises:
+            DepthError: disparities or block that OpenCV has no matcher for.
+        """
+        if settings.disparities % 16 or settings.block % 2 == 0:
+            raise DepthError(
+                f'disparities is {settings.disparities} and block {settings.block}; '
+                'give a multiple of 16 and an odd number'
+            )
+        self._pair = pair
+        self._speckle = settings.speckle
+        self._matcher = _matcher_of(settings)
+
+    def match(self, left: NDArray[np.uint8], other: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """Return the disparity of each pixel of the left image, shape (height, width), positive [px]; NaN for none.
+
+        Args:
+            left: shape (height, width), grey, rectified.
+            other: the same of the other camera.
+
+        Raises:
+            DepthError: images that are not grey or not of the same size.
+        """
+        for image in (left, other):
+            if image.ndim != 2 or image.dtype != np.uint8 or image.shape != left.shape:
+                raise DepthError(
+                    f'images are {left.dtype} {left.shape} and {other.dtype} {other.shape}; '
+                    'give grey ones of the same size'
+                )
+        raw = self._matcher.compute(self._turned(left), self._turned(other))
+        if self._speckle > 0:
+            cv2.filterSpeckles(raw, -_FRACTION, self._speckle, _SPECKLE_STEP * _FRACTION)
+        disparity = self._turned_back(raw).astype(np.float32) / np.float32(_FRACTION)
+        missing = disparity < 0.0
+        disparity -= np.float32(self._pair.sign * self._pair.offset)
+        disparity[missing | (disparity <= 0.0)] = np.nan
+        return disparity
+
+    def _turned(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Lay the baseline along the rows, with the other camera to the right."""
+        along = image.T if self._pair.axis == 1 else image
+        return np.ascontiguousarray(along if self._pair.sign > 0 else along[:, ::-1])
+
+    def _turned_back(self, disparity: NDArray[np.int16]) -> NDArray[np.int16]:
+        along = disparity if self._pair.sign > 0 else disparity[:, ::-1]
+        return np.ascontiguousarray(along.T if self._pair.axis == 1 else along)
+
+
+def _matcher_of(settings: DepthSettings) -> cv2.StereoMatcher:
+    if settings.matcher == 'bm':
+        matcher = cv2.StereoBM_create(  # type: ignore[attr-defined]
+            settings.disparities, max(settings.block, _BLOCK_BM)
+        )
+        matcher.setUniquenessRatio(settings.uniqueness)
+        matcher.setDisp12MaxDiff(_LEFT_RIGHT)
+        return matcher
+    area = settings.block**2
+    return cv2.StereoSGBM_create(  # type: ignore[attr-defined]
+        minDisparity=0,
+        numDisparities=settings.disparities,
+        blockSize=settings.block,
+        P1=_SMOOTH[0] * area,
+        P2=_SMOOTH[1] * area,
+        disp12MaxDiff=_LEFT_RIGHT,
+        preFilterCap=_PREFILTER_CAP,
+        uniquenessRatio=settings.uniqueness,
+        mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY,
+    )

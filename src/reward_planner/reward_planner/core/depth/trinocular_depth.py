@@ -1,0 +1,109 @@
+"""Depth of an L of three cameras: a horizontal and a vertical pair, their agreement and union (2.2.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reward_planner.core.depth.depth_settings import DepthSettings
+from reward_planner.core.depth.pair_matcher import PairMatcher
+from reward_planner.core.depth.stereo_pair import StereoPair
+
+NOWHERE, FIRST, SECOND, BOTH = 0, 1, 2, 3
+"""Which pairs a depth is from."""
+
+
+@dataclass(frozen=True)
+class DepthImage:
+    """Depths for the pixels of the left camera.
+
+    Attributes:
+        depth: shape (height, width), along the optical axis [m], NaN where there is none.
+        source: shape (height, width), NOWHERE, FIRST, SECOND or BOTH.
+    """
+
+    depth: NDArray[np.float32]
+    source: NDArray[np.uint8]
+
+
+class TrinocularDepth:
+    """Matches the left camera with two others, usually the right and the top one."""
+
+    def __init__(self, first: StereoPair, second: StereoPair, settings: DepthSettings) -> None:
+        """Prepare the matchers of both pairs.
+
+        Args:
+            first: the left camera and the right one.
+            second: the left camera and the top one.
+            settings: of the matching.
+
+        Raises:
+            DepthError: settings that OpenCV has no matcher for.
+        """
+        self._pairs = (first, second)
+        self._matchers = (PairMatcher(first, settings), PairMatcher(second, settings))
+        self._settings = settings
+
+    def compute(
+        self, left: NDArray[np.uint8], right: NDArray[np.uint8], top: NDArray[np.uint8]
+    ) -> DepthImage:
+        """Return the depth by both pairs.
+
+        Args:
+            left: shape (height, width), grey, rectified.
+            right: the same of the first pair's other camera.
+            top: the same of the second pair's.
+
+        Raises:
+            DepthError: images that are not grey or not of the same size.
+        """
+        first, second = self._matchers[0].match(left, right), self._matchers[1].match(left, top)
+        scales = (self._pairs[0].focal_baseline, self._pairs[1].focal_baseline)
+        union = self._settings.fusion == 'union'
+        return DepthImage(*_fuse(first, second, scales, self._settings.agreement, union))
+
+
+def depth_of_pair(disparity: NDArray[np.float32], pair: StereoPair) -> NDArray[np.float32]:
+    """Return Z = b f / d, shape as the disparities (eq. 2) [m]; NaN stays NaN."""
+    return np.float32(pair.focal_baseline) / disparity
+
+
+@njit(cache=True)
+def _fuse(
+    first: NDArray[np.float32],
+    second: NDArray[np.float32],
+    scales: tuple[float, float],
+    agreement: float,
+    union: bool,
+) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
+    """Return depth and source of each pixel.
+
+    Pairs that agree are averaged as 1 / Z = d / (b f), weighted by its accuracy, which grows with (b f)^2; then the sum
+    of the weighted ones is that of d b f over the sum of (b f)^2. Agreement is measured in pixels of the coarser pair.
+
+    Args:
+        first: disparities of the first pair, shape (height, width) [px], NaN for none.
+        second: those of the second pair.
+        scales: b f of both pairs [px m].
+        agreement: largest difference [px].
+        union: whether to keep what only one pair has.
+    """
+    depth = np.full(first.shape, np.nan, dtype=np.float32)
+    source = np.zeros(first.shape, dtype=np.uint8)
+    most = agreement / min(scales[0], scales[1])
+    weight = scales[0] ** 2 + scales[1] ** 2
+    for row, column in np.ndindex(first.shape):
+        a, b = first[row, column], second[row, column]
+        has_a, has_b = not np.isnan(a), not np.isnan(b)
+        if has_a and has_b:
+            if abs(a / scales[0] - b / scales[1]) <= most:
+                depth[row, column] = weight / (a * scales[0] + b * scales[1])
+                source[row, column] = BOTH
+        elif union and has_a:
+            depth[row, column], source[row, column] = scales[0] / a, FIRST
+        elif union and has_b:
+            depth[row, column], source[row, column] = scales[1] / b, SECOND
+    return depth, source

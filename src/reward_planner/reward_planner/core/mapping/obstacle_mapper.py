@@ -1,0 +1,76 @@
+"""From points and the robot's pose to the local and the global map (2.2)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reward_planner.core.mapping.global_map import GlobalMap
+from reward_planner.core.mapping.local_map import LocalMap, project_around
+from reward_planner.core.mapping.mapping_settings import MappingSettings
+from reward_planner.core.voxels.count_points import PointTally
+from reward_planner.core.voxels.sensor_view import SensorView
+from reward_planner.core.voxels.voxel_map import VoxelMap
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from shirube_geometry import CameraMount, PlanarPose
+
+
+class ObstacleMapper:
+    """Maps what one sensor sees.
+
+    Attributes:
+        voxels: around the robot.
+        map: of the whole area.
+    """
+
+    def __init__(self, mount: CameraMount, voxels: VoxelSettings, mapping: MappingSettings) -> None:
+        """Begin with nothing known.
+
+        Args:
+            mount: pose of the sensor's optical frame in the base frame.
+            voxels: how points become obstacles.
+            mapping: how large the map may grow.
+
+        Raises:
+            VoxelError: settings that leave no voxels.
+        """
+        self._T_base_sensor = _matrix(mount.rotation, np.array(mount.xyz))
+        self.voxels = VoxelMap(voxels)
+        self.map = GlobalMap(voxels.resolution, mapping.cells_max)
+
+    def add(
+        self, stamp: float, points: ArrayLike, T_map_base: PlanarPose, focal_length: float
+    ) -> tuple[LocalMap, PointTally]:
+        """Take a frame; return the map around the robot and what became of the points.
+
+        Args:
+            stamp: of the frame [s].
+            points: array-like, shape (n, 3), in the sensor's optical frame [m].
+            T_map_base: the robot's pose at that time.
+            focal_length: density of the points, see `SensorView`.
+
+        Raises:
+            VoxelError: points of another shape, a pose or a stamp that is not finite.
+        """
+        view = SensorView(_matrix_of_pose(T_map_base) @ self._T_base_sensor, focal_length)
+        tally = self.voxels.add(stamp, points, view).tally
+        local = project_around(self.voxels, view)
+        self.map.write(local)
+        return local, tally
+
+    def clear(self) -> None:
+        """Forget everything, for instance after the robot was carried elsewhere."""
+        self.voxels.clear()
+        self.map.clear()
+
+
+def _matrix_of_pose(pose: PlanarPose) -> NDArray[np.float64]:
+    cos, sin = np.cos(pose.yaw), np.sin(pose.yaw)
+    rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return _matrix(rotation, np.array([pose.x, pose.y, 0.0]))
+
+
+def _matrix(rotation: NDArray[np.float64], translation: NDArray[np.float64]) -> NDArray[np.float64]:
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = rotation, translation
+    return T

@@ -1,0 +1,123 @@
+"""The robot's pose at the instant of a frame, from poses that come with their own stamps."""
+
+from __future__ import annotations
+
+import bisect
+import math
+from enum import Enum
+
+from reward_planner.core.mapping.mapping_settings import MappingSettings
+from shirube_geometry import PlanarPose, wrap_angle
+
+_HISTORY = 10.0  # poses that are older than the newest by more are of no use [s]
+_POSES_MAX = 5000
+_OUT_OF_ORDER = 1.0  # older poses are late up to this, beyond it time has jumped back [s]
+_NOISE = (0.3, 0.3)  # by so much poses may differ besides the robot's motion [m, rad]
+
+
+class PoseVerdict(Enum):
+    """What became of a pose."""
+
+    TAKEN = 'taken'
+    NOT_FINITE = 'a number of the pose is not finite'
+    OUT_OF_ORDER = 'the pose is older than the one before'
+    JUMPED = 'the pose jumped; the map waits until poses agree'
+    RELOCATED = 'poses agree again after a jump'
+    TIME_BACK = 'time jumped back; older poses are forgotten'
+
+
+class NoPose(Enum):
+    """Why there is no pose for an instant."""
+
+    NOT_YET = 'no pose yet for the time of the frame'
+    MISSING = 'no poses around the time of the frame'
+
+
+class PoseTrail:
+    """Recent poses of the robot that follow each other at a speed a robot may have."""
+
+    def __init__(self, settings: MappingSettings) -> None:
+        """Begin without poses."""
+        self._settings = settings
+        self._stamps: list[float] = []
+        self._poses: list[PlanarPose] = []
+        self._elsewhere: list[tuple[float, PlanarPose]] = []
+
+    @property
+    def has_jumped(self) -> bool:
+        """Whether poses jumped and do not agree yet at a new place: the robot should stand."""
+        return bool(self._elsewhere)
+
+    def add(self, stamp: float, T_map_base: PlanarPose) -> PoseVerdict:
+        """Take a pose, and say whether it is believed.
+
+        Args:
+            stamp: of the pose [s].
+            T_map_base: the robot's pose.
+        """
+        if not all(math.isfinite(v) for v in (stamp, T_map_base.x, T_map_base.y, T_map_base.yaw)):
+            return PoseVerdict.NOT_FINITE
+        newest = self._newest_stamp()
+        if stamp < newest - _OUT_OF_ORDER:
+            self._restart(stamp, T_map_base)
+            return PoseVerdict.TIME_BACK
+        if stamp <= newest:
+            return PoseVerdict.OUT_OF_ORDER
+        if not self._poses or self._may_follow(stamp, T_map_base, self._stamps[-1], self._poses[-1]):
+            self._elsewhere.clear()
+            self._append(stamp, T_map_base)
+            return PoseVerdict.TAKEN
+        return self._settle(stamp, T_map_base)
+
+    def at(self, stamp: float) -> PlanarPose | NoPose:
+        """Return the pose at an instant [s], between the poses before and after it."""
+        if not self._stamps or stamp > self._stamps[-1]:
+            return NoPose.NOT_YET
+        after = bisect.bisect_left(self._stamps, stamp)
+        if self._stamps[after] == stamp:
+            return self._poses[after]
+        if after == 0 or self._stamps[after] - self._stamps[after - 1] > self._settings.pose_gap_max:
+            return NoPose.MISSING
+        return self._between(after, stamp)
+
+    def _between(self, after: int, stamp: float) -> PlanarPose:
+        start, end = self._poses[after - 1], self._poses[after]
+        share = (stamp - self._stamps[after - 1]) / (self._stamps[after] - self._stamps[after - 1])
+        return PlanarPose(
+            start.x + share * (end.x - start.x),
+            start.y + share * (end.y - start.y),
+            wrap_angle(start.yaw + share * start.turn_to(end)),
+        )
+
+    def _newest_stamp(self) -> float:
+        if self._elsewhere:
+            return self._elsewhere[-1][0]
+        return self._stamps[-1] if self._stamps else -math.inf
+
+    def _may_follow(self, stamp: float, pose: PlanarPose, last_stamp: float, last: PlanarPose) -> bool:
+        passed = min(stamp - last_stamp, self._settings.pose_gap_max)
+        return (
+            pose.distance_to(last) <= _NOISE[0] + passed * self._settings.speed_max
+            and abs(pose.turn_to(last)) <= _NOISE[1] + passed * self._settings.turn_rate_max
+        )
+
+    def _settle(self, stamp: float, pose: PlanarPose) -> PoseVerdict:
+        """Gather poses at a new place until they agree for long enough."""
+        if self._elsewhere and not self._may_follow(stamp, pose, *self._elsewhere[-1]):
+            self._elsewhere.clear()
+        self._elsewhere.append((stamp, pose))
+        if stamp - self._elsewhere[0][0] < self._settings.settle_time:
+            return PoseVerdict.JUMPED
+        self._restart(stamp, pose)
+        return PoseVerdict.RELOCATED
+
+    def _restart(self, stamp: float, pose: PlanarPose) -> None:
+        self._elsewhere.clear()
+        self._stamps, self._poses = [stamp], [pose]
+
+    def _append(self, stamp: float, pose: PlanarPose) -> None:
+        self._stamps.append(stamp)
+        self._poses.append(pose)
+        old = bisect.bisect_left(self._stamps, stamp - _HISTORY)
+        old = max(old, len(self._stamps) - _POSES_MAX)
+        del self._stamps[:old], self._poses[:old]

@@ -1,0 +1,112 @@
+"""Voxels that rays pass before they end (Amanatides and Woo 1987, one ray for each voxel in which rays end)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reward_planner.core.voxels.frame_window import place_of_cell
+
+UNSEEN, ENDED, PASSED = 0, 1, 2
+"""Marks of voxels in a frame. A voxel in which a point lies is never passed, whatever rays go through it."""
+
+
+@njit(cache=True)
+def mark_passed(
+    ends: NDArray[np.int32],
+    origin: NDArray[np.float64],
+    marks: NDArray[np.uint8],
+    passed: NDArray[np.int32],
+    count: int,
+) -> int:
+    """Mark the voxels between the sensor and the centres of voxels, those of the ends left out.
+
+    Args:
+        ends: shape (n,), flat indices of voxels.
+        origin: shape (3,), the sensor [voxels from the window's corner], inside along x and y.
+        marks: shape (side, side, layers); voxels that are UNSEEN become PASSED.
+        passed: takes the flat indices of voxels that became so, from index count on.
+        count: voxels that are in passed already.
+
+    Returns:
+        voxels in passed now.
+    """
+    side, layers = marks.shape[1], marks.shape[2]
+    flat = marks.reshape(-1)
+    for end in ends:
+        count = _walk(flat, (side, layers), origin, place_of_cell(end, side, layers), passed, count)
+    return count
+
+
+@njit(cache=True)
+def mark_ends_passed(
+    ends: NDArray[np.int32], marks: NDArray[np.uint8], passed: NDArray[np.int32], count: int
+) -> int:
+    """Mark the ends themselves where rays only left the window there; arguments as in `mark_passed`."""
+    flat = marks.reshape(-1)
+    for end in ends:
+        if flat[end] == UNSEEN:
+            flat[end] = PASSED
+            passed[count] = end
+            count += 1
+    return count
+
+
+@njit(cache=True, inline='always')
+def _axis(start: float, end: float, cell: int, last: int) -> tuple[int, int, float, float]:
+    """Return steps to go, their sign, the share of the ray at the first border, and from border to border."""
+    steps = abs(last - cell)
+    sign = 1 if last > cell else -1
+    if steps == 0:
+        return 0, sign, math.inf, math.inf
+    between = 1.0 / abs(end - start)
+    border = float(cell + 1) if sign > 0 else float(cell)
+    return steps, sign, abs(border - start) * between, between
+
+
+@njit(cache=True)
+def _walk(
+    flat: NDArray[np.uint8],
+    shape: tuple[int, int],
+    origin: NDArray[np.float64],
+    last: tuple[int, int, int],
+    passed: NDArray[np.int32],
+    count: int,
+) -> int:
+    """Mark the voxels of one ray."""
+    side, layers = shape
+    x, y, z = origin[0], origin[1], origin[2]
+    end_x, end_y, end_z = last[0] + 0.5, last[1] + 0.5, last[2] + 0.5
+    if z < 0.0 or z >= layers:
+        border = 0.0 if z < 0.0 else float(layers)
+        share = (border - z) / (end_z - z)
+        x, y, z = x + share * (end_x - x), y + share * (end_y - y), border
+    column, row = int(x), int(y)
+    layer = min(int(z), layers - 1)
+    steps_x, sign_x, at_x, between_x = _axis(x, end_x, column, last[0])
+    steps_y, sign_y, at_y, between_y = _axis(y, end_y, row, last[1])
+    steps_z, sign_z, at_z, between_z = _axis(z, end_z, layer, last[2])
+    cell = (column * side + row) * layers + layer
+    stride_x, stride_y = sign_x * side * layers, sign_y * layers
+    for _ in range(steps_x + steps_y + steps_z):
+        here = np.uint64(cell)  # signed ones cost a check of the sign
+        if flat[here] == UNSEEN:
+            flat[here] = PASSED
+            passed[count] = cell
+            count += 1
+        if at_x < at_y and at_x < at_z:
+            cell += stride_x
+            steps_x -= 1
+            at_x = at_x + between_x if steps_x > 0 else math.inf
+        elif at_y < at_z:
+            cell += stride_y
+            steps_y -= 1
+            at_y = at_y + between_y if steps_y > 0 else math.inf
+        else:
+            cell += sign_z
+            steps_z -= 1
+            at_z = at_z + between_z if steps_z > 0 else math.inf
+    return count

@@ -1,0 +1,119 @@
+"""The values of voxels over time, from points seen at known poses (2.2.2).
+
+Under ``count`` and ``range_normalised`` the value is the mean of the frames' values (step 3); a frame counts for a tile
+if it has points there. Under ``log_odds`` a frame adds once to each voxel that is hit and takes once from each voxel
+that rays only pass, within limits, so that what disappears is found free a few frames later.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reward_planner.core.voxels.frame_voxels import FrameCounter, FrameVoxels, is_hit
+from reward_planner.core.voxels.frame_window import FrameWindow, window_around, window_shape
+from reward_planner.core.voxels.sensor_view import SensorView
+from reward_planner.core.voxels.tile_store import NO_TILE, TileStore
+from reward_planner.core.voxels.voxel_error import VoxelError
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.voxels.voxel_values import (
+    add_to_voxels,
+    counts_over_expected,
+    counts_over_maximum,
+    touched_tiles,
+)
+
+_FORGET_STEPS = 32  # tiles are brought up to date this often in a half-life
+
+
+class VoxelMap:
+    """Voxels in the map frame, tile by tile.
+
+    Attributes:
+        settings: the rule, sizes and limits.
+        tiles: where the values are, to be read.
+    """
+
+    def __init__(self, settings: VoxelSettings) -> None:
+        """Begin with no voxels.
+
+        Raises:
+            VoxelError: settings that leave no voxels, or not enough tiles for one frame.
+        """
+        self.settings = settings
+        self._counter = FrameCounter(settings)
+        self.tiles = TileStore(window_shape(settings)[1], settings.tiles_max)
+
+    def add(self, stamp: float, points: ArrayLike, view: SensorView) -> FrameVoxels:
+        """Take a frame and return its voxels.
+
+        Args:
+            stamp: of the frame [s]; when time jumps back nothing is forgotten for it.
+            points: array-like, shape (n, 3), in the sensor frame [m]; NaN and infinite ones are dropped and counted.
+            view: where the sensor was at that time.
+
+        Raises:
+            VoxelError: points of another shape, or a stamp that is not finite.
+        """
+        if not math.isfinite(stamp):
+            raise VoxelError(f'the stamp is {stamp} s, it must be finite')
+        if self.settings.rule == 'log_odds':
+            frame = self._counter.count_and_trace(points, view)
+        else:
+            frame = self._counter.count(points, view)
+        slots = self._slots_for(frame, stamp)
+        if self.settings.rule == 'log_odds':
+            self._add_log_odds(frame, slots)
+        else:
+            self._add_share(frame, slots)
+        return frame
+
+    def slots_around(self, view: SensorView) -> tuple[FrameWindow, NDArray[np.int64]]:
+        """Return the window of a view and the slots of its tiles, shape (tiles, tiles) along x and y."""
+        window = window_around(view, self.settings)
+        return window, self.tiles.slots_of(window)
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self.tiles.clear()
+
+    def _slots_for(self, frame: FrameVoxels, stamp: float) -> NDArray[np.int64]:
+        """Return the slots of the window's tiles, with tiles for all voxels of the frame, brought up to date."""
+        needed = np.zeros((frame.window.tiles, frame.window.tiles), dtype=np.bool_)
+        touched_tiles(frame.window, frame.cells, needed)
+        with_points = needed.copy()
+        touched_tiles(frame.window, frame.passed, needed)
+        slots = self.tiles.slots_of(frame.window)
+        self._forget(slots[slots != NO_TILE], stamp)
+        self.tiles.add_missing(frame.window, slots, needed, stamp)
+        self.tiles.frames[slots[with_points]] += 1.0
+        return slots
+
+    def _forget(self, slots: NDArray[np.int64], stamp: float) -> None:
+        """Let values fade by the time since the tiles were last brought up to date."""
+        ages = stamp - self.tiles.stamps[slots]
+        self.tiles.stamps[slots[ages < 0.0]] = stamp
+        due = slots[ages * _FORGET_STEPS >= self.settings.half_life]
+        if len(due) == 0:
+            return
+        kept = np.exp2((self.tiles.stamps[due] - stamp) / self.settings.half_life).astype(np.float32)
+        self.tiles.values[due] *= kept[:, None, None, None]
+        self.tiles.frames[due] *= kept
+        self.tiles.stamps[due] = stamp
+
+    def _add_share(self, frame: FrameVoxels, slots: NDArray[np.int64]) -> None:
+        if self.settings.rule == 'count':
+            shares = counts_over_maximum(frame.counts)
+        else:
+            shares = counts_over_expected(frame.counts, frame.expected)
+        add_to_voxels(self.tiles.values, slots, frame.window, frame.cells, shares, (0.0, math.inf))
+
+    def _add_log_odds(self, frame: FrameVoxels, slots: NDArray[np.int64]) -> None:
+        settings = self.settings
+        hits = frame.cells[is_hit(frame, settings.hit_share_min)]
+        limits = (settings.log_odds_min, settings.log_odds_max)
+        for cells, amount in ((hits, settings.log_odds_hit), (frame.passed, -settings.log_odds_pass)):
+            amounts = np.array([amount], dtype=np.float32)
+            add_to_voxels(self.tiles.values, slots, frame.window, cells, amounts, limits)

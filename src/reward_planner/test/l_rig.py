@@ -1,0 +1,41 @@
+"""Three cameras in an L in a room of boxes, and what they see."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from scene_simulator.box_room import BoxRoom, forward_camera
+from scene_simulator.box_room_picture import picture_of
+from shirube_geometry import PinholeCamera
+
+CAMERA = PinholeCamera(320, 240, 262.5, 262.5, 159.5, 119.5)
+BASELINE = 0.1
+ROOM = BoxRoom(
+    (-1.0, -2.0, 0.0, 3.3, 2.0, 2.4), ((1.3, -0.5, 0.0, 1.7, 0.1, 0.7), (2.0, 0.3, 0.5, 2.4, 1.0, 1.2))
+)
+
+
+def projection(camera=CAMERA, x=0.0, y=0.0):
+    """The matrix P of a camera at a place in the left camera's optical frame [m]."""
+    P = np.zeros((3, 4))
+    P[:, :3] = camera.matrix
+    P[0, 3], P[1, 3] = -camera.fx * x, -camera.fy * y
+    return P
+
+
+@lru_cache
+def picture(x=0.0, y=0.0, noise=1.0, seed=0, room=ROOM):
+    """What a camera sees at that place."""
+    T = forward_camera(0.0, 0.0, 0.6, 0.1)
+    T[:3, 3] += T[:3, 0] * x + T[:3, 1] * y
+    return picture_of(
+        room, CAMERA, T, noise, np.random.default_rng([seed, int(1e3 * x) % 997, int(1e3 * y) % 997])
+    )
+
+
+@lru_cache
+def true_depth(room=ROOM):
+    """Depth of the left camera's pixels."""
+    return room.depth_image(CAMERA, forward_camera(0.0, 0.0, 0.6, 0.1))

@@ -1,0 +1,140 @@
+"""One frame: hits and free voxels against a plain second implementation, shifts of the map, density of points."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+from slow_voxels import cells_as_voxels, centre_of, voxel_of, voxels_on_the_way
+
+from reward_planner.core.voxels.frame_voxels import FrameCounter
+from reward_planner.core.voxels.sensor_view import SensorView
+from reward_planner.core.voxels.voxel_error import VoxelError
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
+from shirube_geometry import PinholeCamera
+
+SETTINGS = VoxelSettings(
+    resolution=0.125, height_min=0.125, height_max=1.125, range_max=3.0, hit_share_min=0.1
+)
+CAMERA = PinholeCamera(80, 60, 66.0, 66.0, 39.5, 29.5)
+# Of no round numbers: where a ray meets an edge of voxels, both neighbours would do.
+PLACES = [(0.3141, 0.1271, 0.6236, 0.2), (-0.4173, 0.9197, 0.4129, -0.9), (3.1411, -1.2183, 0.9047, 2.3)]
+ROOM = BoxRoom(
+    (-1.0, -2.0, 0.0, 4.5, 2.0, 2.5), ((1.2, -0.6, 0.0, 1.7, 0.1, 0.7), (2.0, 0.4, 0.8, 2.6, 1.0, 0.9))
+)
+
+
+def seen(x=0.3, y=0.1, height=0.6, yaw=0.2):
+    T = forward_camera(x, y, height, yaw)
+    return points_from_depth(ROOM.depth_image(CAMERA, T), CAMERA), SensorView(T, CAMERA.fx)
+
+
+def slow_frame(points, view, settings):
+    """Hits, and what rays passed, one point at a time."""
+    s, bottom, top = settings.resolution, settings.height_min, settings.height_max
+    hits, open_ends, origin = Counter(), Counter(), view.origin
+    for point in points.astype(np.float64):
+        end = view.T_map_sensor[:3, :3] @ point + origin
+        reach = np.linalg.norm(point)
+        if settings.range_min <= reach <= settings.range_max and bottom <= end[2] < top:
+            hits[voxel_of(end, s, bottom)] += 1
+        elif reach >= settings.range_min:
+            inside = min(1.0, settings.range_max / reach)
+            border = top if end[2] > origin[2] else bottom
+            inside = min(inside, (border - origin[2]) / (end[2] - origin[2]))
+            place = origin + inside * (1.0 - 1e-12) * (end - origin)
+            open_ends[voxel_of(place, s, bottom)] += 1
+    axis = view.T_map_sensor[:3, 2]
+    depth = {v: axis @ (centre_of(v, s, bottom) - origin) for v in hits}
+    firm = {
+        v for v, n in hits.items() if n >= settings.hit_share_min * (view.focal_length * s / depth[v]) ** 2
+    }
+    wide = {v for v, n in open_ends.items() if n >= 2}
+    passed = set(wide)
+    for end in firm | wide:
+        passed |= voxels_on_the_way(origin, centre_of(end, s, bottom), s, bottom)
+    return hits, passed - set(hits)
+
+
+@pytest.mark.parametrize('place', PLACES)
+def test_hits_and_free_voxels_are_those_of_a_plain_implementation(place):
+    points, view = seen(*place)
+    frame = FrameCounter(SETTINGS).count_and_trace(points, view)
+    hits, passed = slow_frame(points, view, SETTINGS)
+    assert dict(zip(cells_as_voxels(frame.cells, frame.window), frame.counts.tolist())) == dict(hits)
+    assert set(cells_as_voxels(frame.passed, frame.window)) == passed
+    assert len(passed) > 300
+
+
+def test_the_expected_points_go_with_the_depth_of_the_centre():
+    points, view = seen(*PLACES[1])
+    frame = FrameCounter(SETTINGS).count(points, view)
+    s, bottom = SETTINGS.resolution, SETTINGS.height_min
+    for voxel, expected in zip(cells_as_voxels(frame.cells, frame.window), frame.expected):
+        depth = view.T_map_sensor[:3, 2] @ (centre_of(voxel, s, bottom) - view.origin)
+        assert expected == pytest.approx((CAMERA.fx * s / depth) ** 2)
+
+
+@pytest.mark.parametrize('shift', [(1, 0), (-3, 5), (16, -32), (1007, 2047)])
+def test_voxels_shift_with_the_sensor(shift):
+    points, view = seen()
+    T = view.T_map_sensor.copy()
+    T[:2, 3] += np.array(shift) * SETTINGS.resolution
+    counter = FrameCounter(SETTINGS)
+    here, there = (
+        counter.count_and_trace(points, view),
+        counter.count_and_trace(points, SensorView(T, CAMERA.fx)),
+    )
+    for cells_here, cells_there in ((here.cells, there.cells), (here.passed, there.passed)):
+        moved = {(x + shift[0], y + shift[1], z) for x, y, z in cells_as_voxels(cells_here, here.window)}
+        assert moved == set(cells_as_voxels(cells_there, there.window))
+
+
+def test_a_wall_across_the_axis_gives_the_expected_points():
+    camera = PinholeCamera(640, 480, 525.0, 525.0, 319.5, 239.5)
+    for distance in (1.03, 1.9, 2.8):
+        room = BoxRoom((-1.0, -3.0, -1.0, distance, 3.0, 2.5))
+        T = forward_camera(0.0, 0.0, 0.6, 0.0)
+        points = points_from_depth(room.depth_image(camera, T), camera)
+        frame = FrameCounter(SETTINGS).count(points, SensorView(T, camera.fx))
+        voxels = cells_as_voxels(frame.cells, frame.window)
+        ahead = [i for i, (x, y, z) in enumerate(voxels) if abs(y) < 3 and 2 < z < 5 and x > 5]
+        assert len(ahead) >= 10
+        assert frame.counts[ahead] == pytest.approx(frame.expected[ahead], rel=0.15)
+
+
+def test_bad_points_change_nothing():
+    points, view = seen()
+    worse = np.concatenate([points, [[math.nan, 0.0, 1.0], [0.0, math.inf, 1.0], [0.0, 0.0, -math.inf]]])
+    good, bad = (FrameCounter(SETTINGS).count_and_trace(p, view) for p in (points, worse))
+    assert set(good.cells.tolist()) == set(bad.cells.tolist())
+    assert set(good.passed.tolist()) == set(bad.passed.tolist())
+    assert (good.tally.not_finite, bad.tally.not_finite) == (0, 3)
+
+
+def test_frames_leave_nothing_behind_in_the_work_space():
+    counter = FrameCounter(SETTINGS)
+    first = counter.count_and_trace(*seen())
+    counter.count_and_trace(*seen(1.0, -0.8, 0.4, 1.5))
+    again = counter.count_and_trace(*seen())
+    assert (first.cells == again.cells).all()
+    assert (first.counts == again.counts).all()
+    assert (first.passed == again.passed).all()
+
+
+def test_single_points_far_behind_free_nothing():
+    points, view = seen()
+    wall = points[:, 2].max()
+    stray = np.array([[0.01 * k, 0.3, wall + 0.4 * k] for k in range(1, 4)])
+    clean = FrameCounter(SETTINGS).count_and_trace(points, view)
+    strayed = FrameCounter(SETTINGS).count_and_trace(np.concatenate([points, stray]), view)
+    assert len(strayed.passed) <= len(clean.passed)
+
+
+@pytest.mark.parametrize('points', [np.zeros((3, 2)), np.zeros(3), np.zeros((2, 3, 3))])
+def test_points_of_another_shape_are_refused(points):
+    with pytest.raises(VoxelError, match='one row x, y, z a point'):
+        FrameCounter(SETTINGS).count(points, seen()[1])

@@ -1,0 +1,112 @@
+"""A drive through a room: the map shows its walls and boxes where they are, in bounded memory."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.ndimage import minimum_filter
+
+from reward_planner.core.mapping.local_map import FREE, OCCUPIED
+from reward_planner.core.mapping.mapping_settings import MappingSettings
+from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
+from reward_planner.core.voxels.voxel_error import VoxelError
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+
+CAMERA = PinholeCamera(160, 120, 131.0, 131.0, 79.5, 59.5)
+MOUNT = CameraMount((0.1, 0.02, 0.5), (-math.pi / 2.0, 0.0, -math.pi / 2.0))
+ROOM = BoxRoom(
+    (-3.03, -2.52, 0.0, 3.04, 2.53, 2.5),
+    ((0.52, -0.51, 0.0, 1.03, 0.52, 0.8), (-1.98, 1.72, 0.32, -1.03, 2.4, 0.78)),
+)
+SETTINGS = VoxelSettings(resolution=0.1, range_max=3.0)
+
+
+def points_at(pose, room=ROOM):
+    camera = pose @ PlanarPose(MOUNT.xyz[0], MOUNT.xyz[1], 0.0)
+    T = forward_camera(camera.x, camera.y, MOUNT.xyz[2], camera.yaw)
+    return points_from_depth(room.depth_image(CAMERA, T), CAMERA)
+
+
+def circle(count=72):
+    """Poses on a circle around the box: once round looking at it, once looking out."""
+    for k in range(2 * count):
+        angle = math.tau * k / count
+        yield PlanarPose(
+            0.8 + 1.7 * math.cos(angle), 1.7 * math.sin(angle), angle + (math.pi if k < count else 0.0)
+        )
+
+
+def test_a_drive_maps_the_room():
+    mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
+    for k, pose in enumerate(circle()):
+        mapper.add(0.1 * k, points_at(pose), pose, CAMERA.fx)
+    frame, cells = mapper.map.occupancy()
+    corner = (frame.origin_x, frame.origin_y)
+    solid = ROOM.solid_cells(
+        corner, frame.resolution, frame.shape, (SETTINGS.height_min, SETTINGS.height_max)
+    )
+    assert solid[cells == OCCUPIED].all()
+    inside = minimum_filter(solid, 5)  # rays go to the centres of voxels: they may cut edges of solids
+    assert not (cells[inside] == FREE).any()
+    for x, y in (
+        (0.55, 0.0),
+        (1.05, 0.0),
+        (0.75, -0.55),
+        (0.75, 0.55),
+        (3.05, 0.35),
+        (0.75, 2.55),
+        (-1.55, 1.75),
+    ):
+        assert cells[tuple(frame.cell_of((x, y)))] == OCCUPIED
+    assert (cells == FREE).sum() * frame.resolution**2 > 15.0
+
+
+def test_the_local_map_is_what_the_global_map_holds_there():
+    mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
+    for k, pose in enumerate(circle(20)):
+        local, _ = mapper.add(0.1 * k, points_at(pose), pose, CAMERA.fx)
+        frame, cells = mapper.map.occupancy()
+        seen = np.argwhere(local.observed)
+        places = frame.cell_of(local.frame.centre_of(seen))
+        assert (cells[tuple(places.T)] == local.occupancy[tuple(seen.T)]).all()
+
+
+def test_the_same_ground_again_takes_no_memory():
+    mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
+    sizes = []
+    for lap in range(3):
+        for k, pose in enumerate(circle(20)):
+            mapper.add(4.0 * lap + 0.1 * k, points_at(pose), pose, CAMERA.fx)
+        sizes.append((mapper.map.bytes, mapper.voxels.tiles.bytes, len(mapper.voxels.tiles)))
+    assert sizes[0] == sizes[1] == sizes[2]
+
+
+def test_the_walls_of_a_known_room_stay_when_only_others_are_seen():
+    mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
+    wall = PlanarPose(-2.0, 0.0, math.pi)
+    for k in range(5):
+        mapper.add(0.1 * k, points_at(wall), wall, CAMERA.fx)
+    away = PlanarPose(-2.0, 0.0, 0.0)
+    for k in range(5, 10):
+        mapper.add(0.1 * k, points_at(away), away, CAMERA.fx)
+    frame, cells = mapper.map.occupancy()
+    assert cells[tuple(frame.cell_of((-3.05, 0.0)))] == OCCUPIED
+
+
+def test_a_pose_that_is_not_finite_is_refused_and_maps_nothing():
+    mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
+    with pytest.raises(VoxelError, match='no rigid pose'):
+        mapper.add(0.0, points_at(PlanarPose(0.0, 0.0, 0.0)), PlanarPose(math.nan, 0.0, 0.0), CAMERA.fx)
+    assert mapper.map.frame() is None
+
+
+def test_a_cleared_mapper_knows_nothing():
+    mapper, pose = ObstacleMapper(MOUNT, SETTINGS, MappingSettings()), PlanarPose(-2.0, 0.0, 0.0)
+    mapper.add(0.0, points_at(pose), pose, CAMERA.fx)
+    mapper.clear()
+    assert mapper.map.frame() is None
+    assert len(mapper.voxels.tiles) == 0

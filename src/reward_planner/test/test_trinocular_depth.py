@@ -1,0 +1,101 @@
+"""Three cameras against two: fewer wrong depths, fewer gaps; on a rendered L and on real images."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from l_rig import BASELINE, picture, projection, true_depth
+
+from reward_planner.core.depth.depth_settings import DepthSettings
+from reward_planner.core.depth.pair_matcher import PairMatcher
+from reward_planner.core.depth.stereo_pair import StereoPair, pair_from_projections
+from reward_planner.core.depth.trinocular_depth import (
+    BOTH,
+    FIRST,
+    NOWHERE,
+    TrinocularDepth,
+    depth_of_pair,
+)
+
+TSUKUBA = Path(os.environ.get('SHIRUBE_DATA', 'not given')) / 'planner' / 'tsukuba'
+RIGHT = pair_from_projections(projection(), projection(x=BASELINE))
+TOP = pair_from_projections(projection(), projection(y=-BASELINE))
+
+
+def of_rig(fusion):
+    settings = DepthSettings(disparities=48, fusion=fusion)
+    return TrinocularDepth(RIGHT, TOP, settings).compute(picture(), picture(x=BASELINE), picture(y=-BASELINE))
+
+
+def scores(depth, truth, focal_baseline):
+    """Coverage, and the share of the matched pixels that are off by more than a pixel."""
+    matched = np.isfinite(depth)
+    error = np.abs(focal_baseline / depth - focal_baseline / truth)[matched]
+    return matched.mean(), (error > 1.0).mean()
+
+
+def test_agreement_is_right_more_often_and_union_has_fewer_gaps_than_two_cameras():
+    two = depth_of_pair(
+        PairMatcher(RIGHT, DepthSettings(disparities=48)).match(picture(), picture(BASELINE)), RIGHT
+    )
+    covered, bad = scores(two, true_depth(), RIGHT.focal_baseline)
+    covered_by_both, bad_of_both = scores(of_rig('agreement').depth, true_depth(), RIGHT.focal_baseline)
+    covered_by_union, bad_of_union = scores(of_rig('union').depth, true_depth(), RIGHT.focal_baseline)
+    assert bad_of_both < 0.6 * bad
+    assert covered_by_union > covered + 0.05
+    assert covered_by_union > covered_by_both
+    assert bad_of_union < bad + 0.005
+
+
+def test_the_depth_of_both_pairs_is_the_least_squares_one():
+    long = pair_from_projections(projection(), projection(y=-0.15))
+    settings = DepthSettings(disparities=48)
+    seen = TrinocularDepth(RIGHT, long, settings).compute(picture(), picture(x=BASELINE), picture(y=-0.15))
+    first = PairMatcher(RIGHT, settings).match(picture(), picture(x=BASELINE))
+    second = PairMatcher(long, settings).match(picture(), picture(y=-0.15))
+    rows, columns = np.nonzero(seen.source == BOTH)
+    for row, column in zip(rows[::997], columns[::997]):
+        design = np.array([[RIGHT.focal_baseline], [long.focal_baseline]])
+        measured = np.array([first[row, column], second[row, column]])
+        inverse = np.linalg.lstsq(design, measured, rcond=None)[0][0]
+        assert seen.depth[row, column] == pytest.approx(1.0 / inverse, rel=1e-5)
+
+
+def test_the_source_says_where_a_depth_is_from():
+    union, agreement = of_rig('union'), of_rig('agreement')
+    assert (np.isnan(union.depth) == (union.source == NOWHERE)).all()
+    assert set(np.unique(agreement.source)) == {NOWHERE, BOTH}
+    assert ((agreement.source == BOTH) == (union.source == BOTH)).all()
+    first = PairMatcher(RIGHT, DepthSettings(disparities=48)).match(picture(), picture(BASELINE))
+    alone = union.source == FIRST
+    assert union.depth[alone] == pytest.approx(depth_of_pair(first, RIGHT)[alone])
+
+
+def test_unequal_baselines_agree_on_the_same_depth():
+    long = pair_from_projections(projection(), projection(y=-0.15))
+    seen = TrinocularDepth(RIGHT, long, DepthSettings(disparities=48)).compute(
+        picture(), picture(x=BASELINE), picture(y=-0.15)
+    )
+    both = seen.source == BOTH
+    assert both.mean() > 0.5
+    assert np.median(np.abs(seen.depth / true_depth() - 1.0)[both]) < 0.01
+
+
+@pytest.mark.skipif(not TSUKUBA.is_dir(), reason='SHIRUBE_DATA names no planner/tsukuba/')
+def test_a_third_camera_halves_the_bad_pixels_of_tsukuba():
+    views = {k: cv2.imread(str(TSUKUBA / f'c{k}.ppm'), cv2.IMREAD_GRAYSCALE) for k in (2, 3, 4)}
+    grey = cv2.imread(str(TSUKUBA / 'gt.pgm'), cv2.IMREAD_GRAYSCALE)
+    right, left = StereoPair(0, 0.1, 160.0, 0.0), StereoPair(0, -0.1, 160.0, 0.0)
+    settings = DepthSettings(disparities=16)
+    truth = np.where(grey > 0, right.focal_baseline * 16.0 / np.maximum(grey, 1), np.nan)
+    known = grey > 0
+    two = depth_of_pair(PairMatcher(right, settings).match(views[3], views[4]), right)
+    three = TrinocularDepth(right, left, settings).compute(views[3], views[4], views[2]).depth
+    _, bad_of_two = scores(two[known], truth[known], right.focal_baseline)
+    covered, bad_of_three = scores(three[known], truth[known], right.focal_baseline)
+    assert bad_of_three < 0.65 * bad_of_two
+    assert covered > 0.95
