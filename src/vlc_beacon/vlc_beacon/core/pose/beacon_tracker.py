@@ -74,7 +74,8 @@ class BeaconTracker:
         if self._filter is None and isinstance(found, NoBeaconFix):
             found = self._joined(rays, tilt, found)
         if isinstance(found, BeaconFix) and (
-            expected is None or expected.distance_of(found.T_map_base) > EXPECTED_SIGMAS
+            expected is None
+            or expected.distance_of(found.T_map_base, found.planar_covariance) > EXPECTED_SIGMAS
         ):
             self._start(found)
             return found
