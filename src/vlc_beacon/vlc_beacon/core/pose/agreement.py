@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from shirube_geometry import LevelCamera
 from vlc_beacon.core.pose.bearing_model import camera_points
-from vlc_beacon.core.pose.level_camera import LevelCamera
 from vlc_beacon.core.pose.pose_fix import ExpectedPose
 from vlc_beacon.core.pose.pose_least_squares import PoseEstimate, PoseLeastSquares
 

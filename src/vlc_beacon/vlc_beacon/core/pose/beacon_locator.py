@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtri
 
-from shirube_geometry import CameraMount, PinholeCamera
+from shirube_geometry import CameraMount, LevelCamera, PinholeCamera, level_camera
 from vlc_beacon.core.pose.agreement import SAME_WITHIN, Agreement, best_agreements, chosen_agreement
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.closed_form import ClosedForm
 from vlc_beacon.core.pose.doubts import named_doubts, unclear_doubts
 from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import LampRays, lamp_rays
-from vlc_beacon.core.pose.level_camera import LevelCamera, level_camera
 from vlc_beacon.core.pose.pose_fix import BeaconDoubt, BeaconFix, ExpectedPose, NoBeaconFix, NoFixReason
 from vlc_beacon.core.pose.pose_least_squares import PoseEstimate, PoseLeastSquares
 from vlc_beacon.core.pose.settings import PoseSettings

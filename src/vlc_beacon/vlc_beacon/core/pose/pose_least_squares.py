@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose, wrap_angle
+from shirube_geometry import LevelCamera, PlanarPose, wrap_angle
 from vlc_beacon.core.pose.bearing_model import projections_with_jacobian
 from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import LampRays
-from vlc_beacon.core.pose.level_camera import LevelCamera
 from vlc_beacon.core.pose.pose_fix import PLANAR, ExpectedPose
 from vlc_beacon.core.pose.settings import PoseSettings
 
