@@ -55,7 +55,9 @@ def row_profile(
         return int(top), np.empty(0)
     window = image[int(top) : int(bottom), int(left) : int(right)]
     step = 1 + int(radius / COLUMNS)
-    shares, peaks, powers = _shares_of_rows(window, centre[0] - left, centre[1] - top, reach, background, step)
+    shares, peaks, powers = _shares_of_rows(
+        window, centre[0] - left, centre[1] - top, reach, background, step
+    )
     least = max(LEVELS_MIN, SHARE_MIN * peaks.max())
     shown = (peaks >= least) & (powers >= (noise / SIGMA_MAX) ** 2)
     middle = min(max(round(float(centre[1] - top)), 0), len(shares) - 1)
