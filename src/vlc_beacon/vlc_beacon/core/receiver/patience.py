@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 LISTEN = 15.0
-"""A lamp that tells nothing for so long is left alone [s]. Four packets of 30 bit/s, two of them commands, take 11 s."""
+"""A lamp that tells nothing for so long is left alone [s]. Two IDs and two commands of 30 bit/s take 11 s."""
 REST = 60.0
 """For so long [s]; then it is listened to again, for it may have been switched on."""
 
