@@ -101,6 +101,8 @@ def _reception_values(reception: Reception) -> dict[str, str]:
         'lamps in view': str(len(reception.lamps)),
         'beacons in view': ', '.join(map(str, names)) or 'none',
     }
+    silent = Counter(lamp.silence.value for lamp in reception.lamps if lamp.silence is not None)
+    values |= {f'lamps {silence}': str(number) for silence, number in silent.items()}
     result = reception.result
     if not isinstance(result, BeaconFix):
         return values | {'detail': result.detail}
