@@ -1,4 +1,4 @@
-"""Films of the paper's room whose four lamps speak, as a camera on a slow robot takes them, and the receiver for them."""
+"""Films of the room whose four lamps speak, as a camera on a slow robot takes them, and the receiver for them."""
 
 from __future__ import annotations
 
