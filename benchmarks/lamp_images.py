@@ -15,8 +15,8 @@ from typing import NamedTuple
 os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
 import numpy as np
-from _lamp_finders import LAMPS, METHODS, Found, by_centres, finders, seen_by
-from _lamp_pictures import LIGHTS, Light, least_centre_sigma
+from _lamp_finders import LAMPS, METHODS, Found, finders, seen_by
+from _lamp_pictures import LIGHTS, least_centre_sigma
 from _lamp_report import in_centimetres, in_digits
 from _lamp_room import View, cramer_rao_bound, random_views
 from _timed_answers import use_one_core
