@@ -11,7 +11,7 @@ from scene_simulator.camera_clock import CameraClock
 from scene_simulator.ceiling_camera import PAPER_OPTICS, UPWARD, CeilingCamera
 from scene_simulator.ceiling_room import PAPER_LAMPS, paper_room
 from scene_simulator.lamp_drive import LampDrive, LampFrame
-from scene_simulator.lamp_shape import LedGrid
+from scene_simulator.lamp_shape import Disc, LampShape, LedGrid
 from scene_simulator.leg_drive import LegDrive
 from scene_simulator.other_lights import distractors
 from scene_simulator.shutter import Shutter
@@ -47,21 +47,26 @@ class Film:
         shutter: of the camera.
         rate: images a second.
         ambient: light of the ceiling over that of the lamps.
+        shape: of the lamps.
     """
 
     name: str
     shutter: Shutter
     rate: float
     ambient: float
+    shape: LampShape
 
 
 _GLOBAL, _ROLLING = Shutter(), Shutter(60e-6, 18.9e-6)
+_PANEL, _DISC = LedGrid(), Disc(LedGrid.radius)
 FILMS = (
-    Film('global, UFSOOK, dim room', _GLOBAL, GLOBAL_RATE, 0.03),
-    Film('global, UFSOOK, lit room', _GLOBAL, GLOBAL_RATE, 0.3),
-    Film('rolling, RS-FSK, dim room', _ROLLING, ROLLING_RATE, 0.03),
-    Film('rolling, RS-FSK, lit room', _ROLLING, ROLLING_RATE, 0.3),
+    Film('global, UFSOOK, panels, dim room', _GLOBAL, GLOBAL_RATE, 0.03, _PANEL),
+    Film('global, UFSOOK, panels, lit room', _GLOBAL, GLOBAL_RATE, 0.3, _PANEL),
+    Film('rolling, RS-FSK, discs, dim room', _ROLLING, ROLLING_RATE, 0.03, _DISC),
+    Film('rolling, RS-FSK, discs, lit room', _ROLLING, ROLLING_RATE, 0.3, _DISC),
+    Film('rolling, RS-FSK, panels, lit room', _ROLLING, ROLLING_RATE, 0.3, _PANEL),
 )
+"""Panels are the paper's 8 x 8 LEDs, discs the same lamps behind frosted glass."""
 
 
 class CounterMemory:
@@ -95,7 +100,7 @@ def drive_of(film: Film) -> LampDrive:
     packets = [spoken(beacon.id) for beacon in BEACONS]
     is_global = film.shutter.row_time == 0.0
     waveforms = [ufsook_waveform(each) if is_global else rs_fsk_waveform(each, film.rate) for each in packets]
-    room = paper_room(waveforms, brightness=brightness).lit(film.ambient * brightness)
+    room = paper_room(waveforms, film.shape, brightness).lit(film.ambient * brightness)
     # Lamps are switched on one by one and their clocks are not those of the camera.
     lamps = tuple(
         replace(lamp, phase=0.1234 * k, clock_offset=20.0 * k - 30.0) for k, lamp in enumerate(room.lamps)

@@ -45,7 +45,7 @@ class ScanMatcher:
         pose, share = guess, 0.0
         for gate in GATES:
             points = pose.transform(scan)
-            distances, nearest = self._tree.query(points, distance_upper_bound=gate)
+            distances, nearest = map(np.asarray, self._tree.query(points, distance_upper_bound=gate))
             paired = np.isfinite(distances)
             share = float(paired.mean())
             if share < SHARE_MIN:

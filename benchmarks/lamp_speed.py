@@ -12,6 +12,7 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
@@ -83,11 +84,11 @@ def run_film(film: Film, seconds: float) -> Run:
         begin = time.process_time()
         reception = receiver.receive(frame.stamp, image, PAPER_OPTICS)
         whole = 1e3 * (time.process_time() - begin)
-        alone = milliseconds(lambda image=image: detector.detect(image))
+        alone = milliseconds(partial(detector.detect, image))
         peer = on_markers = np.nan
         if markers is not None and marked is not None:
-            peer = milliseconds(lambda image=image: markers.find(image))
-            on_markers = milliseconds(lambda: markers.find(marked))
+            peer = milliseconds(partial(markers.find, image))
+            on_markers = milliseconds(partial(markers.find, marked))
         run.times.append((whole, alone, peer, on_markers))
         run.add(reception, frame.pose)
     return run
