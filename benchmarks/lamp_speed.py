@@ -20,6 +20,7 @@ import numpy as np
 from _lamp_films import BEACONS, FILMS, Film, drive_of, frames_told, receiver_for
 from _lamp_markers import Markers, is_there
 from _lamp_pictures import LIGHTS
+from _lamp_report import in_centimetres
 from _lamp_room import view_from
 from _timed_answers import use_one_core
 from numpy.typing import NDArray
@@ -104,11 +105,10 @@ def row_of(film: Film, run: Run) -> str:
     times = np.array(run.times[WARM_UP:])
     median, late = np.percentile(times[:, WHOLE], [50.0, 95.0])
     detector, aruco, marked = np.median(times[:, DETECTOR:], axis=0)
-    errors = ' / '.join(f'{100.0 * value:.2f}' for value in np.percentile(run.errors, [50.0, 95.0, 100.0]))
     return (
         f'| {film.name} | {median:.2f} / {late:.2f} | {1e3 / times[:, WHOLE].mean():.0f} | {detector:.2f} '
         f'| {aruco:.2f} / {marked:.2f} | {run.named} of {len(BEACONS)} | {run.commands} '
-        f'| {len(run.errors)} of {run.images} | {errors} |'
+        f'| {len(run.errors)} of {run.images} | {in_centimetres(run.errors)} |'
     )
 
 
