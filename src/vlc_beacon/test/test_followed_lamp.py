@@ -7,6 +7,7 @@ import pytest
 
 from vlc_beacon.core.lamp_image.lamp_tracks import LampSample
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
+from vlc_beacon.core.packet.data_packet import packets_of_message
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.receiver.followed_lamp import FollowedLamp, Silence
 from vlc_beacon.core.receiver.global_shutter_decoder import GlobalShutterDecoder
@@ -79,3 +80,13 @@ def test_a_named_lamp_is_listened_to_for_ever():
     assert lamp.beacon == 7
     assert lamp.silence is None
     assert decoder.reads - reads == pytest.approx(2.0 * LISTEN * RATE, abs=2)
+
+
+def test_a_message_is_told_when_it_is_whole():
+    lamp, said = FollowedLamp(GlobalShutterDecoder(EXPOSURE), {7}, 6.0), []
+    waveform = ufsook_waveform([packet.to_bytes() for packet in packets_of_message('Guten Tag')])
+    for stamp in np.arange(0.0, 20.0, 1.0 / RATE):
+        sample = LampSample(1, np.zeros(2), np.full(2, 0.1), 8.0, waveform.exposed(stamp, EXPOSURE), None, 0)
+        lamp.see(LampView(float(stamp), NOTHING, sample, 0.0))
+        said += [] if lamp.said is None else [lamp.said]
+    assert said == ['Guten Tag']

@@ -60,6 +60,15 @@ def test_lamps_that_are_left_alone_are_counted_by_the_reason() -> None:
     assert (values['lamps without a code'], values['lamps too small to be read']) == ('2', '1')
 
 
+def test_what_lamps_say_is_told_until_they_say_something_else() -> None:
+    status, _ = report()
+    for said in ('Door 3\nis shut', None, b'\x00\xff'):
+        status.add(with_fix(lamps=[replace(a_lamp(2, beacon=2), said=said)]), 0.01)
+        if said is None:
+            assert status.status().values['lamp 2 says'] == r"'Door 3\nis shut'"
+    assert status.status().values['lamp 2 says'] == '00ff'
+
+
 def test_no_fix_has_its_reason_and_detail() -> None:
     status, _ = report()
     status.add(without_fix(), 0.01)

@@ -43,7 +43,7 @@ from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.debug_picture import debug_picture
 from vlc_beacon.node_settings import NodeSettings
 from vlc_beacon.receiver_from_files import beacons_of, judge_of
-from vlc_beacon.receiver_report import ReceiverReport
+from vlc_beacon.receiver_report import ReceiverReport, messages_of
 from vlc_beacon.tilt_of_message import tilt_of_imu, tilt_of_quaternion
 
 _TELL_INTERVAL = 1.0
@@ -177,6 +177,8 @@ class VlcBeaconNode(Node):
         self._tell_change(reception.result)
         map_header = Header(stamp=header.stamp, frame_id=self._settings.map_frame)
         self._publish(stamp, map_header, reception)
+        for speaker, words in messages_of(reception):
+            self.get_logger().info(f'{speaker} says {words}')
         for verdict in reception.verdicts:
             self._take_verdict(verdict)
         if self._debug_image.get_subscription_count() > 0:

@@ -34,6 +34,7 @@ class ReadLamp:
         stranger: an ID that it plays twice but that is not in the beacons file, None for none.
         heard: the command packets that this image completed.
         silence: why it is left alone, None for a lamp that is listened to.
+        said: the text or the bytes that this image completed, None for none; nobody vouches for it.
     """
 
     sample: LampSample
@@ -41,6 +42,7 @@ class ReadLamp:
     stranger: int | None
     heard: tuple[CommandPacket, ...]
     silence: Silence | None = None
+    said: str | bytes | None = None
 
 
 class LightReceiver:
@@ -93,7 +95,7 @@ class LightReceiver:
     def _read(self, stamp: float, image: NDArray[np.uint8], sample: LampSample) -> ReadLamp:
         lamp = self._lamps[sample.key]
         lamp.see(LampView(stamp, image, sample, self._backgrounds[sample.key]))
-        return ReadLamp(sample, lamp.beacon, lamp.stranger, tuple(lamp.heard), lamp.silence)
+        return ReadLamp(sample, lamp.beacon, lamp.stranger, tuple(lamp.heard), lamp.silence, lamp.said)
 
     def _new_lamp(self) -> FollowedLamp:
         decoder: LampDecoder = GlobalShutterDecoder(self._settings.exposure_time)
