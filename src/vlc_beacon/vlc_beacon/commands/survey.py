@@ -83,7 +83,8 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     parser = argparse.ArgumentParser(
         prog='survey',
-        description='Find where lamps hang that play their ID, from a bag of images and of known poses. Drive past each lamp, back and forth if you can: turns take out errors of the mount.',
+        description='Find where lamps hang that play their ID, from a bag of images and of known poses. '
+        'Drive past each lamp, back and forth if you can: turns take out errors of the mount.',
     )
     add = parser.add_argument
     add('bag', type=Path, help='rosbag2 with images, camera_info, poses and perhaps an imu')
