@@ -22,6 +22,7 @@ X, Y, Z, YAW, WAY_SCALE, TURN_SCALE, WAY_TURN = range(7)
 CORRELATION_WAY = 1.0
 """Errors of lamps, lens and tilt stay the same over about this way [m]: images from nearer say nothing new of them."""
 CORRELATED_MAX = 300.0
+"""So many images at most count as one: five seconds of a robot that stands."""
 HEIGHT_WALK = 0.001
 """How much the floor's height changes over one metre [m]."""
 ITERATIONS = 2
