@@ -2,7 +2,7 @@
 
 Films of 1280 x 1024 pixels are rendered image by image; the whole receiver takes each of them (detection, tracks,
 packets, pose, commands), and in turn OpenCV looks for ArUco markers in it and in a picture with four markers in the
-lamps' places. Process time of one process on one core.
+lamps' places. Process time of one process on one core. Run it twice: the first run compiles.
 """
 
 from __future__ import annotations
