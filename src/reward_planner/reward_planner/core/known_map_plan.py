@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from reward_planner.core.grid.footprint import blocked_cells
 from reward_planner.core.grid.occupancy_map import OccupancyMap
 from reward_planner.core.planner_settings import PlannerSettings
+from reward_planner.core.reward.reward_route import reward_route
 from reward_planner.core.reward.reward_settings import RewardSettings
-from reward_planner.core.reward.reward_walk import RewardWalk
-from reward_planner.core.route.octile import route_length
-from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
+from reward_planner.core.route.route import NoRoute, Route
 from reward_planner.core.route.shortest_route import shortest_route
-
-_DETOUR_MAX = 20  # the reward rule gives up after so many times the shortest route
 
 
 def plan_on_map(
@@ -39,24 +36,6 @@ def plan_on_map(
     blocked = blocked_cells(grid.occupied(), grid.frame.resolution, settings.robot_radius)
     ends = grid.frame.cell_of(np.stack([np.asarray(start_map), np.asarray(goal_map)]))
     start, goal = ((int(row), int(column)) for row, column in ends)
-    shortest = shortest_route(blocked, start, goal)
-    if settings.mode == 'optimal' or isinstance(shortest, NoRoute):
-        return shortest
-    return _walk(blocked, start, goal, reward, _DETOUR_MAX * len(shortest.cells))
-
-
-def _walk(
-    blocked: NDArray[np.bool_],
-    start: tuple[int, int],
-    goal: tuple[int, int],
-    reward: RewardSettings,
-    steps_max: int,
-) -> Route | NoRoute:
-    walk = RewardWalk(blocked.shape, start, goal, reward)
-    cells = [start]
-    while not walk.is_at_goal:
-        if len(cells) > steps_max or not walk.advance(blocked):
-            return NoRoute(NoRouteReason.GAVE_UP)
-        cells.append(walk.cell)
-    way = np.array(cells, dtype=np.int64)
-    return Route(way, route_length(way))
+    if settings.mode == 'optimal':
+        return shortest_route(blocked, start, goal)
+    return reward_route(blocked, start, goal, reward)

@@ -24,17 +24,25 @@ class RewardWalk:
         start: row and column.
         goal: row and column.
         settings: of the rule.
+        earlier: shape (n, 2), cells where the robot was before, row and column; each as often as it was there.
     """
 
     def __init__(
-        self, shape: tuple[int, int], start: tuple[int, int], goal: tuple[int, int], settings: RewardSettings
+        self,
+        shape: tuple[int, int],
+        start: tuple[int, int],
+        goal: tuple[int, int],
+        settings: RewardSettings,
+        earlier: NDArray[np.int64] | None = None,
     ) -> None:
         self._goal = goal
         self._settings = settings
         self._numbers = settings.table.numbers()
         self._counted = settings.visits == 'counted'
         self._visits = np.zeros(shape, dtype=np.int32)
-        self._visits[start] = 1
+        if earlier is not None:
+            np.add.at(self._visits, (earlier[:, 0], earlier[:, 1]), 1)
+        self._visits[start] += 1
         self._place = (*start, True)
 
     @property

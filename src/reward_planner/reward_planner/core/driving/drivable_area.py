@@ -1,0 +1,146 @@
+"""The part of the map in which routes are sought: how far its cells are from obstacles, and which are blocked."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reward_planner.core.driving.driving_error import DrivingError
+from reward_planner.core.grid.footprint import clearance
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import OCCUPIED_FROM
+from reward_planner.core.mapping.global_map import GlobalMap
+
+_STEP = 64
+"""The area grows by so many cells, so that it does not change with each cell that is seen."""
+_CELLS_MAX = 16_000_000
+
+
+class DrivableArea:
+    """A rectangle around all that is known, the robot and the goal; what is unknown is free.
+
+    Around it lies a strip that a robot can drive along, so no route is missed that leads outside around what is known.
+
+    Attributes:
+        frame: where the cells are.
+        clearance: shape (rows, columns), distance to the nearest obstacle, up to ``reach`` [m].
+        blocked: shape (rows, columns), cells that are no farther than ``keep_away`` from an obstacle.
+        keep_away: [m].
+        reach: [m].
+    """
+
+    def __init__(self, keep_away: float, reach: float) -> None:
+        """Begin with one cell.
+
+        Args:
+            keep_away: least distance from obstacles on a route [m].
+            reach: up to which clearance is told, at least keep_away [m].
+        """
+        self.keep_away, self.reach = keep_away, reach
+        self.frame = GridFrame(0.0, 0.0, 1.0, 1, 1)
+        self.clearance = np.full((1, 1), reach, dtype=np.float32)
+        self.blocked = np.zeros((1, 1), dtype=np.bool_)
+
+    def cover(self, known: GlobalMap, points_map: ArrayLike) -> bool:
+        """Make the area large enough for a map and some points, and return whether it had to change.
+
+        Args:
+            known: the map.
+            points_map: array-like, shape (n, 2), n at least 1 [m].
+
+        Raises:
+            DrivingError: the area would be too large.
+        """
+        frame = self._needed(known, np.asarray(points_map, dtype=np.float64))
+        if _contains(self.frame, frame):
+            return False
+        if frame.rows * frame.columns > _CELLS_MAX:
+            raise DrivingError(
+                f'the map and the goal need {frame.columns} x {frame.rows} cells, more than {_CELLS_MAX}; '
+                'give a nearer goal or a larger resolution'
+            )
+        self.frame = frame
+        self.clearance = np.full(frame.shape, self.reach, dtype=np.float32)
+        self.blocked = np.zeros(frame.shape, dtype=np.bool_)
+        self.refresh(known, frame)
+        return True
+
+    def refresh(self, known: GlobalMap, changed: GridFrame) -> NDArray[np.int64]:
+        """Take over what changed in a part of the map.
+
+        Args:
+            known: the map.
+            changed: the part.
+
+        Returns:
+            shape (n, 2), cells that are blocked now and were not, or the opposite.
+        """
+        resolution = self.frame.resolution
+        pad = math.ceil(self.reach / resolution) + 1
+        corner = np.array([changed.origin_y, changed.origin_x])
+        low = np.round((corner - self._origin) / resolution).astype(np.int64) - pad
+        first = np.maximum(low, 0)
+        size = np.array(changed.shape) + 2 * pad
+        last = np.minimum(low + size, self.frame.shape)
+        if (last <= first).any():
+            return np.empty((0, 2), dtype=np.int64)
+        part = (slice(first[0], last[0]), slice(first[1], last[1]))
+        distances = self._distances(known, first, last, pad)
+        blocked = distances <= self.keep_away + 1e-4 * resolution
+        cells = np.argwhere(blocked != self.blocked[part]) + first
+        self.clearance[part], self.blocked[part] = distances, blocked
+        return cells
+
+    def clearance_at(self, points_map: ArrayLike) -> NDArray[np.float32]:
+        """Return the clearance at points of shape (..., 2), shape (...) [m]; outside it is ``reach``."""
+        cells = self.frame.cell_of(points_map)
+        inside = self.frame.contains(cells)
+        rows, columns = np.where(inside[..., None], cells, 0).T
+        return np.asarray(np.where(inside.T, self.clearance[rows, columns], self.reach).T, dtype=np.float32)
+
+    @property
+    def _origin(self) -> NDArray[np.float64]:
+        return np.array([self.frame.origin_y, self.frame.origin_x])
+
+    def _distances(
+        self, known: GlobalMap, first: NDArray[np.int64], last: NDArray[np.int64], pad: int
+    ) -> NDArray[np.float32]:
+        """Return the clearance of cells from ``first`` to before ``last``, by obstacles up to ``pad`` cells outside."""
+        resolution = self.frame.resolution
+        rows, columns = (int(n) for n in last - first + 2 * pad)
+        origin_y, origin_x = self._origin + resolution * (first - pad)
+        frame = GridFrame(float(origin_x), float(origin_y), resolution, columns, rows)
+        occupied = known.occupancy_in(frame) >= OCCUPIED_FROM
+        distances = np.minimum(clearance(occupied, resolution), np.float32(self.reach))
+        return distances[pad : rows - pad, pad : columns - pad]
+
+    def _needed(self, known: GlobalMap, points: NDArray[np.float64]) -> GridFrame:
+        """Return the smallest frame that will do."""
+        low, high = points.min(axis=0), points.max(axis=0)
+        known_frame = known.frame()
+        if known_frame is not None:
+            corner = np.array([known_frame.origin_x, known_frame.origin_y])
+            size = known.resolution * np.array([known_frame.columns, known_frame.rows])
+            low, high = np.minimum(low, corner), np.maximum(high, corner + size)
+        strip = self.keep_away + 2.0 * known.resolution
+        step = _STEP * known.resolution
+        first, last = np.floor((low - strip) / step), np.ceil((high + strip) / step)
+        columns, rows = (_STEP * int(n) for n in last - first)
+        return GridFrame(float(first[0] * step), float(first[1] * step), known.resolution, columns, rows)
+
+
+def _contains(frame: GridFrame, other: GridFrame) -> bool:
+    if frame.resolution != other.resolution:
+        return False
+    low, high = frame.cell_of(
+        [
+            (other.origin_x + 0.5 * other.resolution, other.origin_y + 0.5 * other.resolution),
+            (
+                other.origin_x + (other.columns - 0.5) * other.resolution,
+                other.origin_y + (other.rows - 0.5) * other.resolution,
+            ),
+        ]
+    )
+    return bool(frame.contains(low) and frame.contains(high))

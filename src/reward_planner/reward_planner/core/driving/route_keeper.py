@@ -1,0 +1,188 @@
+"""Keeps a route while the map grows: another is taken where it is blocked or clearly beaten, not at every tick."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reward_planner.core.driving.drivable_area import DrivableArea
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.route_planner import RoutePlanner, make_planner
+from reward_planner.core.driving.way_out import way_out
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.mapping.global_map import GlobalMap
+from reward_planner.core.planner_settings import PlannerSettings
+from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.route.route import NoRoute, NoRouteReason, refuse_ends
+from shirube_geometry import PlanarPose
+
+_OFF_ROUTE = 0.5  # farther from its route the robot needs a new one [m]
+
+
+class RouteKeeper:
+    """The route to one goal.
+
+    Attributes:
+        points_map: shape (n, 2), the rest of the route from about where the robot is to the goal [m]; n may be 0.
+        problem: why there is no route; None where there is one.
+        plans: how often a new route was taken.
+    """
+
+    def __init__(
+        self,
+        known: GlobalMap,
+        goal_map: tuple[float, float],
+        planner: PlannerSettings,
+        reward: RewardSettings,
+        driving: DrivingSettings,
+    ) -> None:
+        """Begin without a route.
+
+        Args:
+            known: the map; it is read, and `map_changed` says where.
+            goal_map: x and y [m].
+            planner: mode and robot.
+            reward: of the reward rule.
+            driving: distances, and when a route is beaten.
+        """
+        self.points_map = np.empty((0, 2))
+        self.problem: NoRouteReason | None = None
+        self.plans = 0
+        keep_away = planner.robot_radius + driving.clearance_margin
+        self.area = DrivableArea(
+            keep_away, max(keep_away, planner.robot_radius + driving.slow_distance) + 0.1
+        )
+        self._known, self._goal, self._settings = known, goal_map, driving
+        self._modes = (planner, reward)
+        self._planner: RoutePlanner | None = None
+        self._driven: list[tuple[float, float]] = []
+        self._has_changed = False
+        self._compared_at = -math.inf
+
+    def map_changed(self, part: GridFrame) -> None:
+        """Take over what changed in a part of the map."""
+        if self._planner is None:
+            return
+        cells = self.area.refresh(self._known, part)
+        if len(cells):
+            self._planner.change(cells, self.area.blocked[cells[:, 0], cells[:, 1]])
+            self._has_changed = True
+
+    def forget(self) -> None:
+        """Begin again, for instance after the map was cleared; the goal stays."""
+        self.points_map = np.empty((0, 2))
+        self._planner = None
+        self._driven.clear()
+
+    def update(self, now: float, robot: PlanarPose) -> None:
+        """Bring the route up to date.
+
+        Args:
+            now: the time [s].
+            robot: where the robot is.
+
+        Raises:
+            DrivingError: the goal is too far away.
+        """
+        planner = self._cover(robot)
+        self._drop_driven(robot)
+        self._note(robot)
+        is_late = now - self._compared_at >= self._settings.replan_period or now < self._compared_at
+        if len(self.points_map) == 0:
+            if is_late or (self._has_changed and self.problem is None):
+                self._take(now, robot, planner)
+        elif self._is_lost(robot) or self._is_blocked() or self._is_short():
+            self._take(now, robot, planner)
+        elif self._has_changed and is_late and self._modes[0].mode == 'optimal':
+            self._compare(now, robot, planner)
+
+    def _cover(self, robot: PlanarPose) -> RoutePlanner:
+        """Return the planner, another one where the area had to grow."""
+        changed = self.area.cover(self._known, [self._goal, (robot.x, robot.y)])
+        if not changed and self._planner is not None:
+            return self._planner
+        goal = self.area.frame.cell_of(self._goal)
+        steps_max = 2 + int(2.0 * self._settings.lookahead / self.area.frame.resolution)
+        self._planner = make_planner(
+            self.area, (int(goal[0]), int(goal[1])), *self._modes, self._driven, steps_max
+        )
+        self._has_changed = True
+        return self._planner
+
+    def _take(self, now: float, robot: PlanarPose, planner: RoutePlanner) -> None:
+        answer = self._plan(robot, planner)
+        self._compared_at, self._has_changed = now, False
+        if isinstance(answer, NoRoute):
+            self.points_map, self.problem = np.empty((0, 2)), answer.reason
+            return
+        self.points_map, self.problem = answer, None
+        self.plans += 1
+
+    def _compare(self, now: float, robot: PlanarPose, planner: RoutePlanner) -> None:
+        """Take another route if it is shorter by a clear share and by more than the robot looks ahead."""
+        answer = self._plan(robot, planner)
+        self._compared_at, self._has_changed = now, False
+        if isinstance(answer, NoRoute):
+            return
+        rest = length_of(self.points_map)
+        saved = rest - length_of(answer)
+        if saved > self._settings.replan_gain * rest and saved > self._settings.lookahead:
+            self.points_map = answer
+            self.plans += 1
+
+    def _plan(self, robot: PlanarPose, planner: RoutePlanner) -> NDArray[np.float64] | NoRoute:
+        """Return the points of a route from the robot, out of the zone around obstacles if it is there."""
+        area = self.area
+        ends = area.frame.cell_of([(robot.x, robot.y), self._goal])
+        start, goal = ((int(row), int(column)) for row, column in ends)
+        refused = refuse_ends(area.blocked, start, goal)
+        if refused is not None and refused.reason is not NoRouteReason.START_BLOCKED:
+            return refused
+        out = way_out(area.clearance, area.blocked, start)
+        if out is None:
+            return NoRoute(NoRouteReason.START_BLOCKED)
+        answer = planner.route_from((int(out[-1, 0]), int(out[-1, 1])))
+        if isinstance(answer, NoRoute):
+            return answer
+        points = area.frame.centre_of(np.concatenate([out[:-1], answer.cells]))
+        if (answer.cells[-1] == goal).all():
+            points[-1] = self._goal
+        return points
+
+    def _drop_driven(self, robot: PlanarPose) -> None:
+        """Leave out the points before the nearest one within the next stretch of the route."""
+        if len(self.points_map) == 0:
+            return
+        stretch = 2 + int(2.0 * self._settings.lookahead / self.area.frame.resolution)
+        distances = np.hypot(*(self.points_map[:stretch] - (robot.x, robot.y)).T)
+        self.points_map = self.points_map[int(distances.argmin()) :]
+
+    def _note(self, robot: PlanarPose) -> None:
+        """Remember each cell that the robot enters; only the reward rule asks for it."""
+        if self._modes[0].mode != 'reward':
+            return
+        here = self.area.frame.cell_of((robot.x, robot.y))
+        if not self._driven or (self.area.frame.cell_of(self._driven[-1]) != here).any():
+            self._driven.append((robot.x, robot.y))
+
+    def _is_short(self) -> bool:
+        """Return whether the route ends before the goal, as those of the reward rule do, and the end is near."""
+        ends_before = bool((self.points_map[-1] != self._goal).any())
+        return ends_before and length_of(self.points_map) < self._settings.lookahead
+
+    def _is_lost(self, robot: PlanarPose) -> bool:
+        return math.hypot(*(self.points_map[0] - (robot.x, robot.y))) > _OFF_ROUTE
+
+    def _is_blocked(self) -> bool:
+        """Return whether the route enters what is blocked; where it begins there it must lead away from it."""
+        rows, columns = self.area.frame.cell_of(self.points_map).T
+        blocked, clearance = self.area.blocked[rows, columns], self.area.clearance[rows, columns]
+        enters = blocked[1:] & (~blocked[:-1] | (np.diff(clearance) < 0.0))
+        return bool(enters.any() or blocked[-1])
+
+
+def length_of(points: NDArray[np.float64]) -> float:
+    """Return the length of a line through points of shape (n, 2) [m]."""
+    return float(np.hypot(*np.diff(points, axis=0).T).sum())

@@ -1,0 +1,81 @@
+"""Velocities of a robot with two driven wheels, and how fast they may change."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from reward_planner.core.driving.driving_settings import DrivingSettings
+
+_STEP_MAX = 0.2  # a longer pause between two velocities is taken for this [s]
+
+
+@dataclass(frozen=True)
+class Velocity:
+    """Velocity of the base frame in itself.
+
+    Attributes:
+        forward: [m/s].
+        turn_rate: counterclockwise [rad/s].
+    """
+
+    forward: float = 0.0
+    turn_rate: float = 0.0
+
+
+class VelocityRamp:
+    """Leads the velocity to the wanted one within the limits of speed, acceleration and jerk.
+
+    Attributes:
+        velocity: the latest that was given.
+    """
+
+    def __init__(self, settings: DrivingSettings) -> None:
+        """Begin at rest."""
+        self.velocity = Velocity()
+        self._settings = settings
+        self._acceleration = 0.0
+
+    def toward(self, wanted: Velocity, elapsed: float) -> Velocity:
+        """Return the next velocity on the way to the wanted one.
+
+        Args:
+            wanted: cut to the limits.
+            elapsed: since the last call [s].
+        """
+        settings = self._settings
+        step = min(max(elapsed, 0.0), _STEP_MAX)
+        forward = _cut(wanted.forward, settings.max_linear_velocity)
+        turn_rate = _cut(wanted.turn_rate, settings.max_angular_velocity)
+        turn_change = settings.max_angular_acceleration * step
+        self.velocity = Velocity(
+            self._next_speed(forward, step),
+            self.velocity.turn_rate + _cut(turn_rate - self.velocity.turn_rate, turn_change),
+        )
+        return self.velocity
+
+    def braking_distance(self) -> float:
+        """Return the way until the robot stands if it begins to brake now [m]."""
+        acceleration, jerk = self._settings.max_linear_acceleration, self._settings.max_linear_jerk
+        # The brake takes hold after the acceleration has been taken back, the speed grows meanwhile.
+        delay = (acceleration + max(self._acceleration, 0.0)) / jerk
+        speed = max(self.velocity.forward, 0.0)
+        top = speed + 0.5 * max(self._acceleration, 0.0) * delay
+        return top * delay + 0.5 * top**2 / acceleration
+
+    def _next_speed(self, wanted: float, step: float) -> float:
+        """Change the acceleration so that it is back at 0 when the wanted speed is there."""
+        speed, settings = self.velocity.forward, self._settings
+        missing = wanted - speed
+        most = min(settings.max_linear_acceleration, math.sqrt(2.0 * settings.max_linear_jerk * abs(missing)))
+        aim = math.copysign(most, missing)
+        self._acceleration += _cut(aim - self._acceleration, settings.max_linear_jerk * step)
+        change = self._acceleration * step
+        if abs(change) >= abs(missing) and change * missing >= 0.0:
+            self._acceleration = 0.0
+            return wanted
+        return speed + change
+
+
+def _cut(value: float, most: float) -> float:
+    return max(-most, min(value, most))

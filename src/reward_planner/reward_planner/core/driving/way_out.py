@@ -1,0 +1,35 @@
+"""The way out for a robot that stands too near to an obstacle."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+_NEIGHBOURS = np.array([(0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1)])
+
+
+def way_out(
+    clearance: NDArray[np.float32], blocked: NDArray[np.bool_], start: tuple[int, int]
+) -> NDArray[np.int64] | None:
+    """Return the cells from a start to the first that is not blocked, each farther from obstacles than the one before.
+
+    Args:
+        clearance: shape (rows, columns), distance to the nearest obstacle [m].
+        blocked: shape (rows, columns).
+        start: row and column, in the grid.
+
+    Returns:
+        shape (n, 2), row and column, only the start where it is not blocked; None where clearance stops growing before.
+    """
+    cells = [start]
+    while blocked[cells[-1]]:
+        around = _NEIGHBOURS + cells[-1]
+        inside = ((around >= 0) & (around < clearance.shape)).all(axis=1)
+        around = around[inside]
+        gains = clearance[around[:, 0], around[:, 1]] - clearance[cells[-1]]
+        gains /= np.hypot(*(around - cells[-1]).T)
+        best = int(gains.argmax())
+        if gains[best] <= 0.0:
+            return None
+        cells.append((int(around[best, 0]), int(around[best, 1])))
+    return np.array(cells, dtype=np.int64)

@@ -1,0 +1,100 @@
+"""A robot in a world of cells: it senses in line of sight, maps, is driven by the pilot, and may hit a wall."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from reward_planner.core.driving.drive import DriveState
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.pilot import Pilot
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, UNKNOWN
+from reward_planner.core.mapping.global_map import GlobalMap
+from reward_planner.core.mapping.local_map import LocalMap
+from reward_planner.core.planner_settings import PlannerSettings
+from reward_planner.core.reward.reward_settings import RewardSettings
+from scene_simulator.driven_robot import DrivenRobot, MotorLimits
+from scene_simulator.grid_world import GridWorld
+from shirube_geometry import PlanarPose
+
+TICK = 0.05
+REACH = 3.0
+RADIUS = 0.2
+BORDER = 20  # unknown cells around the world
+
+
+class GridDrive:
+    """The world has cells of 0.1 m, cell (0, 0) with its corner at (0, 0)."""
+
+    def __init__(self, walls, start, settings=None, mode='optimal', visits='counted', resolution=0.1):
+        self.walls, self.resolution = np.asarray(walls, dtype=bool), resolution
+        self.known = GlobalMap(resolution, 64_000_000)
+        self.settings = settings or DrivingSettings()
+        planner, reward = PlannerSettings(mode, RADIUS), RewardSettings(visits=visits)
+        self.pilot = Pilot(self.known, planner, reward, self.settings)
+        self.robot = DrivenRobot(start, MotorLimits(0.6, 4.0))
+        self.senses_pose = self.senses_map = True
+        self.drives, self.poses = [], [start]
+        self.frame = GridFrame(0.0, 0.0, resolution, *self.walls.shape[::-1])
+        self._seen = np.full(self.walls.shape, UNKNOWN, dtype=np.int8)
+
+    @property
+    def pose(self):
+        return self.robot.pose_at(self.robot.time)
+
+    def sense(self):
+        row, column = self.frame.cell_of((self.pose.x, self.pose.y))
+        cells, occupied = GridWorld(self.walls).sense((row, column), REACH / self.resolution)
+        self._seen[:] = UNKNOWN
+        self._seen[cells[:, 0], cells[:, 1]] = np.where(occupied, OCCUPIED, FREE)
+        local = LocalMap(self.frame, self._seen, self._seen != UNKNOWN)
+        self.known.write(local)
+        self.pilot.map_changed(self.robot.time, self.frame)
+
+    def tick(self):
+        now = self.robot.time
+        if self.senses_pose:
+            self.pilot.robot_at(now, self.pose)
+        if self.senses_map and len(self.drives) % 4 == 0:
+            self.sense()
+        drive = self.pilot.step(now)
+        velocity = drive.velocity
+        forward, turn = (0.0, 0.0) if velocity is None else (velocity.forward, velocity.turn_rate)
+        self.robot.drive(forward, turn, now + TICK)
+        self.drives.append(drive)
+        self.poses.append(self.pose)
+        assert self.gap() > 0.0, f'hit a wall at {self.pose}'
+
+    def run(self, seconds, until=(DriveState.REACHED,)):
+        """Drive until a state is there; return the last drive."""
+        for _ in range(round(seconds / TICK)):
+            self.tick()
+            if self.drives[-1].state in until:
+                break
+        return self.drives[-1]
+
+    def gap(self):
+        """Distance from the robot's rim to the nearest wall."""
+        row, column = self.frame.cell_of((self.pose.x, self.pose.y))
+        pad = math.ceil(RADIUS / self.resolution) + 1
+        part = (slice(max(row - pad, 0), row + pad + 1), slice(max(column - pad, 0), column + pad + 1))
+        rows, columns = np.nonzero(self.walls[part])
+        low = self.resolution * np.stack([columns + part[1].start, rows + part[0].start], axis=1)
+        here = np.array([self.pose.x, self.pose.y])
+        nearest = np.clip(here, low, low + self.resolution)
+        return float(np.hypot(*(nearest - here).T).min(initial=1.0)) - RADIUS
+
+    def way(self):
+        """Length of the way so far."""
+        return sum(a.distance_to(b) for a, b in zip(self.poses, self.poses[1:], strict=False))
+
+
+def goal_at(x, y, yaw=0.0):
+    return PlanarPose(x, y, yaw)
+
+
+def coarse(walls, factor=5):
+    """Cells of half a metre as cells of a tenth."""
+    return np.repeat(np.repeat(walls, factor, axis=0), factor, axis=1)
