@@ -19,3 +19,7 @@ class CameraInfoError(MessageError):
 
 class PoseError(MessageError):
     """A pose or its covariance holds numbers that no pose has."""
+
+
+class PointCloudError(MessageError):
+    """A point cloud lacks coordinates, is cut off, or lies in a frame that is not known."""

@@ -5,7 +5,7 @@ Each function makes a new profile, because rclpy writes a user's overrides into 
 
 from __future__ import annotations
 
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 _SENSOR_DEPTH = 5  # that of rmw's sensor data profile
@@ -26,6 +26,16 @@ def odometry_profile() -> QoSProfile:
 def pose_profile() -> QoSProfile:
     """Poses, requests of people and whatever else must arrive."""
     return _keep_last(_POSE_DEPTH, ReliabilityPolicy.RELIABLE)
+
+
+def map_profile() -> QoSProfile:
+    """Maps: who comes later gets the latest one."""
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=1,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    )
 
 
 def overridable() -> QoSOverridingOptions:

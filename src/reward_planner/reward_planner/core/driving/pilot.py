@@ -87,15 +87,15 @@ class Pilot:
         """Take a command of a lamp."""
         self.orders.obey(command)
 
-    def robot_at(self, now: float, T_map_base: PlanarPose | None) -> None:
-        """Take where the robot is at a time [s]; None where its poses cannot be trusted."""
-        self._robot, self._robot_at = T_map_base, now
+    def robot_at(self, stamp: float, T_map_base: PlanarPose | None) -> None:
+        """Take where the robot is at a time, the stamp of its pose [s]; None where its poses cannot be trusted."""
+        self._robot, self._robot_at = T_map_base, stamp
         if T_map_base is not None:
             self.orders.robot_heads(T_map_base.yaw)
 
-    def map_changed(self, now: float, part: GridFrame) -> None:
-        """Take which part of the map a frame has changed, at a time [s]."""
-        self._map_at = now
+    def map_changed(self, stamp: float, part: GridFrame) -> None:
+        """Take which part of the map a frame has changed, and the frame's stamp [s]."""
+        self._map_at = stamp
         if self.keeper is not None:
             self.keeper.map_changed(part)
 
@@ -150,8 +150,8 @@ class Pilot:
             (DriveState.LOST, self._robot_at, self._settings.pose_timeout, 'pose'),
             (DriveState.BLIND, self._map_at, self._settings.map_timeout, 'frame'),
         ):
-            if now - came > limit:
-                age = f'the newest {what} is older than {limit:g} s'
+            if not abs(now - came) <= limit:
+                age = f'the newest {what} is more than {limit:g} s away from now'
                 return state, f'{state.value}: {age if came > -math.inf else f"no {what} came yet"}'
         return None
 

@@ -1,0 +1,147 @@
+"""From frames, poses and a goal to a map, a route and velocities: what the node does, without messages."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.pilot import Pilot
+from reward_planner.core.grid.occupancy_map import UNKNOWN, OccupancyMap
+from reward_planner.core.mapping.local_map import LocalMap
+from reward_planner.core.mapping.mapping_error import MappingError
+from reward_planner.core.mapping.mapping_settings import MappingSettings
+from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
+from reward_planner.core.mapping.pose_trail import PoseTrail, PoseVerdict
+from reward_planner.core.mapping.waiting_frames import WaitingFrames
+from reward_planner.core.planner_settings import PlannerSettings
+from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.voxels.count_points import PointTally
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from shirube_geometry import CameraMount, PlanarPose
+
+
+@dataclass(frozen=True)
+class NavigatorSettings:
+    """All settings of the method, part by part."""
+
+    voxels: VoxelSettings = field(default_factory=VoxelSettings)
+    mapping: MappingSettings = field(default_factory=MappingSettings)
+    planner: PlannerSettings = field(default_factory=PlannerSettings)
+    reward: RewardSettings = field(default_factory=RewardSettings)
+    driving: DrivingSettings = field(default_factory=DrivingSettings)
+
+
+@dataclass(frozen=True)
+class SensorFrame:
+    """Points that a sensor saw at once.
+
+    Attributes:
+        points: shape (n, 3), in the sensor's optical frame [m].
+        focal_length: density of the points, see `SensorView`.
+    """
+
+    points: NDArray[np.float32]
+    focal_length: float
+
+
+@dataclass(frozen=True)
+class MappedFrame:
+    """A frame that is in the map.
+
+    Attributes:
+        stamp: of the frame [s].
+        local: the map around the robot.
+        tally: what became of the points.
+    """
+
+    stamp: float
+    local: LocalMap
+    tally: PointTally
+
+
+class Navigator:
+    """Maps, plans and drives.
+
+    Attributes:
+        mapper: of what the sensor sees.
+        pilot: who drives.
+        frames: that wait for their poses.
+        verdicts: number of poses by what became of them.
+    """
+
+    def __init__(self, mount: CameraMount, settings: NavigatorSettings) -> None:
+        """Begin with nothing known.
+
+        Args:
+            mount: pose of the sensor's optical frame in the base frame.
+            settings: of all parts.
+
+        Raises:
+            VoxelError: settings that leave no voxels.
+        """
+        self._settings = settings
+        self.mapper = ObstacleMapper(mount, settings.voxels, settings.mapping)
+        self.pilot = Pilot(self.mapper.map, settings.planner, settings.reward, settings.driving)
+        self.frames: WaitingFrames[SensorFrame] = WaitingFrames(settings.mapping.pose_wait)
+        self.verdicts: Counter[PoseVerdict] = Counter()
+        self._trail = PoseTrail(settings.mapping)
+
+    def use_map(self, known: OccupancyMap) -> None:
+        """Go on with a map that was made before.
+
+        Raises:
+            MappingError: its cells have another size.
+        """
+        observed = known.occupancy != UNKNOWN
+        self.mapper.map.write(LocalMap(known.frame, known.occupancy, observed))
+
+    def add_pose(self, stamp: float, T_map_base: PlanarPose) -> PoseVerdict:
+        """Take the robot's pose at a time [s], and say what became of it; while poses jump the robot stands."""
+        verdict = self._trail.add(stamp, T_map_base)
+        self.verdicts[verdict] += 1
+        if verdict is PoseVerdict.TIME_BACK:
+            self.frames.take(-np.inf, self._trail)
+        elif verdict in (PoseVerdict.TAKEN, PoseVerdict.RELOCATED):
+            self.pilot.robot_at(stamp, T_map_base)
+        elif self._trail.has_jumped:
+            self.pilot.robot_at(stamp, None)
+        return verdict
+
+    def add_frame(self, stamp: float, now: float, frame: SensorFrame) -> None:
+        """Take a frame, with its stamp and the time at which it came [s]; `work` maps it when its pose is there."""
+        self.frames.put(stamp, now, frame)
+
+    def work(self, now: float) -> list[MappedFrame]:
+        """Map the frames whose poses are known by now [s]; a frame without one finite point is none.
+
+        Raises:
+            MappingError: a frame has no finite point; the others are mapped.
+        """
+        mapped, is_blind = [], False
+        for stamp, frame, T_map_base in self.frames.take(now, self._trail):
+            if not np.isfinite(frame.points).all(axis=1).any():
+                is_blind = True
+                continue
+            local, tally = self.mapper.add(stamp, frame.points, T_map_base, frame.focal_length)
+            self.pilot.map_changed(stamp, local.frame)
+            mapped.append(MappedFrame(stamp, local, tally))
+        if is_blind and not mapped:
+            raise MappingError(
+                'a frame has no finite point; check the depth camera, the robot stands meanwhile'
+            )
+        return mapped
+
+    def clear_map(self) -> None:
+        """Forget the map, the known one too; the goal stays."""
+        self.mapper.clear()
+        self.pilot.map_cleared()
+
+    def time_jumped(self) -> None:
+        """Time jumped back: forget poses, frames and the goal; the map stays."""
+        self._trail = PoseTrail(self._settings.mapping)
+        self.frames = WaitingFrames(self._settings.mapping.pose_wait)
+        self.pilot.time_jumped()

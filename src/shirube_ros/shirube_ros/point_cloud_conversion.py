@@ -1,0 +1,83 @@
+"""PointCloud2 messages to arrays and back."""
+
+from __future__ import annotations
+
+import sys
+from array import array
+
+import numpy as np
+from numpy.typing import NDArray
+from sensor_msgs.msg import PointCloud2, PointField
+from std_msgs.msg import Header
+
+from shirube_ros.message_error import PointCloudError
+
+_TYPES = {PointField.FLOAT32: np.dtype('<f4'), PointField.FLOAT64: np.dtype('<f8')}
+_BYTES = 4
+
+
+def points_from_cloud(message: PointCloud2, topic: str) -> NDArray[np.float32]:
+    """Return the points of a cloud, shape (n, 3), in its frame [m]; NaN stays NaN.
+
+    Args:
+        message: with fields x, y and z of floats; padded points and rows are allowed.
+        topic: name for error messages.
+
+    Raises:
+        PointCloudError: a coordinate is missing or no float, bytes in the other order, or data that does not fit.
+    """
+    if message.is_bigendian != (sys.byteorder == 'big'):
+        raise PointCloudError(f'{topic} has bytes in the other order; let its publisher send little endian')
+    offsets, kinds = zip(*(_field(message, name, topic) for name in 'xyz'), strict=True)
+    width, height = message.width, message.height
+    step, row_step = message.point_step, message.row_step
+    ends = [offset + kind.itemsize for offset, kind in zip(offsets, kinds, strict=True)]
+    if width * height == 0:
+        return np.empty((0, 3), dtype=np.float32)
+    if step < max(ends) or row_step < width * step:
+        raise PointCloudError(
+            f'{topic} has point_step or row_step too small for its fields; correct its publisher'
+        )
+    if len(message.data) < row_step * (height - 1) + width * step:
+        raise PointCloudError(f'{topic} is truncated; check its publisher and the network')
+    points = np.empty((height, width, 3), dtype=np.float32)
+    for axis, (offset, kind) in enumerate(zip(offsets, kinds, strict=True)):
+        points[..., axis] = np.ndarray(
+            (height, width), kind, buffer=message.data, offset=offset, strides=(row_step, step)
+        )
+    return points.reshape(-1, 3)
+
+
+def cloud_from_points(points: NDArray[np.float32], header: Header) -> PointCloud2:
+    """Return a cloud of one row.
+
+    Args:
+        points: shape (n, 3) [m].
+        header: stamp and frame.
+    """
+    data = array('B')
+    data.frombytes(np.ascontiguousarray(points, dtype='<f4').data.cast('B') if len(points) else b'')
+    fields = [
+        PointField(name=name, offset=_BYTES * axis, datatype=PointField.FLOAT32, count=1)
+        for axis, name in enumerate('xyz')
+    ]
+    return PointCloud2(
+        header=header,
+        height=1,
+        width=len(points),
+        fields=fields,
+        point_step=3 * _BYTES,
+        row_step=3 * _BYTES * len(points),
+        data=data,
+        is_dense=bool(np.isfinite(points).all()),
+    )
+
+
+def _field(message: PointCloud2, name: str, topic: str) -> tuple[int, np.dtype[np.floating]]:
+    """Return offset and type of a coordinate."""
+    for field in message.fields:
+        if field.name == name:
+            if field.datatype not in _TYPES:
+                raise PointCloudError(f'{topic} has {name} in no float type; send float32')
+            return field.offset, _TYPES[field.datatype]
+    raise PointCloudError(f'{topic} has no field {name}; send x, y and z')

@@ -1,0 +1,45 @@
+"""CameraInfo of rectified images: the camera after rectification, and its projection matrix."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from sensor_msgs.msg import CameraInfo
+
+from shirube_geometry import PinholeCamera
+from shirube_ros.camera_info_conversion import camera_from_camera_info
+from shirube_ros.message_error import CameraInfoError
+
+
+def projection_from_camera_info(message: CameraInfo, topic: str) -> NDArray[np.float64]:
+    """Return P, shape (3, 4).
+
+    Raises:
+        CameraInfoError: P is all zeros.
+    """
+    projection = np.array(message.p, dtype=np.float64).reshape(3, 4)
+    if not projection.any():
+        raise CameraInfoError(f'{topic} is not rectified, P is zero; calibrate the cameras as a rig')
+    return projection
+
+
+def rectified_camera(message: CameraInfo, topic: str) -> PinholeCamera:
+    """Return the camera of the rectified image: by P, or by K where P is zero and there is no distortion.
+
+    Args:
+        message: calibration.
+        topic: name for error messages.
+
+    Raises:
+        CameraInfoError: zeros, impossible numbers, or distortion without P.
+    """
+    if not any(message.p):
+        camera = camera_from_camera_info(message, topic)
+        if any(camera.distortion):
+            raise CameraInfoError(f'{topic} has distortion and no P; send rectified images with their P')
+        return camera
+    fx, _, cx, _, _, fy, cy = (float(number) for number in message.p[:7])
+    try:
+        return PinholeCamera(message.width, message.height, fx, fy, cx, cy)
+    except ValueError as error:
+        raise CameraInfoError(f'{topic}: {error}; calibrate the camera') from error
