@@ -22,5 +22,10 @@ setup(
     description='A robot sees obstacles with its cameras, maps the free floor and finds the way to its goal.',
     license='Apache-2.0',
     tests_require=['pytest'],
-    entry_points={'console_scripts': [f'{command} = {NAME}.commands.{command}:main' for command in COMMANDS]},
+    entry_points={
+        'console_scripts': [
+            f'node = {NAME}.node:main',
+            *(f'{command} = {NAME}.commands.{command}:main' for command in COMMANDS),
+        ]
+    },
 )

@@ -8,7 +8,11 @@ from sensor_msgs.msg import Image
 
 from shirube_ros.message_error import ImageError
 
-_TYPES = {'16UC1': np.dtype('<u2'), 'mono16': np.dtype('<u2'), '32FC1': np.dtype('<f4')}
+_TYPES: dict[str, np.dtype[np.uint16] | np.dtype[np.float32]] = {
+    '16UC1': np.dtype(np.uint16),
+    'mono16': np.dtype(np.uint16),
+    '32FC1': np.dtype(np.float32),
+}
 _MILLIMETRE = 1e-3
 
 

@@ -34,6 +34,9 @@ class ImageInput:
 
     With ``auto`` the kind that comes first is taken and the other is no longer subscribed to, so that a camera
     which publishes both gives each image once, and does not compress for nobody.
+
+    Attributes:
+        info: the latest CameraInfo, None before the first usable one.
     """
 
     def __init__(
@@ -57,6 +60,7 @@ class ImageInput:
         self._node = node
         self._on_image = on_image
         self._camera: PinholeCamera | None = None
+        self.info: CameraInfo | None = None
         # The CameraInfo comes first: of two that are ready together the executor takes the older input.
         self._subscribe(node, guard, CameraInfo, self._info_topic, self._take_camera_info)
         self._kinds: dict[str, Subscription] = {}
@@ -81,8 +85,9 @@ class ImageInput:
         )
 
     def _take_camera_info(self, message: CameraInfo) -> None:
-        self._camera = None  # a broken calibration must not be replaced by an old one in silence
+        self._camera = self.info = None  # a broken calibration must not be replaced by an old one in silence
         self._camera = camera_from_camera_info(message, self._info_topic)
+        self.info = message
 
     def _take_raw(self, message: Image) -> None:
         if 'raw' in self._kinds:

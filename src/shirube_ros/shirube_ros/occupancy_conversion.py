@@ -5,12 +5,13 @@ from __future__ import annotations
 from array import array
 
 import numpy as np
-from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
 from numpy.typing import NDArray
 from std_msgs.msg import Header
 
-from shirube_geometry import quaternion_from_yaw
+from shirube_geometry import PlanarPose
+from shirube_ros.pose_conversion import pose_message, pose_stamped
 
 
 def occupancy_grid(
@@ -25,7 +26,7 @@ def occupancy_grid(
         header: stamp and frame.
     """
     rows, columns = cells.shape
-    place = Pose(position=Point(x=origin[0], y=origin[1]), orientation=Quaternion(w=1.0))
+    place = pose_message(PlanarPose(*origin, 0.0))
     info = MapMetaData(
         map_load_time=header.stamp, resolution=resolution, width=columns, height=rows, origin=place
     )
@@ -46,13 +47,8 @@ def path_message(points: NDArray[np.float64], yaw_end: float, header: Header) ->
         return Path(header=header)
     ways = np.diff(points, axis=0)
     headings = [*np.arctan2(ways[:, 1], ways[:, 0]).tolist(), yaw_end]
-    poses = [
-        PoseStamped(header=header, pose=_pose(x, y, yaw))
+    poses: list[PoseStamped] = [
+        pose_stamped(PlanarPose(x, y, yaw), header)
         for (x, y), yaw in zip(points.tolist(), headings, strict=True)
     ]
     return Path(header=header, poses=poses)
-
-
-def _pose(x: float, y: float, yaw: float) -> Pose:
-    qx, qy, qz, qw = quaternion_from_yaw(yaw)
-    return Pose(position=Point(x=x, y=y), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw))

@@ -12,7 +12,10 @@ from std_msgs.msg import Header
 
 from shirube_ros.message_error import PointCloudError
 
-_TYPES = {PointField.FLOAT32: np.dtype('<f4'), PointField.FLOAT64: np.dtype('<f8')}
+_TYPES: dict[int, np.dtype[np.floating]] = {
+    PointField.FLOAT32: np.dtype(np.float32),
+    PointField.FLOAT64: np.dtype(np.float64),
+}
 _BYTES = 4
 
 

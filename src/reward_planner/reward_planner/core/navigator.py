@@ -16,7 +16,7 @@ from reward_planner.core.mapping.mapping_error import MappingError
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
 from reward_planner.core.mapping.pose_trail import PoseTrail, PoseVerdict
-from reward_planner.core.mapping.waiting_frames import WaitingFrames
+from reward_planner.core.mapping.waiting_frames import DropReason, WaitingFrames
 from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.voxels.count_points import PointTally
@@ -104,8 +104,9 @@ class Navigator:
         verdict = self._trail.add(stamp, T_map_base)
         self.verdicts[verdict] += 1
         if verdict is PoseVerdict.TIME_BACK:
-            self.frames.take(-np.inf, self._trail)
-        elif verdict in (PoseVerdict.TAKEN, PoseVerdict.RELOCATED):
+            self.time_jumped()
+            self._trail.add(stamp, T_map_base)
+        if verdict in (PoseVerdict.TAKEN, PoseVerdict.RELOCATED):
             self.pilot.robot_at(stamp, T_map_base)
         elif self._trail.has_jumped:
             self.pilot.robot_at(stamp, None)
@@ -143,5 +144,8 @@ class Navigator:
     def time_jumped(self) -> None:
         """Time jumped back: forget poses, frames and the goal; the map stays."""
         self._trail = PoseTrail(self._settings.mapping)
+        dropped = self.frames.dropped
+        dropped[DropReason.TIME_BACK] += len(self.frames)
         self.frames = WaitingFrames(self._settings.mapping.pose_wait)
+        self.frames.dropped = dropped
         self.pilot.time_jumped()

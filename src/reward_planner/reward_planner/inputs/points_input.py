@@ -1,0 +1,56 @@
+"""Point clouds."""
+
+from __future__ import annotations
+
+import numpy as np
+from rclpy.node import Node
+from sensor_msgs.msg import PointCloud2
+
+from reward_planner.core.navigator import SensorFrame
+from reward_planner.inputs.frame_callback import FrameCallback
+from shirube_geometry import CameraMount
+from shirube_ros.message_error import PointCloudError
+from shirube_ros.message_guard import MessageGuard
+from shirube_ros.point_cloud_conversion import points_from_cloud
+from shirube_ros.quality_of_service import overridable, sensor_profile
+
+_TOPIC = 'points'
+_OPTICAL = '_optical_frame'
+
+
+class PointsInput:
+    """Takes ``points`` (PointCloud2) in the camera's optical frame or in ``base_frame``."""
+
+    def __init__(
+        self, node: Node, guard: MessageGuard, mount: CameraMount, base_frame: str, on_frame: FrameCallback
+    ) -> None:
+        """Subscribe.
+
+        Args:
+            node: the node that subscribes.
+            guard: counts the messages and catches their errors.
+            mount: where the camera sits; what it sees starts there also if points are in the base frame.
+            base_frame: name of the robot's frame.
+            on_frame: called for each good cloud.
+        """
+        self._mount, self._base_frame, self._on_frame = mount, base_frame, on_frame
+        node.create_subscription(
+            PointCloud2,
+            _TOPIC,
+            guard.guard(_TOPIC, self._take),
+            sensor_profile(),
+            qos_overriding_options=overridable(),
+        )
+
+    def _take(self, message: PointCloud2) -> None:
+        frame = message.header.frame_id
+        if frame != self._base_frame and not frame.endswith(_OPTICAL):
+            raise PointCloudError(
+                f'{_TOPIC} is in the frame {frame!r}, which is not known; '
+                f'send it in {self._base_frame!r} or in the camera\'s frame, whose name ends with "{_OPTICAL}"'
+            )
+        points = points_from_cloud(message, _TOPIC)
+        if frame == self._base_frame:
+            shifted = points - np.asarray(self._mount.xyz, dtype=np.float32)
+            points = shifted @ self._mount.rotation.astype(np.float32)
+        self._on_frame(message.header, SensorFrame(points, 0.0))

@@ -1,0 +1,96 @@
+"""Three rectified cameras in an L."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.node import Node
+from std_msgs.msg import Header
+
+from reward_planner.core.depth.depth_points import points_from_depth_image
+from reward_planner.core.depth.depth_settings import DepthSettings
+from reward_planner.core.depth.stereo_pair import pair_from_projections
+from reward_planner.core.depth.trinocular_depth import TrinocularDepth
+from reward_planner.core.navigator import SensorFrame
+from reward_planner.inputs.frame_callback import FrameCallback
+from shirube_geometry import PinholeCamera
+from shirube_ros.image_input import ImageInput
+from shirube_ros.message_guard import MessageGuard
+from shirube_ros.rectified_camera import projection_from_camera_info, rectified_camera
+from shirube_ros.stamp_groups import StampGroups
+
+_CAMERAS = ('left', 'right', 'top')
+_SAME_TIME = 0.005  # cameras that are triggered together differ by no more [s]
+
+
+class TrinocularInput:
+    """Takes ``left/``, ``right/`` and ``top/`` with ``image_rect`` and ``camera_info`` of the same instant.
+
+    Attributes:
+        groups: what waits for its partners, and how much was dropped.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        guard: MessageGuard,
+        transport: str,
+        settings: DepthSettings,
+        on_frame: FrameCallback,
+    ) -> None:
+        """Subscribe.
+
+        Args:
+            node: the node that subscribes.
+            guard: counts the messages and catches their errors.
+            transport: ``raw``, ``compressed`` or ``auto``.
+            settings: of the matching.
+            on_frame: called for each three good images.
+        """
+        self._settings, self._on_frame = settings, on_frame
+        self.groups: StampGroups[tuple[Header, NDArray[np.uint8]]] = StampGroups(_CAMERAS, _SAME_TIME)
+        self._inputs = {
+            name: ImageInput(
+                node,
+                guard,
+                (f'{name}/image_rect', f'{name}/camera_info'),
+                transport,
+                partial(self._take, name),
+            )
+            for name in _CAMERAS
+        }
+        self._projections: NDArray[np.float64] | None = None
+        self._depth: TrinocularDepth | None = None
+
+    def _take(self, name: str, header: Header, pixels: NDArray[np.uint8], _: PinholeCamera) -> None:
+        grey = pixels if pixels.ndim == 2 else np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY))
+        stamp = header.stamp.sec + 1e-9 * header.stamp.nanosec
+        group = self.groups.put(name, stamp, (header, grey))
+        infos = [camera.info for camera in self._inputs.values()]
+        left_info = infos[0]
+        if group is None or left_info is None or None in infos:
+            return
+        projections = np.array(
+            [
+                projection_from_camera_info(info, f'{camera}/camera_info')
+                for info, camera in zip(infos, _CAMERAS, strict=True)
+            ]
+        )
+        matcher = self._matcher(projections)
+        camera = rectified_camera(left_info, 'left/camera_info')
+        images = [image for _, image in group]
+        depth = matcher.compute(images[0], images[1], images[2]).depth
+        self._on_frame(group[0][0], SensorFrame(points_from_depth_image(depth, camera), camera.fx))
+
+    def _matcher(self, projections: NDArray[np.float64]) -> TrinocularDepth:
+        """Return the matcher of a rig, shape (3, 3, 4); a new one only when the calibration changes."""
+        is_same = self._projections is not None and np.array_equal(self._projections, projections)
+        if self._depth is None or not is_same:
+            left, right, top = projections
+            pairs = (pair_from_projections(left, right), pair_from_projections(left, top))
+            self._depth = TrinocularDepth(*pairs, self._settings)
+            self._projections = projections
+        return self._depth

@@ -1,0 +1,41 @@
+"""Keeps the map in a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from reward_planner.core.grid.occupancy_map import OccupancyMap
+from reward_planner.core.navigator import Navigator
+from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.files.occupancy_map_file import load_occupancy_map, save_occupancy_map
+from reward_planner.node_settings import NodeSettings
+
+
+def load_known_map(navigator: Navigator, settings: NodeSettings) -> None:
+    """Let a navigator begin with the map that is set, if one is.
+
+    Raises:
+        RewardPlannerError: the file is missing or damaged, or has cells of another size.
+    """
+    if settings.map_file:
+        resolution = navigator.mapper.map.resolution
+        navigator.use_map(load_occupancy_map(Path(settings.map_file), resolution))
+
+
+def save_known_map(navigator: Navigator, settings: NodeSettings) -> str:
+    """Write the map and return where it is.
+
+    Raises:
+        RewardPlannerError: nothing is known, no file is set, or it cannot be written.
+    """
+    name = settings.save_file or settings.map_file
+    if not name:
+        raise RewardPlannerError('there is no file to save to; set save_file')
+    known = navigator.mapper.map.occupancy()
+    if known is None:
+        raise RewardPlannerError('nothing is known yet; let the robot see something first')
+    try:
+        save_occupancy_map(Path(name), OccupancyMap(*known))
+    except OSError as fault:
+        raise RewardPlannerError(f'{name}: {fault.strerror}; choose a writable place') from fault
+    return name

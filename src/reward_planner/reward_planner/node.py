@@ -1,0 +1,271 @@
+"""The ROS node: what the robot sees and its goal in, maps, routes and velocities out."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from nav_msgs.msg import OccupancyGrid, Path
+from rclpy.node import Node
+from std_msgs.msg import Header, String
+from std_srvs.srv import Trigger
+
+from reward_planner.core.driving.drive import Drive, DriveState
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.light_command import read_light_command
+from reward_planner.core.mapping.mapping_settings import MappingSettings
+from reward_planner.core.mapping.pose_trail import PoseVerdict
+from reward_planner.core.navigator import MappedFrame, Navigator, NavigatorSettings, SensorFrame
+from reward_planner.core.planner_settings import PlannerSettings
+from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.warm_up import warm_up
+from reward_planner.inputs.depth_input import DepthInput
+from reward_planner.inputs.points_input import PointsInput
+from reward_planner.inputs.trinocular_input import TrinocularInput
+from reward_planner.map_service import load_known_map, save_known_map
+from reward_planner.node_settings import NodeSettings
+from reward_planner.planner_report import PlannerReport
+from shirube_geometry import PlanarPose
+from shirube_ros.diagnostics import Diagnostics
+from shirube_ros.message_error import PoseError
+from shirube_ros.message_guard import MessageGuard
+from shirube_ros.occupancy_conversion import occupancy_grid, path_message
+from shirube_ros.parameters import declare_parameters, refuse_misspelled_parameters
+from shirube_ros.pose_conversion import planar_pose, pose_stamped
+from shirube_ros.quality_of_service import map_profile, overridable, pose_profile
+from shirube_ros.safe_main import run_node
+from shirube_ros.stamp_order import StampOrder
+
+_DRIVE_PERIOD = 0.05  # between velocities [s]
+_MAP_PERIOD = 1.0  # between maps [s]
+_CONTROL = 'control loop'  # under which its faults are counted
+
+
+class RewardPlannerNode(Node):
+    """Maps the floor, finds the way to the goal and, with ``drive``, drives there.
+
+    =========================  ======================  ===================================================
+    subscribed                 type                    use
+    =========================  ======================  ===================================================
+    ``points``                 PointCloud2             obstacles (``source`` points)
+    ``depth/image``            Image                   the same (``source`` depth), with ``depth/camera_info``
+    ``left/image_rect``, ...   Image                   the same (``source`` trinocular): left, right, top
+    ``pose``                   PoseStamped             where the robot is in ``map_frame``
+    ``goal_pose``              PoseStamped             where it is to go
+    ``command``                String                  what lamps say, as vlc_beacon publishes it
+    =========================  ======================  ===================================================
+
+    =========================  ======================  ===================================================
+    published                  type                    when
+    =========================  ======================  ===================================================
+    ``~/map``                  OccupancyGrid           once a second, if it changed; kept for latecomers
+    ``~/local_map``            OccupancyGrid           each frame; kept for latecomers
+    ``~/plan``                 Path                    each new route; empty where there is none any more
+    ``~/next_waypoint``        PoseStamped             with each velocity on the way
+    ``cmd_vel``                TwistStamped            with ``drive``, 20 times a second
+    ``/diagnostics``           DiagnosticArray         once a second
+    =========================  ======================  ===================================================
+
+    Services (Trigger): ``~/clear_map`` forgets the map, ``~/save_map`` writes it to a file.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        """Load the map, if one is set, and subscribe.
+
+        Args:
+            options: passed on to ``rclpy.node.Node``.
+
+        Raises:
+            SettingsError: a bad parameter.
+            RewardPlannerError: a bad map, or parameters that do not go together.
+        """
+        super().__init__('reward_planner', **options)
+        self._settings = declare_parameters(self, NodeSettings)
+        method = NavigatorSettings(
+            declare_parameters(self, VoxelSettings),
+            declare_parameters(self, MappingSettings),
+            declare_parameters(self, PlannerSettings),
+            declare_parameters(self, RewardSettings),
+            declare_parameters(self, DrivingSettings),
+        )
+        refuse_misspelled_parameters(self)
+        warm_up(self._settings.mount, method)
+        self._navigator = Navigator(self._settings.mount, method)
+        load_known_map(self._navigator, self._settings)
+        self._told: tuple[DriveState, str] | None = None
+        self._plan_number: tuple[int, int] | None = None
+        self._goal_yaw = 0.0
+        self._has_new_map = bool(self._settings.map_file)
+        self._stamps = StampOrder(self._start_again)
+        self._guard = MessageGuard(self, (RewardPlannerError,))
+        self._report = PlannerReport(self._navigator)
+        self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
+        self._advertise()
+        self._subscribe()
+        self._start_timers()
+
+    def _advertise(self) -> None:
+        self._map = self.create_publisher(OccupancyGrid, '~/map', map_profile())
+        self._local_map = self.create_publisher(OccupancyGrid, '~/local_map', map_profile())
+        self._plan = self.create_publisher(Path, '~/plan', pose_profile())
+        self._waypoint = self.create_publisher(PoseStamped, '~/next_waypoint', pose_profile())
+        self._cmd_vel = None
+        if self._settings.drive:
+            self._cmd_vel = self.create_publisher(TwistStamped, 'cmd_vel', pose_profile())
+        self.create_service(Trigger, '~/clear_map', self._clear_map)
+        self.create_service(Trigger, '~/save_map', self._save_map)
+
+    def _subscribe(self) -> None:
+        settings = self._settings
+        match settings.source:
+            case 'depth':
+                DepthInput(self, self._guard, self._take_frame)
+            case 'trinocular':
+                transport = settings.image_transport
+                TrinocularInput(self, self._guard, transport, settings.depth, self._take_frame)
+            case _:
+                PointsInput(self, self._guard, settings.mount, settings.base_frame, self._take_frame)
+        for kind, topic, take in (
+            (PoseStamped, 'pose', self._take_pose),
+            (PoseStamped, 'goal_pose', self._take_goal),
+            (String, 'command', self._take_command),
+        ):
+            self.create_subscription(
+                kind,
+                topic,
+                self._guard.guard(topic, take),
+                pose_profile(),
+                qos_overriding_options=overridable(),
+            )
+
+    def _start_timers(self) -> None:
+        for period, work in ((_DRIVE_PERIOD, self._work), (_MAP_PERIOD, self._publish_map)):
+            guarded = self._guard.guard(_CONTROL, work)
+            self.create_timer(period, lambda guarded=guarded: guarded(None))
+
+    def _now(self) -> float:
+        return float(self.get_clock().now().nanoseconds * 1e-9)
+
+    def _map_header(self) -> Header:
+        return Header(stamp=self.get_clock().now().to_msg(), frame_id=self._settings.map_frame)
+
+    def _take_frame(self, header: Header, frame: SensorFrame) -> None:
+        stamp = self._stamps.check(header, self._settings.source)
+        self._navigator.add_frame(stamp, self._now(), frame)
+
+    def _take_pose(self, message: PoseStamped) -> None:
+        pose = self._in_map(message, 'pose')
+        verdict = self._navigator.add_pose(self._stamps.check(message.header, 'pose'), pose)
+        if verdict is PoseVerdict.JUMPED:
+            self.get_logger().warning(
+                'the pose jumped; the robot stands until its poses agree again', throttle_duration_sec=1.0
+            )
+        elif verdict is PoseVerdict.RELOCATED:
+            self.get_logger().warning(f'poses agree again, at x {pose.x:.2f} m, y {pose.y:.2f} m')
+
+    def _take_goal(self, message: PoseStamped) -> None:
+        self._navigator.pilot.forget_goal()  # a goal that is refused must not leave the robot on its way to another
+        goal = self._in_map(message, 'goal_pose')
+        self._navigator.pilot.set_goal(goal)
+        self._goal_yaw = goal.yaw
+
+    def _in_map(self, message: PoseStamped, topic: str) -> PlanarPose:
+        frame, map_frame = message.header.frame_id, self._settings.map_frame
+        if frame not in ('', map_frame):
+            raise PoseError(
+                f'{topic} is in the frame {frame!r}, map_frame is {map_frame!r}; make them the same'
+            )
+        return planar_pose(message.pose, topic)
+
+    def _take_command(self, message: String) -> None:
+        command = read_light_command(message.data)
+        self._navigator.pilot.obey(command)
+        self.get_logger().info(f'a lamp says {command.operation} {command.value:g}')
+
+    def _work(self, _: None) -> None:
+        """Map what waits, and drive on; the robot is driven on even if a frame is bad."""
+        now = self._now()
+        try:
+            for frame in self._navigator.work(now):
+                self._report.add_frame(frame)
+                self._publish_local_map(frame)
+        finally:
+            self._drive(now)
+
+    def _drive(self, now: float) -> None:
+        drive = self._navigator.pilot.step(now)
+        self._report.add_drive(drive)
+        self._tell(drive)
+        self._publish_plan()
+        header = self._map_header()
+        if drive.waypoint_map is not None:
+            x, y = drive.waypoint_map
+            self._waypoint.publish(pose_stamped(PlanarPose(x, y, 0.0), header))
+        if self._cmd_vel is None or drive.velocity is None:
+            return
+        message = TwistStamped(header=Header(stamp=header.stamp, frame_id=self._settings.base_frame))
+        message.twist.linear.x = drive.velocity.forward
+        message.twist.angular.z = drive.velocity.turn_rate
+        self._cmd_vel.publish(message)
+
+    def _tell(self, drive: Drive) -> None:
+        """Say a line when what the robot does changes."""
+        if self._told == (drive.state, drive.detail):
+            return
+        self._told = (drive.state, drive.detail)
+        logger = self.get_logger()
+        (logger.warning if drive.state.needs_people else logger.info)(drive.detail)
+
+    def _publish_plan(self) -> None:
+        """Publish the route when it is another one."""
+        keeper = self._navigator.pilot.keeper
+        points = self._navigator.pilot.points_map
+        number = None if keeper is None or len(points) == 0 else (id(keeper), keeper.plans)
+        if number != self._plan_number:
+            self._plan_number = number
+            self._plan.publish(path_message(points, self._goal_yaw, self._map_header()))
+
+    def _publish_local_map(self, frame: MappedFrame) -> None:
+        self._has_new_map = True
+        grid, header = frame.local.frame, self._map_header()
+        origin = (grid.origin_x, grid.origin_y)
+        self._local_map.publish(occupancy_grid(frame.local.occupancy, origin, grid.resolution, header))
+
+    def _publish_map(self, _: None) -> None:
+        known = self._navigator.mapper.map.occupancy() if self._has_new_map else None
+        self._has_new_map = False
+        if known is not None:
+            grid, cells = known
+            origin = (grid.origin_x, grid.origin_y)
+            self._map.publish(occupancy_grid(cells, origin, grid.resolution, self._map_header()))
+
+    def _clear_map(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._navigator.clear_map()
+        response.success, response.message = True, 'the map is forgotten'
+        return response
+
+    def _save_map(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        try:
+            response.message = f'saved to {save_known_map(self._navigator, self._settings)}'
+            response.success = True
+        except RewardPlannerError as fault:
+            response.success, response.message = False, str(fault)
+        return response
+
+    def _start_again(self) -> None:
+        self.get_logger().warning(
+            'time jumped back: poses, waiting frames and the goal are forgotten, the robot stands; the map stays'
+        )
+        self._navigator.time_jumped()
+
+
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM."""
+    return run_node('reward_planner', RewardPlannerNode, (RewardPlannerError,))
+
+
+if __name__ == '__main__':
+    sys.exit(main())
