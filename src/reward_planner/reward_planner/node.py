@@ -216,8 +216,10 @@ class RewardPlannerNode(Node):
         if self._told == (drive.state, drive.detail):
             return
         self._told = (drive.state, drive.detail)
-        logger = self.get_logger()
-        (logger.warning if drive.state.needs_people else logger.info)(drive.detail)
+        if drive.state.needs_people:
+            self.get_logger().warning(drive.detail)
+        else:
+            self.get_logger().info(drive.detail)
 
     def _publish_plan(self) -> None:
         """Publish the route when it is another one."""

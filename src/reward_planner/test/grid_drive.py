@@ -9,6 +9,7 @@ import numpy as np
 from reward_planner.core.driving.drive import DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.pilot import Pilot
+from reward_planner.core.grid.footprint import clearance
 from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, UNKNOWN
 from reward_planner.core.mapping.global_map import GlobalMap
@@ -98,3 +99,11 @@ def goal_at(x, y, yaw=0.0):
 def coarse(walls, factor=5):
     """Cells of half a metre as cells of a tenth."""
     return np.repeat(np.repeat(walls, factor, axis=0), factor, axis=1)
+
+
+def roomy_place(walls, x, y, resolution=0.1):
+    """The place with half a metre of room around it that is nearest to another."""
+    room = clearance(walls, resolution)
+    cells = np.argwhere(room > 0.5)
+    places = resolution * (cells[:, ::-1] + 0.5)
+    return tuple(places[np.hypot(*(places - (x, y)).T).argmin()].tolist())

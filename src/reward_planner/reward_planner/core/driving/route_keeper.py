@@ -160,11 +160,11 @@ class RouteKeeper:
         self.points_map = self.points_map[int(distances.argmin()) :]
 
     def _note(self, robot: PlanarPose) -> None:
-        """Remember each cell that the robot enters; only the reward rule asks for it."""
-        if self._modes[0].mode != 'reward':
+        """Remember where the robot was, every radius of the way; only the reward rule asks for it."""
+        planner = self._modes[0]
+        if planner.mode != 'reward':
             return
-        here = self.area.frame.cell_of((robot.x, robot.y))
-        if not self._driven or (self.area.frame.cell_of(self._driven[-1]) != here).any():
+        if not self._driven or math.dist(self._driven[-1], (robot.x, robot.y)) > planner.robot_radius:
             self._driven.append((robot.x, robot.y))
 
     def _is_short(self) -> bool:

@@ -32,7 +32,8 @@ class RewardPlanner:
         area: in which routes are sought; it is read whenever a route is asked for.
         goal: row and column.
         settings: of the rule.
-        driven: shape (n, 2), where the robot was before [m].
+        driven: shape (n, 2), where the robot was before [m]; all cells under it there count as visited.
+        radius: of the robot [m].
         steps_max: so many steps are decided at a time; what is seen meanwhile counts for the next ones.
     """
 
@@ -42,18 +43,21 @@ class RewardPlanner:
         goal: tuple[int, int],
         settings: RewardSettings,
         driven: list[tuple[float, float]],
+        radius: float,
         steps_max: int,
     ) -> None:
         self._area, self._goal, self._settings, self._driven = area, goal, settings, driven
-        self._steps_max = steps_max
+        self._radius, self._steps_max = radius, steps_max
 
     def change(self, cells: NDArray[np.int64], blocked: NDArray[np.bool_]) -> None:
         """Nothing is kept that changes could touch."""
 
     def route_from(self, start: tuple[int, int]) -> Route | NoRoute:
         """Return the way by the rule from a cell, row and column."""
-        earlier = self._area.frame.cell_of(np.array(self._driven).reshape(-1, 2))
-        earlier = earlier[self._area.frame.contains(earlier)]
+        frame = self._area.frame
+        places = np.array(self._driven).reshape(-1, 1, 2) + disc(self._radius, frame.resolution)
+        earlier = frame.cell_of(places.reshape(-1, 2))
+        earlier = earlier[frame.contains(earlier)]
         return reward_route(self._area.blocked, start, self._goal, self._settings, earlier, self._steps_max)
 
 
@@ -67,5 +71,13 @@ def make_planner(
 ) -> RoutePlanner:
     """Return a planner of the mode that is set, see `RewardPlanner`; ``driven`` may grow while the robot drives."""
     if planner.mode == 'reward':
-        return RewardPlanner(area, goal, reward, driven, steps_max)
+        return RewardPlanner(area, goal, reward, driven, planner.robot_radius, steps_max)
     return IncrementalRoute(area.blocked, goal)
+
+
+def disc(radius: float, resolution: float) -> NDArray[np.float64]:
+    """Return the offsets of cells under a disc, shape (n, 2) [m]."""
+    reach = int(radius / resolution)
+    steps = resolution * np.arange(-reach, reach + 1)
+    offsets = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    return offsets[np.hypot(*offsets.T) <= radius]

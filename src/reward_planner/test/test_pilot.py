@@ -1,0 +1,249 @@
+"""The closed loop: a robot that senses, maps, plans and drives gets to its goal and hits nothing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from grid_drive import TICK, GridDrive, coarse, goal_at, roomy_place
+
+from reward_planner.core.driving.drive import DriveState
+from reward_planner.core.driving.driving_error import DrivingError
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.light_command import LightCommand
+from reward_planner.core.mapping.local_map import LocalMap
+from scene_simulator.grid_maps import maze, random_field, rooms, warehouse
+from shirube_geometry import PlanarPose
+
+
+def hall(rows=60, columns=100):
+    """A closed hall of 6 x 10 m."""
+    walls = np.zeros((rows, columns), dtype=bool)
+    walls[[0, -1]] = walls[:, [0, -1]] = True
+    return walls
+
+
+def wall_with_door():
+    """The hall with a wall across, and a door at its upper end."""
+    walls = hall()
+    walls[:45, 50:52] = True
+    return walls
+
+
+def is_standing(drive):
+    velocity = drive.velocity
+    return velocity is None or max(abs(velocity.forward), abs(velocity.turn_rate)) < 1e-3
+
+
+WORLDS = {
+    'rooms': coarse(rooms(24, 2, room=8, door=3, closed=0.0)),
+    'maze': coarse(maze(17, 2, corridor=3)),
+    'warehouse': coarse(warehouse(30, 1, pallets=0.01)),
+    'field': coarse(random_field(24, 5, share=0.05)),
+}
+
+
+# In the maze the reward rule takes longer than this test waits.
+@pytest.mark.parametrize(
+    ('mode', 'world'),
+    [
+        (mode, world)
+        for mode in ('optimal', 'reward')
+        for world in WORLDS
+        if (mode, world) != ('reward', 'maze')
+    ],
+)
+def test_the_robot_gets_through_unknown_worlds(mode, world):
+    walls = WORLDS[world]
+    start, goal = roomy_place(walls, 1.0, 1.0), roomy_place(walls, 7.5, 9.5)
+    drive = GridDrive(walls, PlanarPose(*start, 0.0), mode=mode)
+    drive.pilot.set_goal(goal_at(*goal, 1.0))
+    last = drive.run(300.0, until=(DriveState.REACHED, DriveState.UNREACHABLE))
+    assert last.state is DriveState.REACHED, last.detail
+    assert drive.pose.distance_to(goal_at(*goal)) <= 0.1
+    assert abs(drive.pose.turn_to(goal_at(*goal, 1.0))) <= 0.11
+
+
+def test_the_way_is_hardly_longer_than_it_must_be_and_the_route_is_kept():
+    drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 0.0))
+    drive.pilot.set_goal(goal_at(8.0, 1.0))
+    drive.run(120.0)
+    around = 2.0 * math.hypot(3.0, 3.8)
+    assert drive.way() < 1.3 * around
+    assert drive.pilot.keeper.plans < 25
+
+
+def test_velocities_stay_within_all_limits():
+    settings = DrivingSettings()
+    drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 2.0), settings)
+    drive.pilot.set_goal(goal_at(8.0, 1.0))
+    drive.run(120.0)
+    given = [d.velocity for d in drive.drives if d.velocity is not None]
+    forward = np.array([v.forward for v in given])
+    turn = np.array([v.turn_rate for v in given])
+    assert np.abs(forward).max() <= settings.max_linear_velocity
+    assert np.abs(turn).max() <= settings.max_angular_velocity
+    assert np.abs(np.diff(forward)).max() <= settings.max_linear_acceleration * TICK + 1e-9
+    assert np.abs(np.diff(turn)).max() <= settings.max_angular_acceleration * TICK + 1e-9
+    assert forward.max() > 0.4
+
+
+def test_the_robot_is_slower_near_obstacles():
+    walls = hall()
+    walls[:26, 40:60] = walls[-26:, 40:60] = True  # a passage of 0.8 m
+    drive = GridDrive(walls, PlanarPose(1.0, 3.0, 0.0))
+    drive.pilot.set_goal(goal_at(9.0, 3.0))
+    assert drive.run(120.0).state is DriveState.REACHED
+    speeds = {'in': [], 'before': []}
+    for pose, done in zip(drive.poses, drive.drives, strict=False):
+        if done.velocity is not None and (4.2 < pose.x < 5.8 or 2.0 < pose.x < 3.2):
+            speeds['in' if pose.x > 4.0 else 'before'].append(done.velocity.forward)
+    assert max(speeds['in']) < 0.9 * max(speeds['before'])
+
+
+def test_a_goal_behind_walls_is_told_unreachable_and_the_robot_stands():
+    walls = hall()
+    walls[20:40, [70, 90]] = True
+    walls[[20, 39], 70:91] = True
+    drive = GridDrive(walls, PlanarPose(2.0, 3.0, 0.0))
+    drive.pilot.set_goal(goal_at(8.0, 3.0))
+    last = drive.run(200.0, until=(DriveState.UNREACHABLE, DriveState.REACHED))
+    assert last.state is DriveState.UNREACHABLE
+    assert last.detail == 'no way to the goal: no free way leads to the goal'
+    assert is_standing(drive.run(2.0))
+
+
+def test_a_goal_in_a_known_obstacle_is_told_and_the_robot_stands():
+    drive = GridDrive(wall_with_door(), PlanarPose(4.0, 3.0, 0.0))
+    drive.tick()
+    drive.pilot.set_goal(goal_at(5.1, 3.0))
+    last = drive.run(1.0)
+    assert last.state is DriveState.UNREACHABLE
+    assert 'the goal is in or too near to an obstacle' in last.detail
+    assert drive.way() < 1e-6
+
+
+def test_a_goal_that_is_too_far_away_for_any_map_is_told():
+    drive = GridDrive(hall(), PlanarPose(2.0, 3.0, 0.0))
+    drive.tick()
+    drive.pilot.set_goal(goal_at(1e6, 1e6))
+    last = drive.run(0.5)
+    assert last.state is DriveState.UNREACHABLE
+    assert 'give a nearer goal' in last.detail
+    assert drive.way() < 1e-6
+
+
+def test_a_goal_that_is_not_finite_is_refused():
+    drive = GridDrive(hall(), PlanarPose(2.0, 3.0, 0.0))
+    with pytest.raises(DrivingError, match='the goal is not finite'):
+        drive.pilot.set_goal(goal_at(math.nan, 0.0))
+
+
+@pytest.mark.parametrize(
+    ('sense', 'state'), [('senses_pose', DriveState.LOST), ('senses_map', DriveState.BLIND)]
+)
+def test_without_poses_or_frames_the_robot_stops_and_goes_on_with_them(sense, state):
+    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive.pilot.set_goal(goal_at(9.0, 3.0))
+    drive.run(4.0)
+    setattr(drive, sense, False)
+    last = drive.run(4.0)
+    assert last.state is state
+    assert is_standing(last)
+    lost_at = drive.pose
+    drive.run(1.0)
+    assert drive.pose.distance_to(lost_at) < 1e-6
+    setattr(drive, sense, True)
+    assert drive.run(60.0).state is DriveState.REACHED
+
+
+def test_before_the_first_pose_and_frame_nothing_moves():
+    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive.senses_pose = drive.senses_map = False
+    drive.pilot.set_goal(goal_at(9.0, 3.0))
+    assert 'there is no pose' in drive.run(0.5).detail
+    drive.senses_pose = True
+    assert 'no frame came yet' in drive.run(0.5).detail
+    assert drive.way() == 0.0
+
+
+def test_poses_that_jump_stop_the_robot():
+    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive.pilot.set_goal(goal_at(9.0, 3.0))
+    drive.run(4.0)
+    drive.senses_pose = False
+    drive.pilot.robot_at(drive.robot.time, None)
+    last = drive.run(3.0)
+    assert (last.state, last.detail) == (DriveState.LOST, 'the pose is not known: poses jump')
+    assert is_standing(last)
+
+
+def test_the_lamps_slow_stop_and_turn_the_robot():
+    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive.pilot.set_goal(goal_at(9.0, 3.0))
+    drive.run(3.0)
+    drive.pilot.obey(LightCommand('slow', 0.15))
+    drive.run(2.0)
+    assert drive.run(0.5).velocity.forward == pytest.approx(0.15, abs=0.01)
+    drive.pilot.obey(LightCommand('turn', math.pi))
+    before = drive.pose.yaw
+    drive.run(0.5)
+    assert drive.drives[-1].state is DriveState.TURNING
+    drive.run(5.0, until=(DriveState.DRIVING,))
+    assert abs(drive.pose.yaw - before) == pytest.approx(math.pi, abs=0.06)
+    drive.pilot.obey(LightCommand('stop', 0.0))
+    assert drive.run(2.0).state is DriveState.HELD
+    assert is_standing(drive.drives[-1])
+    drive.pilot.obey(LightCommand('resume', 0.0))
+    assert drive.run(60.0).state is DriveState.REACHED
+
+
+def test_a_robot_too_near_to_a_wall_leaves_by_the_way_of_growing_clearance():
+    drive = GridDrive(hall(), PlanarPose(1.0, 0.34, 0.0))
+    drive.pilot.set_goal(goal_at(5.0, 3.0))
+    gaps = []
+    for _ in range(round(60 / TICK)):
+        drive.tick()
+        gaps.append(drive.gap())
+        if drive.drives[-1].state is DriveState.REACHED:
+            break
+    assert drive.drives[-1].state is DriveState.REACHED
+    assert min(gaps) >= gaps[0] - 0.01
+
+
+def test_an_obstacle_that_appears_on_the_route_is_driven_around():
+    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive.pilot.set_goal(goal_at(9.0, 3.0))
+    drive.run(6.0)
+    ahead = round(drive.pose.x / 0.1) + 10
+    drive.walls[20:40, ahead : ahead + 3] = True
+    assert drive.run(120.0).state is DriveState.REACHED
+    assert drive.pilot.keeper.plans >= 2
+
+
+def test_a_cleared_map_is_seen_anew_and_the_goal_stays():
+    drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 0.0))
+    drive.pilot.set_goal(goal_at(8.0, 1.0))
+    drive.run(5.0)
+    drive.known.clear()
+    drive.pilot.map_cleared()
+    assert drive.run(120.0).state is DriveState.REACHED
+
+
+def test_a_known_map_is_used_before_anything_is_seen():
+    walls = wall_with_door()
+    drive = GridDrive(walls, PlanarPose(2.0, 1.0, 0.0))
+    drive.known.write(LocalMap(drive.frame, (100 * walls).astype(np.int8), np.ones_like(walls)))
+    drive.pilot.set_goal(goal_at(8.0, 1.0))
+    assert drive.run(120.0).state is DriveState.REACHED
+    assert drive.pilot.keeper.plans == 1
+
+
+def test_when_time_jumps_back_the_robot_stands_without_a_goal():
+    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive.pilot.set_goal(goal_at(9.0, 3.0))
+    drive.run(3.0)
+    drive.pilot.time_jumped()
+    assert drive.run(3.0).state is DriveState.IDLE
+    assert drive.drives[-1].velocity is None
