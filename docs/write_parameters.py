@@ -6,6 +6,12 @@ from pathlib import Path
 
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.node_settings import NodeSettings
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.mapping.mapping_settings import MappingSettings
+from reward_planner.core.planner_settings import PlannerSettings
+from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.node_settings import NodeSettings as RewardPlannerSettings
 from shirube_settings import settings_table
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.trust.trust_settings import TrustSettings
@@ -25,6 +31,18 @@ def parameters_page() -> str:
                 settings_table(NodeSettings).strip(),
                 '## floor_localizer: the method',
                 settings_table(LocalizerSettings).strip(),
+                '## reward_planner: the node',
+                settings_table(RewardPlannerSettings).strip(),
+                '## reward_planner: obstacles',
+                settings_table(VoxelSettings).strip(),
+                '## reward_planner: poses and map',
+                settings_table(MappingSettings).strip(),
+                '## reward_planner: routes',
+                settings_table(PlannerSettings).strip(),
+                '## reward_planner: the reward rule',
+                settings_table(RewardSettings).strip(),
+                '## reward_planner: driving',
+                settings_table(DrivingSettings).strip(),
                 '## vlc_beacon: the node',
                 settings_table(VlcBeaconSettings).strip(),
                 '## vlc_beacon: light and pose',

@@ -8,6 +8,12 @@ import yaml
 
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.node_settings import NodeSettings
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.mapping.mapping_settings import MappingSettings
+from reward_planner.core.planner_settings import PlannerSettings
+from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.node_settings import NodeSettings as RewardPlannerSettings
 from shirube_settings import describe_settings
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.trust.trust_settings import TrustSettings
@@ -28,8 +34,22 @@ def test_the_page_of_parameters_is_up_to_date() -> None:
 
 SETTINGS = {
     'floor_localizer': (NodeSettings, LocalizerSettings),
+    'reward_planner': (
+        RewardPlannerSettings,
+        VoxelSettings,
+        MappingSettings,
+        PlannerSettings,
+        RewardSettings,
+        DrivingSettings,
+    ),
     'vlc_beacon': (VlcBeaconSettings, ReceiverSettings, TrustSettings),
 }
+
+
+@pytest.mark.parametrize('node', SETTINGS)
+def test_no_name_stands_for_two_parameters(node: str) -> None:
+    names = [d.name for cls in SETTINGS[node] for d in describe_settings(cls)]
+    assert len(names) == len(set(names))
 
 
 @pytest.mark.parametrize('node', SETTINGS)

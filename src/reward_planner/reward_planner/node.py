@@ -92,9 +92,9 @@ class RewardPlannerNode(Node):
             declare_parameters(self, DrivingSettings),
         )
         refuse_misspelled_parameters(self)
-        warm_up(self._settings.mount, method)
         self._navigator = Navigator(self._settings.mount, method)
         load_known_map(self._navigator, self._settings)
+        warm_up(self._settings.mount, method)
         self._told: tuple[DriveState, str] | None = None
         self._plan_number: tuple[int, int] | None = None
         self._goal_yaw = 0.0

@@ -1,0 +1,114 @@
+"""The node through real topics."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import OccupancyGrid, Path
+from node_robot import CAMERA, ROOM, START, Robot
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import String
+
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import OccupancyMap
+from reward_planner.files.occupancy_map_file import load_occupancy_map, save_occupancy_map
+from scene_simulator.box_room import forward_camera
+from shirube_geometry import PlanarPose
+from shirube_ros.quality_of_service import map_profile
+
+
+def test_the_robot_is_driven_around_a_box_to_its_goal(graph):
+    robot = Robot(graph, drive=True)
+    plans = robot.listen(Path, '/reward_planner/plan')
+    waypoints = robot.listen(PoseStamped, '/reward_planner/next_waypoint')
+    local_maps = robot.listen(OccupancyGrid, '/reward_planner/local_map', map_profile())
+    robot.drive(0.5)
+    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    goal = PlanarPose(3.5, 0.0, 0.0)
+    robot.drive(60.0, until=lambda: robot.body.pose_at(robot.body.time).distance_to(goal) < 0.1)
+    assert robot.body.pose_at(robot.body.time).distance_to(goal) < 0.1
+    assert plans[0].header.frame_id == waypoints[0].header.frame_id == 'map'
+    assert plans[0].poses[-1].pose.position.x == pytest.approx(3.5)
+    assert max(abs(pose.pose.position.y) for plan in plans for pose in plan.poses) > 0.6
+    assert 0 in local_maps[-1].data
+    assert 100 in local_maps[-1].data
+    late = robot.listen(OccupancyGrid, '/reward_planner/map', map_profile())
+    assert graph.spin_until(lambda: len(late) > 0)
+    cells = np.array(late[-1].data, dtype=np.int8).reshape(late[-1].info.height, late[-1].info.width)
+    x, y = late[-1].info.origin.position.x, late[-1].info.origin.position.y
+    assert (cells[int((0.0 - y) / 0.1), int((1.0 - x) / 0.1)], late[-1].header.frame_id) == (0, 'map')
+    assert (cells[int((-1.0 - y) / 0.1) :, int((1.65 - x) / 0.1)] == 100).any()
+
+
+def test_without_drive_a_plan_is_made_and_nothing_is_driven(graph):
+    robot = Robot(graph)
+    plans = robot.listen(Path, '/reward_planner/plan')
+    robot.drive(0.3)
+    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.drive(0.5)
+    assert graph.spin_until(lambda: len(plans) > 0)
+    assert robot.velocities == []
+    assert robot.robot.count_publishers('/cmd_vel') == 0
+
+
+def test_lamps_are_obeyed(graph):
+    robot = Robot(graph, drive=True)
+    robot.drive(0.3)
+    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.drive(1.5)
+    fields = {'beacon': 3, 'counter': 7, 'op': 'stop', 'value': 0.0}
+    robot.send('command', String(data=json.dumps(fields)))
+    robot.drive(2.0)
+    assert graph.spin_until(lambda: abs(robot.speed) < 1e-3)
+    assert robot.message().message == 'a lamp said stop'
+
+
+def test_depth_images_are_mapped(graph):
+    robot = Robot(graph, source='depth')
+    info = CameraInfo(width=80, height=60, k=[60.0, 0.0, 39.5, 0.0, 60.0, 29.5, 0.0, 0.0, 1.0])
+    depth = ROOM.depth_image(CAMERA, forward_camera(0.0, 0.0, 0.3, 0.0)).astype(np.float32)
+    image = Image(
+        header=robot.header('camera_optical_frame'),
+        width=80,
+        height=60,
+        encoding='32FC1',
+        step=320,
+        data=depth.tobytes(),
+    )
+    robot.send('depth/image', image)
+    assert robot.refusals('depth/image') == [
+        'depth/image came without a usable depth/camera_info; publish the calibration'
+    ]
+    robot.send('depth/camera_info', info)
+    for _ in range(3):
+        image.header = robot.header('camera_optical_frame')
+        robot.send('depth/image', image)
+        robot.send_pose(START)
+        robot.tick(0.1)
+    assert graph.spin_until(lambda: robot.node._report._frames == 3)
+    grid, cells = robot.node._navigator.mapper.map.occupancy()
+    row, column = grid.cell_of((1.65, 0.0))
+    assert cells[row, column] == 100
+
+
+def test_the_map_is_saved_resumed_and_cleared(graph, tmp_path):
+    path = tmp_path / 'hall.yaml'
+    cells = np.full((64, 64), 0, dtype=np.int8)
+    cells[10, 20] = 100
+    save_occupancy_map(path, OccupancyMap(GridFrame(0.0, 0.0, 0.1, 64, 64), cells))
+    robot = Robot(graph, map_file=str(path), save_file=str(tmp_path / 'new.yaml'))
+    maps = robot.listen(OccupancyGrid, '/reward_planner/map', map_profile())
+    robot.tick(1.1)
+    assert graph.spin_until(lambda: len(maps) > 0)
+    np.testing.assert_array_equal(np.array(maps[0].data, dtype=np.int8).reshape(64, 64), cells)
+    assert robot.call('save_map').success
+    np.testing.assert_array_equal(load_occupancy_map(tmp_path / 'new.yaml', 0.1).occupancy, cells)
+    assert robot.call('clear_map').success
+    answer = robot.call('save_map')
+    assert (answer.success, answer.message) == (
+        False,
+        'nothing is known yet; let the robot see something first',
+    )

@@ -1,0 +1,163 @@
+"""Whatever is wrong is told in one line, and the robot stands rather than guesses."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from node_robot import START, Robot
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import String
+
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import OccupancyMap
+from reward_planner.files.occupancy_map_file import save_occupancy_map
+from shirube_geometry import PlanarPose
+from shirube_ros.point_cloud_conversion import cloud_from_points
+from shirube_ros.pose_conversion import pose_stamped
+
+
+@pytest.mark.parametrize(
+    ('send', 'topic', 'words'),
+    [
+        (lambda r: r.send_points('lidar'), 'points', "points is in the frame 'lidar', which is not known"),
+        (lambda r: r.send_points(''), 'points', "points is in the frame '', which is not known"),
+        (
+            lambda r: r.send('points', PointCloud2(header=r.header('base_link'))),
+            'points',
+            'points has no field x; send x, y and z',
+        ),
+        (lambda r: r.send_pose(START, 'odom'), 'pose', "pose is in the frame 'odom', map_frame is 'map'"),
+        (
+            lambda r: r.send_pose(PlanarPose(math.nan, 0.0, 0.0)),
+            'pose',
+            'pose holds a pose that is not finite',
+        ),
+        (lambda r: r.send_goal(START, 'odom'), 'goal_pose', "goal_pose is in the frame 'odom'"),
+        (
+            lambda r: r.send_goal(PlanarPose(math.inf, 0.0, 0.0)),
+            'goal_pose',
+            'goal_pose holds a pose that is not',
+        ),
+        (lambda r: r.send('command', String(data='stop!')), 'command', 'command is no JSON'),
+        (lambda r: r.send('command', String(data='{"op": "fly"}')), 'command', 'command has no known op'),
+    ],
+)
+def test_a_bad_message_is_refused_with_one_line(graph, send, topic, words):
+    robot = Robot(graph)
+    send(robot)
+    (line,) = robot.refusals(topic)
+    assert line.startswith(words)
+    assert '\n' not in line
+    robot.send_pose()
+    assert robot.message().level != DiagnosticStatus.ERROR
+
+
+def test_a_refused_goal_stops_the_robot(graph):
+    robot = Robot(graph, drive=True)
+    robot.drive(0.3)
+    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.drive(2.0)
+    assert robot.speed > 0.0
+    robot.send_goal(PlanarPose(3.5, 0.0, 0.0), 'odom')
+    robot.drive(2.5)
+    assert graph.spin_until(lambda: abs(robot.speed) < 1e-3)
+
+
+def test_frames_of_nan_do_not_keep_the_robot_driving(graph):
+    robot = Robot(graph, drive=True)
+    robot.drive(0.3)
+    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.drive(1.5)
+    assert robot.speed > 0.0
+    for _ in range(30):
+        points = np.full((50, 3), np.nan, dtype=np.float32)
+        robot.send('points', cloud_from_points(points, robot.header('camera_optical_frame')))
+        robot.send_pose()
+        robot.tick(0.1)
+    assert graph.spin_until(lambda: abs(robot.speed) < 1e-3)
+    assert any('no finite point' in line for line in robot.refusals('control loop'))
+    assert 'the map is not up to date' in robot.message().message
+
+
+def test_some_nan_points_do_no_harm(graph):
+    robot = Robot(graph)
+    points = np.full((40, 3), np.nan, dtype=np.float32)
+    points[::2] = (0.0, 0.0, 2.0)
+    robot.send_pose()
+    robot.send('points', cloud_from_points(points, robot.header('camera_optical_frame')))
+    robot.tick(0.1)
+    assert graph.spin_until(lambda: robot.node._report._frames == 1)
+    assert robot.node._report._points['not_finite'] == 20
+
+
+def test_a_pose_that_jumps_stops_the_robot_until_poses_agree(graph, capfd):
+    robot = Robot(graph, drive=True)
+    robot.drive(0.3)
+    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.drive(1.5)
+    for _ in range(6):
+        robot.send_pose(PlanarPose(4.0, 1.5, 0.0))
+        robot.tick(0.1)
+    assert 'poses jump' in robot.message().message
+    for _ in range(8):
+        robot.send_pose(PlanarPose(4.0, 1.5, 0.0))
+        robot.tick(0.1)
+    words = capfd.readouterr().err
+    assert 'the pose jumped; the robot stands' in words
+    assert 'poses agree again, at x 4.00 m, y 1.50 m' in words
+
+
+def test_when_time_jumps_back_the_robot_stands_without_a_goal(graph, capfd):
+    robot = Robot(graph, drive=True)
+    robot.drive(0.3)
+    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.drive(1.0)
+    robot.send('pose', pose_stamped(START, robot.header(ago=50.0)))
+    robot.send('pose', pose_stamped(START, robot.header(ago=49.9)))
+    assert robot.node._navigator.pilot.keeper is None
+    assert capfd.readouterr().err.count('time jumped back') == 1
+
+
+def test_goals_that_cannot_be_reached_are_told(graph):
+    robot = Robot(graph, drive=True)
+    robot.drive(1.0)
+    robot.send_goal(PlanarPose(1.65, 0.0, 0.0))
+    robot.drive(0.3)
+    assert 'the goal is in or too near to an obstacle' in robot.message().message
+    robot.send_goal(PlanarPose(1e7, 0.0, 0.0))
+    robot.drive(0.3)
+    assert 'give a nearer goal' in robot.message().message
+    assert robot.speed == 0.0
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'words'),
+    [
+        (['map_file:=/no/such/map.yaml'], '/no/such/map.yaml: cannot be read'),
+        (['resolution:=0.2', 'map_file:={map}'], 'resolution is 0.1 m, 0.2 m is asked for'),
+        (['height_min:=2.0'], 'height'),
+    ],
+)
+def test_a_bad_start_is_one_line_and_exit_code_1(tmp_path, parameters, words):
+    path = tmp_path / 'hall.yaml'
+    cells = np.zeros((8, 8), dtype=np.int8)
+    save_occupancy_map(path, OccupancyMap(GridFrame(0.0, 0.0, 0.1, 8, 8), cells))
+    options = [part for p in parameters for part in ('-p', p.format(map=path))]
+    program = subprocess.run(
+        [sys.executable, '-m', 'reward_planner.node', '--ros-args', *options],
+        env=os.environ | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert program.returncode == 1
+    refusals = [line for line in program.stderr.splitlines() if not line.startswith(('[INFO]', '[WARN]'))]
+    assert len(refusals) == 1
+    assert words in refusals[0]

@@ -1,0 +1,48 @@
+"""Starts reward_planner with its parameter file.
+
+Arguments: `params_file` (your own copy of config/reward_planner.yaml), `drive` (whether it drives the robot; what is
+given here counts more than the parameter file), `points` (topic of the point cloud), `pose` (topic of the robot's
+pose), `command` (topic of the lamps' commands), `use_sim_time` (what the parameter file says of it counts more).
+"""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.conditions import IfCondition
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node, SetParameter
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the node and the arguments it takes."""
+    config = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'config'])
+    arguments = [
+        DeclareLaunchArgument(
+            'params_file',
+            default_value=PathJoinSubstitution([config, 'reward_planner.yaml']),
+            description='parameters of the node',
+        ),
+        DeclareLaunchArgument('drive', default_value='false', description='whether the robot is driven'),
+        DeclareLaunchArgument('points', default_value='points', description='topic of the point cloud'),
+        DeclareLaunchArgument(
+            'pose', default_value='/pose_arbiter/pose', description="topic of the robot's pose"
+        ),
+        DeclareLaunchArgument(
+            'command', default_value='/vlc_beacon/command', description="topic of the lamps' commands"
+        ),
+        DeclareLaunchArgument('use_sim_time', default_value='false', description='take the time from /clock'),
+    ]
+    node = Node(
+        package='reward_planner',
+        executable='node',
+        name='reward_planner',
+        output='screen',
+        parameters=[
+            LaunchConfiguration('params_file'),
+            {'drive': ParameterValue(LaunchConfiguration('drive'), value_type=bool)},
+        ],
+        remappings=[(topic, LaunchConfiguration(topic)) for topic in ('points', 'pose', 'command')],
+    )
+    sim_time = SetParameter('use_sim_time', True, condition=IfCondition(LaunchConfiguration('use_sim_time')))
+    return LaunchDescription([*arguments, sim_time, node])
