@@ -16,7 +16,9 @@ from std_msgs.msg import String
 
 from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.grid.occupancy_map import OccupancyMap
+from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.files.occupancy_map_file import save_occupancy_map
+from reward_planner.node import RewardPlannerNode
 from shirube_geometry import PlanarPose
 from shirube_ros.point_cloud_conversion import cloud_from_points
 from shirube_ros.pose_conversion import pose_stamped
@@ -139,18 +141,22 @@ def test_goals_that_cannot_be_reached_are_told(graph):
 @pytest.mark.parametrize(
     ('parameters', 'words'),
     [
-        (['map_file:=/no/such/map.yaml'], '/no/such/map.yaml: cannot be read'),
-        (['resolution:=0.2', 'map_file:={map}'], 'resolution is 0.1 m, 0.2 m is asked for'),
-        (['height_min:=2.0'], 'height'),
+        ({'resolution': 0.2}, 'resolution is 0.1 m, 0.2 m is asked for'),
+        ({'map_file': '/no/such/map.yaml'}, '/no/such/map.yaml: cannot be read'),
+        ({'height_min': 2.0}, 'height'),
     ],
 )
-def test_a_bad_start_is_one_line_and_exit_code_1(tmp_path, parameters, words):
+def test_maps_and_heights_that_do_not_fit_are_refused(graph, tmp_path, parameters, words):
     path = tmp_path / 'hall.yaml'
     cells = np.zeros((8, 8), dtype=np.int8)
     save_occupancy_map(path, OccupancyMap(GridFrame(0.0, 0.0, 0.1, 8, 8), cells))
-    options = [part for p in parameters for part in ('-p', p.format(map=path))]
+    with pytest.raises(RewardPlannerError, match=words):
+        graph.add(RewardPlannerNode, **({'map_file': str(path), 'resolution': 0.1} | parameters))
+
+
+def test_a_bad_start_is_one_line_and_exit_code_1():
     program = subprocess.run(
-        [sys.executable, '-m', 'reward_planner.node', '--ros-args', *options],
+        [sys.executable, '-m', 'reward_planner.node', '--ros-args', '-p', 'map_file:=/no/such/map.yaml'],
         env=os.environ | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'},
         capture_output=True,
         text=True,
@@ -160,4 +166,4 @@ def test_a_bad_start_is_one_line_and_exit_code_1(tmp_path, parameters, words):
     assert program.returncode == 1
     refusals = [line for line in program.stderr.splitlines() if not line.startswith(('[INFO]', '[WARN]'))]
     assert len(refusals) == 1
-    assert words in refusals[0]
+    assert '/no/such/map.yaml: cannot be read' in refusals[0]

@@ -12,6 +12,7 @@ from reward_planner.core.driving.drive import DriveState
 from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.light_command import LightCommand
+from reward_planner.core.driving.velocity_ramp import Velocity
 from reward_planner.core.mapping.local_map import LocalMap
 from scene_simulator.grid_maps import maze, random_field, rooms, warehouse
 from shirube_geometry import PlanarPose
@@ -247,3 +248,5 @@ def test_when_time_jumps_back_the_robot_stands_without_a_goal():
     drive.pilot.time_jumped()
     assert drive.run(3.0).state is DriveState.IDLE
     assert drive.drives[-1].velocity is None
+    last_given = [d.velocity for d in drive.drives if d.velocity is not None][-1]
+    assert last_given == Velocity()

@@ -117,9 +117,10 @@ class Pilot:
         elapsed = 0.0 if math.isnan(self._stepped_at) else now - self._stepped_at
         self._stepped_at = now
         state, detail, wanted, waypoint = self._decide(now)
+        stood = self._ramp.velocity == Velocity()
         velocity = self._ramp.toward(wanted, elapsed)
-        stands = max(abs(velocity.forward), abs(velocity.turn_rate)) < _STANDING
-        leaves = stands and state in (DriveState.IDLE, DriveState.REACHED)
+        # The velocity of standing is given once before the motors are left to others.
+        leaves = stood and velocity == Velocity() and state in (DriveState.IDLE, DriveState.REACHED)
         return Drive(state, detail, None if leaves else velocity, waypoint)
 
     def _decide(self, now: float) -> tuple[DriveState, str, Velocity, tuple[float, float] | None]:

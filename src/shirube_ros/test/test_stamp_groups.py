@@ -1,0 +1,26 @@
+"""What has the same stamp belongs together, in whatever order it comes."""
+
+from itertools import permutations
+
+from shirube_ros.stamp_groups import StampGroups
+
+
+def test_a_group_is_whole_in_any_order() -> None:
+    for order in permutations('abc'):
+        groups: StampGroups[str] = StampGroups('abc', 0.01)
+        answers = [groups.put(name, 5.0 + 0.002 * i, name.upper()) for i, name in enumerate(order)]
+        assert answers == [None, None, ('A', 'B', 'C')]
+
+
+def test_items_without_partners_are_dropped_and_counted() -> None:
+    groups: StampGroups[int] = StampGroups('ab', 0.01)
+    for number in range(3):
+        assert groups.put('a', float(number), number) is None
+    assert groups.put('b', 2.0, 7) == (2, 7)
+    assert groups.dropped == 2
+    assert groups.put('b', 1.0, 8) is None
+    for number in range(30):
+        groups.put('a', 10.0 + number, number)
+    assert groups.dropped == 2 + 20
+    groups.clear()
+    assert groups.put('b', 39.0, 9) is None
