@@ -18,6 +18,7 @@ from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.route.route import NoRoute, NoRouteReason, refuse_ends
 from shirube_geometry import PlanarPose
 
+_ROUNDING = 1e-5  # clearances are computed in single precision [m]
 _OFF_ROUTE = 0.5  # farther from its route the robot needs a new one [m]
 
 
@@ -179,7 +180,7 @@ class RouteKeeper:
         """Return whether the route enters what is blocked; where it begins there it must lead away from it."""
         rows, columns = self.area.frame.cell_of(self.points_map).T
         blocked, clearance = self.area.blocked[rows, columns], self.area.clearance[rows, columns]
-        enters = blocked[1:] & (~blocked[:-1] | (np.diff(clearance) < 0.0))
+        enters = blocked[1:] & (~blocked[:-1] | (np.diff(clearance) < -_ROUNDING))
         return bool(enters.any() or blocked[-1])
 
 

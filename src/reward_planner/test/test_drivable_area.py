@@ -1,0 +1,58 @@
+"""The area covers what is needed, and parts that are refreshed are as if all were computed anew."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from reward_planner.core.driving.drivable_area import DrivableArea
+from reward_planner.core.driving.driving_error import DrivingError
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.mapping.global_map import GlobalMap
+from reward_planner.core.mapping.local_map import FREE, OCCUPIED, LocalMap
+
+
+def seen(rng, column, row, share):
+    """A square of 30 x 30 cells of 0.1 m, some occupied."""
+    frame = GridFrame(0.1 * column, 0.1 * row, 0.1, 30, 30)
+    cells = np.where(rng.random((30, 30)) < share, OCCUPIED, FREE).astype(np.int8)
+    return LocalMap(frame, cells, np.ones((30, 30), dtype=bool))
+
+
+def test_parts_that_are_refreshed_equal_the_whole():
+    rng = np.random.default_rng(1)
+    known = GlobalMap(0.1, 1_000_000)
+    area = DrivableArea(0.35, 0.8)
+    area.cover(known, [(-3.0, -3.0), (12.0, 9.0)])
+    for _ in range(25):
+        part = seen(rng, int(rng.integers(-20, 80)), int(rng.integers(-20, 60)), 0.02)
+        known.write(part)
+        before = area.blocked.copy()
+        cells = area.refresh(known, part.frame)
+        changed = np.zeros_like(before)
+        changed[tuple(cells.T)] = True
+        np.testing.assert_array_equal(changed, before != area.blocked)
+    fresh = DrivableArea(0.35, 0.8)
+    fresh.cover(known, [(-3.0, -3.0), (12.0, 9.0)])
+    for place in ((-3.0, -3.0), (12.0, 9.0), (4.4, 2.2)):
+        assert area.clearance_at(place) == pytest.approx(fresh.clearance_at(place))
+    xy = rng.uniform((-3.0, -3.0), (12.0, 9.0), (2000, 2))
+    np.testing.assert_allclose(area.clearance_at(xy), fresh.clearance_at(xy), atol=1e-6)
+
+
+def test_the_area_grows_only_when_it_must_and_leaves_room_around():
+    known = GlobalMap(0.1, 1_000_000)
+    area = DrivableArea(0.3, 0.6)
+    assert area.cover(known, [(0.0, 0.0), (5.0, 5.0)])
+    assert not area.cover(known, [(1.0, 1.0), (5.0, 5.0)])
+    known.write(seen(np.random.default_rng(2), 70, 0, 1.0))
+    assert area.cover(known, [(1.0, 1.0), (5.0, 5.0)])
+    assert not area.blocked[[0, -1]].any()
+    assert not area.blocked[:, [0, -1]].any()
+    assert area.clearance_at((1e3, 1e3)) == pytest.approx(0.6)
+
+
+def test_an_area_beyond_all_memory_is_refused():
+    area = DrivableArea(0.3, 0.6)
+    with pytest.raises(DrivingError, match='give a nearer goal or a larger resolution'):
+        area.cover(GlobalMap(0.1, 1_000_000), [(0.0, 0.0), (1e5, 1e5)])

@@ -1,0 +1,34 @@
+"""What lamps say is read as vlc_beacon writes it, and refused in one line where it is nonsense."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from reward_planner.core.driving.driving_error import DrivingError
+from reward_planner.core.driving.light_command import OPERATIONS, LightCommand, read_light_command
+
+
+@pytest.mark.parametrize('operation', OPERATIONS)
+def test_each_operation_is_read(operation):
+    text = json.dumps({'beacon': 3, 'counter': 9, 'op': operation, 'value': 0.25})
+    assert read_light_command(text) == LightCommand(operation, 0.25)
+
+
+@pytest.mark.parametrize(
+    ('text', 'words'),
+    [
+        ('stop', 'no JSON'),
+        ('[1]', 'no known op'),
+        ('{"op": "jump"}', 'must be one of stop, resume, slow, speed_up, turn'),
+        ('{"op": "slow", "value": "much"}', 'no finite number'),
+        ('{"op": "turn", "value": NaN}', 'no finite number'),
+        ('{"op": "turn", "value": true}', 'no finite number'),
+        ('{"op": "slow", "value": -0.1}', 'negative speed'),
+    ],
+)
+def test_nonsense_is_refused_in_one_line(text, words):
+    with pytest.raises(DrivingError, match=words) as refusal:
+        read_light_command(text)
+    assert '\n' not in str(refusal.value)

@@ -1,0 +1,131 @@
+"""From depth images of a furnished room to the goal: mapper, planner and driver together, without ROS."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from reward_planner.core.driving.drive import DriveState
+from reward_planner.core.mapping.mapping_error import MappingError
+from reward_planner.core.mapping.pose_trail import PoseVerdict
+from reward_planner.core.mapping.waiting_frames import DropReason
+from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from scene_simulator.box_room import BoxRoom, forward_camera, noisy_depth, points_from_depth
+from scene_simulator.driven_robot import DrivenRobot, MotorLimits
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+
+CAMERA = PinholeCamera(120, 90, 90.0, 90.0, 59.5, 44.5)
+MOUNT = CameraMount((0.1, 0.0, 0.5), (-math.pi / 2.0, 0.0, -math.pi / 2.0))
+SIZE = (-1.0, -2.5, 0.0, 6.0, 2.5, 2.6)
+ROOMS = {
+    'box': ((1.5, -0.5, 0.0, 2.0, 0.6, 0.8),),
+    'table': (
+        (2.0, -1.2, 0.7, 3.2, 0.9, 0.75),
+        *((x, y, 0.0, x + 0.06, y + 0.06, 0.7) for x in (2.0, 3.14) for y in (-1.2, 0.84)),
+    ),
+    'wall with a door': ((2.5, -2.5, 0.0, 2.7, 0.9, 2.0), (2.5, 2.1, 0.0, 2.7, 2.5, 2.0)),
+}
+RADIUS = 0.2
+
+
+class RoomDrive:
+    """A robot with a depth camera in a room."""
+
+    def __init__(self, boxes):
+        self.room = BoxRoom(SIZE, boxes)
+        settings = NavigatorSettings(voxels=VoxelSettings(resolution=0.1, range_max=4.0))
+        self.navigator = Navigator(MOUNT, settings)
+        self.robot = DrivenRobot(PlanarPose(0.0, 0.0, 0.0), MotorLimits(0.6, 4.0))
+        self.rng = np.random.default_rng(1)
+        self.gap = math.inf
+
+    @property
+    def pose(self):
+        return self.robot.pose_at(self.robot.time)
+
+    def points(self):
+        camera = self.pose @ PlanarPose(*MOUNT.xyz[:2], 0.0)
+        depth = self.room.depth_image(CAMERA, forward_camera(camera.x, camera.y, MOUNT.xyz[2], camera.yaw))
+        return points_from_depth(noisy_depth(depth, 9.0, 0.1, self.rng), CAMERA).astype(np.float32)
+
+    def tick(self):
+        now = self.robot.time
+        self.navigator.add_frame(now, now, SensorFrame(self.points(), CAMERA.fx))
+        self.navigator.add_pose(now, self.pose)
+        self.navigator.work(now)
+        drive = self.navigator.pilot.step(now)
+        velocity = drive.velocity
+        forward, turn = (0.0, 0.0) if velocity is None else (velocity.forward, velocity.turn_rate)
+        self.robot.drive(forward, turn, now + 0.1)
+        self.gap = min(self.gap, self._gap())
+        return drive
+
+    def _gap(self):
+        x, y = self.pose.x, self.pose.y
+        gaps = [x - SIZE[0], y - SIZE[1], SIZE[3] - x, SIZE[4] - y]
+        gaps += [
+            math.hypot(max(x0 - x, 0.0, x - x1), max(y0 - y, 0.0, y - y1))
+            for x0, y0, _, x1, y1, _ in self.room.boxes
+        ]
+        return min(gaps) - RADIUS
+
+
+@pytest.mark.parametrize('name', ROOMS)
+def test_a_robot_with_a_depth_camera_gets_through_a_room_and_hits_nothing(name):
+    drive = RoomDrive(ROOMS[name])
+    drive.navigator.pilot.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    for _ in range(900):
+        state = drive.tick().state
+        if state is DriveState.REACHED:
+            break
+    assert state is DriveState.REACHED
+    assert drive.gap > 0.0
+
+
+def test_frames_without_poses_are_dropped_and_the_robot_does_not_move():
+    drive = RoomDrive(())
+    navigator = drive.navigator
+    navigator.pilot.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    for k in range(10):
+        navigator.add_frame(0.1 * k, 0.1 * k, SensorFrame(drive.points(), CAMERA.fx))
+        assert navigator.work(0.1 * k) == []
+    assert navigator.frames.dropped[DropReason.POSE_LATE] > 0
+    assert navigator.pilot.step(1.0).state is DriveState.LOST
+
+
+def test_a_frame_of_nan_is_told_and_is_no_news():
+    drive = RoomDrive(())
+    navigator = drive.navigator
+    navigator.add_pose(1.0, drive.pose)
+    navigator.add_frame(1.0, 1.0, SensorFrame(np.full((9, 3), np.nan, dtype=np.float32), CAMERA.fx))
+    with pytest.raises(MappingError, match='no finite point'):
+        navigator.work(1.0)
+    navigator.pilot.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    assert navigator.pilot.step(1.0).state is DriveState.BLIND
+
+
+def test_poses_that_jump_are_not_believed_and_the_robot_stands():
+    drive = RoomDrive(())
+    drive.navigator.pilot.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    for _ in range(20):
+        drive.tick()
+    now = drive.robot.time
+    assert drive.navigator.add_pose(now, PlanarPose(4.0, 2.0, 1.0)) is PoseVerdict.JUMPED
+    assert drive.navigator.pilot.step(now).state is DriveState.LOST
+    assert drive.navigator.add_pose(now + 0.1, drive.pose) is PoseVerdict.TAKEN
+
+
+def test_when_time_jumps_back_goal_and_frames_are_forgotten():
+    drive = RoomDrive(())
+    drive.navigator.pilot.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    for _ in range(40):
+        drive.tick()
+    drive.navigator.add_frame(9.0, 9.0, SensorFrame(drive.points(), CAMERA.fx))
+    assert drive.navigator.add_pose(1.0, drive.pose) is PoseVerdict.TIME_BACK
+    assert drive.navigator.frames.dropped[DropReason.TIME_BACK] == 1
+    assert drive.navigator.pilot.step(1.0).state is DriveState.IDLE
+    drive.navigator.add_frame(1.0, 1.0, SensorFrame(drive.points(), CAMERA.fx))
+    assert len(drive.navigator.work(1.0)) == 1

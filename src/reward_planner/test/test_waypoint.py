@@ -1,0 +1,56 @@
+"""The robot heads for what it can go to straight, and knows how far it is free ahead."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from reward_planner.core.driving.drivable_area import DrivableArea
+from reward_planner.core.driving.waypoint import free_ahead, next_waypoint
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.mapping.global_map import GlobalMap
+from reward_planner.core.mapping.local_map import FREE, OCCUPIED, LocalMap
+from shirube_geometry import PlanarPose
+
+CORNER = np.array([(0.1 * k, 0.0) for k in range(11)] + [(1.0, 0.1 * k) for k in range(1, 11)])
+
+
+def area_with(boxes):
+    frame = GridFrame(-3.0, -3.0, 0.1, 60, 60)
+    cells = np.full(frame.shape, FREE, dtype=np.int8)
+    for x0, y0, x1, y1 in boxes:
+        low, high = frame.cell_of([(x0, y0), (x1, y1)])
+        cells[low[0] : high[0], low[1] : high[1]] = OCCUPIED
+    known = GlobalMap(0.1, 1_000_000)
+    known.write(LocalMap(frame, cells, np.ones(frame.shape, dtype=bool)))
+    area = DrivableArea(0.2, 1.0)
+    area.cover(known, [(0.0, 0.0)])
+    return area
+
+
+def test_corners_are_cut_where_nothing_is_in_the_way():
+    waypoint = next_waypoint(area_with([]), PlanarPose(0.0, 0.0, 0.0), CORNER, 1.6)
+    assert waypoint == pytest.approx((1.0, 0.6), abs=0.11)
+
+
+def test_corners_are_not_cut_past_an_obstacle():
+    area = area_with([(0.3, 0.3, 0.7, 0.9)])
+    robot = PlanarPose(0.0, 0.0, 0.0)
+    waypoint = next_waypoint(area, robot, CORNER, 1.6)
+    line = np.array([robot.x, robot.y]) + np.linspace(0.0, 1.0, 200)[:, None] * waypoint
+    assert area.clearance_at(line).min() >= 0.2
+    assert waypoint[1] < 0.3
+
+
+def test_where_no_point_is_seen_it_is_the_next_one():
+    area = area_with([(-0.5, -0.4, 1.5, -0.2)])
+    waypoint = next_waypoint(area, PlanarPose(0.0, -0.9, 0.0), CORNER, 1.0)
+    assert waypoint.tolist() == [0.1, 0.0]
+
+
+def test_free_ahead_ends_before_the_obstacle():
+    area = area_with([(1.5, -1.0, 1.8, 1.0)])
+    free, least = free_ahead(area, PlanarPose(0.0, 0.0, 0.0), 0.3, 2.5)
+    assert free == pytest.approx(1.2, abs=0.11)
+    assert least >= 0.3
+    assert free_ahead(area, PlanarPose(0.0, 0.0, 3.1), 0.3, 2.5)[0] == pytest.approx(2.5)
