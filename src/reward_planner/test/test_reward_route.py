@@ -1,0 +1,39 @@
+"""The way by the rule arrives, avoids where the robot was, and may be asked for in pieces."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reward_planner.core.reward.reward_route import reward_route
+from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.route.route import NoRoute, NoRouteReason
+from scene_simulator.grid_truth import is_driveable
+
+FREE = np.zeros((30, 40), dtype=bool)
+COUNTED = RewardSettings(visits='counted')
+
+
+def test_the_way_is_straight_where_nothing_hinders():
+    route = reward_route(FREE, (3, 3), (3, 30), COUNTED)
+    assert route.length == 27.0
+    assert is_driveable(FREE, route.cells)
+
+
+def test_a_piece_of_the_way_is_its_beginning():
+    whole = reward_route(FREE, (3, 3), (20, 30), COUNTED)
+    piece = reward_route(FREE, (3, 3), (20, 30), COUNTED, steps_max=8)
+    np.testing.assert_array_equal(piece.cells, whole.cells[: len(piece.cells)])
+    assert len(piece.cells) == 9
+
+
+def test_where_the_robot_was_it_does_not_go_again():
+    earlier = np.array([(3, column) for column in range(10, 20)])
+    route = reward_route(FREE, (3, 3), (3, 30), COUNTED, earlier)
+    visited = {tuple(cell) for cell in route.cells.tolist()} & {tuple(cell) for cell in earlier.tolist()}
+    assert not visited
+
+
+def test_what_cannot_be_reached_is_told():
+    walls = FREE.copy()
+    walls[:, 20] = True
+    assert reward_route(walls, (3, 3), (3, 30), COUNTED) == NoRoute(NoRouteReason.UNREACHABLE)

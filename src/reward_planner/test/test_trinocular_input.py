@@ -1,0 +1,87 @@
+"""Three images of the same instant become the points that the rendered room has there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from l_rig import BASELINE, CAMERA, picture, projection, true_depth
+from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
+
+from reward_planner.core.depth.depth_error import DepthError
+from reward_planner.core.depth.depth_settings import DepthSettings
+from reward_planner.inputs.trinocular_input import TrinocularInput
+from shirube_ros.image_conversion import image_from_array
+from shirube_ros.message_guard import MessageGuard
+
+PLACES = {'left': (0.0, 0.0), 'right': (BASELINE, 0.0), 'top': (0.0, -BASELINE)}
+
+
+class Rig:
+    """A node with the input, and three cameras."""
+
+    def __init__(self, graph):
+        self._graph = graph
+        self.host = graph.add(lambda **options: Node('host', **options))
+        self.guard = MessageGuard(self.host, (DepthError,))
+        self.frames = []
+        settings = DepthSettings(disparities=48)
+        self.input = TrinocularInput(
+            self.host, self.guard, 'raw', settings, lambda header, frame: self.frames.append((header, frame))
+        )
+        cameras = graph.add(lambda **options: Node('cameras', **options))
+        self._publishers = {
+            f'{name}/{topic}': cameras.create_publisher(kind, f'{name}/{topic}', 10)
+            for name in PLACES
+            for topic, kind in (('image_rect', Image), ('camera_info', CameraInfo))
+        }
+        assert graph.spin_until(
+            lambda: all(p.get_subscription_count() == 1 for p in self._publishers.values())
+        )
+
+    def send(self, topic, message):
+        before = self.guard.counts[topic].received
+        self._publishers[topic].publish(message)
+        assert self._graph.spin_until(lambda: self.guard.counts[topic].received > before)
+
+    def send_info(self, name, place=None):
+        p = projection(CAMERA, *(place or PLACES[name]))
+        info = CameraInfo(width=CAMERA.width, height=CAMERA.height, k=CAMERA.matrix.ravel(), p=p.ravel())
+        self.send(f'{name}/camera_info', info)
+
+    def send_image(self, name, sec):
+        header = Header(stamp=Time(sec=sec), frame_id=f'{name}_optical_frame')
+        self.send(f'{name}/image_rect', image_from_array(picture(*PLACES[name]), header))
+
+
+def test_three_images_become_points(graph):
+    rig = Rig(graph)
+    for name in PLACES:
+        rig.send_info(name)
+    rig.send_image('right', 4)
+    for name in ('top', 'left', 'right'):
+        rig.send_image(name, 5)
+    ((header, frame),) = rig.frames
+    assert (header.stamp.sec, header.frame_id) == (5, 'left_optical_frame')
+    assert frame.focal_length == CAMERA.fx
+    assert rig.input.groups.dropped == 1
+    assert len(frame.points) > 0.8 * CAMERA.width * CAMERA.height
+    x, y, z = frame.points.T
+    columns = np.round(x / z * CAMERA.fx + CAMERA.cx).astype(int)
+    rows = np.round(y / z * CAMERA.fy + CAMERA.cy).astype(int)
+    wrong = np.abs(1.0 / z - 1.0 / true_depth()[rows, columns]) * CAMERA.fx * BASELINE > 1.0
+    assert wrong.mean() < 0.06
+
+
+@pytest.mark.parametrize('name', ['right', 'top'])
+def test_a_rig_without_a_baseline_is_refused(graph, name):
+    rig = Rig(graph)
+    for other in PLACES:
+        rig.send_info(other, (0.0, 0.0) if other == name else None)
+    for other in PLACES:
+        rig.send_image(other, 5)
+    assert rig.frames == []
+    (line,) = rig.guard.counts['top/image_rect'].refused
+    assert 'there is no baseline' in line
