@@ -11,6 +11,7 @@ from rclpy.node import Node
 from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
 
+from reward_planner.compute_path_server import offer_compute_path
 from reward_planner.core.driving.drive import Drive, DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.light_command import read_light_command
@@ -69,7 +70,8 @@ class RewardPlannerNode(Node):
     ``/diagnostics``           DiagnosticArray         once a second
     =========================  ======================  ===================================================
 
-    Services (Trigger): ``~/clear_map`` forgets the map, ``~/save_map`` writes it to a file.
+    Services (Trigger): ``~/clear_map`` forgets the map, ``~/save_map`` writes it to a file. Where nav2_msgs is
+    installed the action ``compute_path_to_pose`` answers Nav2.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -106,6 +108,7 @@ class RewardPlannerNode(Node):
         self._advertise()
         self._subscribe()
         self._start_timers()
+        self._paths = offer_compute_path(self, self._settings.map_frame, self._navigator.route_between)
 
     def _advertise(self) -> None:
         self._map = self.create_publisher(OccupancyGrid, '~/map', map_profile())

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.pilot import Pilot
+from reward_planner.core.driving.route_keeper import RouteKeeper
 from reward_planner.core.grid.occupancy_map import UNKNOWN, OccupancyMap
 from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.mapping.mapping_error import MappingError
@@ -19,6 +21,7 @@ from reward_planner.core.mapping.pose_trail import PoseTrail, PoseVerdict
 from reward_planner.core.mapping.waiting_frames import DropReason, WaitingFrames
 from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.route.route import NoRouteReason
 from reward_planner.core.voxels.count_points import PointTally
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from shirube_geometry import CameraMount, PlanarPose
@@ -135,6 +138,30 @@ class Navigator:
                 'a frame has no finite point; check the depth camera, the robot stands meanwhile'
             )
         return mapped
+
+    def route_between(
+        self, start: PlanarPose | None, goal: PlanarPose
+    ) -> NDArray[np.float64] | NoRouteReason:
+        """Return the shortest route on the map as it is known, whatever the mode, or why there is none.
+
+        Args:
+            start: where it begins; None where the robot is.
+            goal: where it ends.
+
+        Returns:
+            shape (n, 2) [m].
+
+        Raises:
+            DrivingError: the robot's pose is asked for and not known, or the goal is too far away.
+        """
+        begin = start or self.pilot.robot
+        if begin is None:
+            raise DrivingError("the robot's pose is not known; give a start")
+        planner = replace(self._settings.planner, mode='optimal')
+        settings = self._settings
+        keeper = RouteKeeper(self.mapper.map, (goal.x, goal.y), planner, settings.reward, settings.driving)
+        keeper.update(0.0, begin)
+        return keeper.points_map if keeper.problem is None else keeper.problem
 
     def clear_map(self) -> None:
         """Forget the map, the known one too; the goal stays."""

@@ -68,6 +68,11 @@ class Pilot:
         """The route, shape (n, 2) [m]; n is 0 where there is none."""
         return np.empty((0, 2)) if self.keeper is None else self.keeper.points_map
 
+    @property
+    def robot(self) -> PlanarPose | None:
+        """Where the robot was last; None where its poses cannot be trusted."""
+        return self._robot
+
     def set_goal(self, T_map_goal: PlanarPose) -> None:
         """Take a goal; the one before is forgotten.
 

@@ -1,0 +1,75 @@
+"""What Nav2 is answered; the messages of the action are played, for nav2_msgs is not everywhere."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from nav_msgs.msg import Path
+from rclpy.node import Node
+from std_msgs.msg import Header
+
+from reward_planner.compute_path_server import answer_request, offer_compute_path
+from reward_planner.core.driving.driving_error import DrivingError
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import OccupancyMap
+from reward_planner.core.navigator import Navigator, NavigatorSettings
+from reward_planner.core.route.route import NoRouteReason
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from shirube_geometry import CameraMount, PlanarPose
+from shirube_ros.pose_conversion import pose_stamped
+
+HEADER = Header(frame_id='map')
+CODES = {'UNKNOWN': 200, 'START_OCCUPIED': 205, 'GOAL_OCCUPIED': 206, 'NO_VALID_PATH': 208}
+
+
+def navigator():
+    made = Navigator(CameraMount(), NavigatorSettings(voxels=VoxelSettings(resolution=0.1)))
+    cells = np.zeros((60, 60), dtype=np.int8)
+    cells[20:40, 28:32] = 100
+    made.use_map(OccupancyMap(GridFrame(0.0, 0.0, 0.1, 60, 60), cells))
+    return made
+
+
+def ask(planner, goal, start=None, frame='map'):
+    request = SimpleNamespace(
+        start=pose_stamped(start or PlanarPose(0.0, 0.0, 0.0), Header(frame_id=frame)),
+        goal=pose_stamped(goal, Header(frame_id=frame)),
+        use_start=start is not None,
+    )
+    return answer_request(
+        request, SimpleNamespace(path=Path(), error_code=0, **CODES), HEADER, planner.route_between
+    )
+
+
+def test_a_route_around_the_obstacle_is_answered():
+    result, problem = ask(navigator(), PlanarPose(5.0, 3.0, 0.5), PlanarPose(1.0, 3.0, 0.0))
+    assert (problem, result.error_code, result.path.header.frame_id) == ('', 0, 'map')
+    places = np.array([(p.pose.position.x, p.pose.position.y) for p in result.path.poses])
+    assert np.hypot(*(places[0] - (1.0, 3.0))) < 0.1
+    assert places[-1].tolist() == [5.0, 3.0]
+    assert np.abs(places[:, 1] - 3.0).max() > 1.2
+
+
+def test_the_route_begins_where_the_robot_is():
+    planner = navigator()
+    assert 'pose is not known' in ask(planner, PlanarPose(5.0, 3.0, 0.0))[1]
+    planner.add_pose(1.0, PlanarPose(1.0, 5.0, 0.0))
+    result, _ = ask(planner, PlanarPose(5.0, 3.0, 0.0))
+    assert result.path.poses[0].pose.position.y == pytest.approx(5.0, abs=0.1)
+
+
+def test_what_is_wrong_is_told_by_line_and_code():
+    planner, start = navigator(), PlanarPose(1.0, 3.0, 0.0)
+    result, problem = ask(planner, PlanarPose(3.0, 3.0, 0.0), start)
+    assert (result.error_code, problem) == (206, NoRouteReason.GOAL_BLOCKED.value)
+    result, problem = ask(planner, PlanarPose(5.0, 3.0, 0.0), start, frame='odom')
+    assert (result.error_code, problem) == (200, "start is in the frame 'odom'; give it in 'map'")
+    with pytest.raises(DrivingError, match='give a nearer goal'):
+        planner.route_between(start, PlanarPose(1e7, 0.0, 0.0))
+
+
+def test_without_nav2_there_is_no_action(graph):
+    node = graph.add(lambda **options: Node('host', **options))
+    assert offer_compute_path(node, 'map', navigator().route_between) is None
