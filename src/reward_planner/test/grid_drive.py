@@ -37,7 +37,7 @@ class GridDrive:
         self.pilot = Pilot(self.known, planner, reward, self.settings)
         self.robot = DrivenRobot(start, MotorLimits(0.6, 4.0))
         self.senses_pose = self.senses_map = True
-        self.drives, self.poses = [], [start]
+        self.drives, self.poses, self.room = [], [start], []
         self.frame = GridFrame(0.0, 0.0, resolution, *self.walls.shape[::-1])
         self._seen = np.full(self.walls.shape, UNKNOWN, dtype=np.int8)
 
@@ -66,7 +66,8 @@ class GridDrive:
         self.robot.drive(forward, turn, now + TICK)
         self.drives.append(drive)
         self.poses.append(self.pose)
-        assert self.gap() > 0.0, f'hit a wall at {self.pose}'
+        self.room.append(self.gap())
+        assert self.room[-1] > 0.0, f'hit a wall at {self.pose}'
 
     def run(self, seconds, until=(DriveState.REACHED,)):
         """Drive until a state is there; return the last drive."""

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from grid_drive import TICK, GridDrive, coarse, goal_at, roomy_place
+from grid_drive import RADIUS, TICK, GridDrive, coarse, goal_at, roomy_place
 
 from reward_planner.core.driving.drive import DriveState
 from reward_planner.core.driving.driving_error import DrivingError
@@ -203,14 +203,8 @@ def test_the_lamps_slow_stop_and_turn_the_robot():
 def test_a_robot_too_near_to_a_wall_leaves_by_the_way_of_growing_clearance():
     drive = GridDrive(hall(), PlanarPose(1.0, 0.34, 0.0))
     drive.pilot.set_goal(goal_at(5.0, 3.0))
-    gaps = []
-    for _ in range(round(60 / TICK)):
-        drive.tick()
-        gaps.append(drive.gap())
-        if drive.drives[-1].state is DriveState.REACHED:
-            break
-    assert drive.drives[-1].state is DriveState.REACHED
-    assert min(gaps) >= gaps[0] - 0.01
+    assert drive.run(60.0).state is DriveState.REACHED
+    assert min(drive.room) >= drive.room[0] - 0.01
 
 
 def test_an_obstacle_that_appears_on_the_route_is_driven_around():
@@ -250,3 +244,24 @@ def test_when_time_jumps_back_the_robot_stands_without_a_goal():
     assert drive.drives[-1].velocity is None
     last_given = [d.velocity for d in drive.drives if d.velocity is not None][-1]
     assert last_given == Velocity()
+
+
+def test_the_robot_does_not_overshoot_its_goal():
+    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive.pilot.set_goal(goal_at(5.0, 3.0))
+    assert drive.run(60.0).state is DriveState.REACHED
+    drive.run(2.0, until=())
+    assert max(pose.x for pose in drive.poses) < 5.05
+
+
+def test_the_speed_allows_to_stop_before_what_lies_straight_ahead():
+    settings = DrivingSettings(max_linear_velocity=4.0)
+    drive = GridDrive(hall(), PlanarPose(1.0, 0.45, -0.2), settings)
+    drive.sense()
+    drive.pilot.set_goal(goal_at(8.0, 0.45))
+    for k in range(100):  # the robot is held where it is
+        drive.pilot.robot_at(TICK * k, drive.pose)
+        drive.pilot.map_changed(TICK * k, drive.frame)
+        speed = drive.pilot.step(TICK * k).velocity.forward
+    to_wall = (0.45 - 0.1 - RADIUS) / math.sin(0.2)
+    assert 0.1 < speed < math.sqrt(2.0 * settings.max_linear_acceleration * to_wall) * (1.0 - 0.2 / 0.6)
