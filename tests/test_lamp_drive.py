@@ -27,8 +27,8 @@ from vlc_beacon.node_settings import NodeSettings
 from vlc_beacon.receiver_from_files import beacons_of, judge_of
 
 BAG = Path(__file__).parents[1] / 'bags' / 'lamp_drive'
-IMAGES = 1200
-"""The first 20 s: both commands of both lamps are heard where they count."""
+IMAGES = 1500
+"""The first 25 s: both commands of both lamps are heard where they count."""
 LAMP_A, LAMP_B = 4, 3
 
 
