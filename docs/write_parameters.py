@@ -7,6 +7,9 @@ from pathlib import Path
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.node_settings import NodeSettings
 from shirube_settings import settings_table
+from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.trust.trust_settings import TrustSettings
+from vlc_beacon.node_settings import NodeSettings as VlcBeaconSettings
 
 PAGE = Path(__file__).parent / 'parameters.md'
 
@@ -22,6 +25,12 @@ def parameters_page() -> str:
                 settings_table(NodeSettings).strip(),
                 '## floor_localizer: the method',
                 settings_table(LocalizerSettings).strip(),
+                '## vlc_beacon: the node',
+                settings_table(VlcBeaconSettings).strip(),
+                '## vlc_beacon: light and pose',
+                settings_table(ReceiverSettings).strip(),
+                '## vlc_beacon: trust',
+                settings_table(TrustSettings).strip(),
             ]
         )
         + '\n'

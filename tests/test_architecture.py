@@ -20,9 +20,11 @@ ALL_FILES = sorted(
 # What knows only numbers: folders and files below src/, and what of them is left out.
 PURE = (
     'floor_localizer/floor_localizer/core',
+    'light_waveform',
     'scene_simulator',
     'shirube_geometry',
     'shirube_settings',
+    'vlc_beacon/vlc_beacon/core',
     *(
         f'shirube_bags/shirube_bags/{name}.py'
         for name in (
@@ -39,10 +41,20 @@ PURE = (
 NOT_PURE = (
     'scene_simulator/scene_simulator/commands',
     'scene_simulator/scene_simulator/floor_bag.py',
-    'scene_simulator/scene_simulator/floor_messages.py',
+    'scene_simulator/scene_simulator/lamp_bag.py',
+    'scene_simulator/scene_simulator/scene_messages.py',
     'scene_simulator/scene_simulator/survey.py',
 )
-PURE_LIBRARIES = {'numpy', 'scipy', 'cv2', 'numba', 'shirube_geometry', 'shirube_settings'}
+PURE_LIBRARIES = {
+    'numpy',
+    'scipy',
+    'cv2',
+    'numba',
+    'reedsolo',
+    'light_waveform',
+    'shirube_geometry',
+    'shirube_settings',
+}
 TOUCHES_THE_WORLD = {
     'io',
     'logging',
@@ -71,6 +83,7 @@ ROSDEP_KEYS = {
     'matplotlib': 'python3-matplotlib',
     'numba': 'python3-numba',
     'numpy': 'python3-numpy',
+    'reedsolo': 'python3-reedsolo',
     'rosbags': 'python3-rosbags-pip',
     'scipy': 'python3-scipy',
     'tqdm': 'python3-tqdm',

@@ -3,11 +3,16 @@
 import importlib.util
 from pathlib import Path
 
+import pytest
 import yaml
 
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.node_settings import NodeSettings
 from shirube_settings import describe_settings
+from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.trust.trust_settings import TrustSettings
+from vlc_beacon.files.beacons_file import load_beacons
+from vlc_beacon.node_settings import NodeSettings as VlcBeaconSettings
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -21,10 +26,21 @@ def test_the_page_of_parameters_is_up_to_date() -> None:
     assert module.PAGE.read_text() == module.parameters_page()
 
 
-def test_the_example_configuration_holds_known_parameters_at_their_defaults() -> None:
-    content = yaml.safe_load((ROOT / 'config' / 'floor_localizer.yaml').read_text())
-    given = content['floor_localizer']['ros__parameters']
-    known = {d.name: d.default for cls in (NodeSettings, LocalizerSettings) for d in describe_settings(cls)}
+SETTINGS = {
+    'floor_localizer': (NodeSettings, LocalizerSettings),
+    'vlc_beacon': (VlcBeaconSettings, ReceiverSettings, TrustSettings),
+}
+
+
+@pytest.mark.parametrize('node', SETTINGS)
+def test_the_example_configuration_holds_known_parameters_at_their_defaults(node: str) -> None:
+    content = yaml.safe_load((ROOT / 'config' / f'{node}.yaml').read_text())
+    given = content[node]['ros__parameters']
+    known = {d.name: d.default for cls in SETTINGS[node] for d in describe_settings(cls)}
     for name, value in given.items():
         default = known[name]
         assert (tuple(value) if isinstance(value, list) else value) == default, name
+
+
+def test_the_example_beacons_can_be_read() -> None:
+    assert [beacon.id for beacon in load_beacons(ROOT / 'config' / 'beacons.yaml')] == [1, 2, 3, 4]

@@ -10,7 +10,7 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.tracker import FloorTracker
 from floor_localizer.located_image import LocatedImage
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.errors import BagError
+from shirube_bags.topic_choice import choose_topic
 from shirube_geometry import PinholeCamera
 from shirube_ros.camera_info_conversion import camera_from_camera_info, check_image_size
 from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
@@ -41,35 +41,10 @@ def choose_topics(
         BagError: a named topic is missing or of another type, or none or several are there to choose from.
     """
     return BagTopics(
-        _choose(bag, image, (_IMAGE, _COMPRESSED), ('/image_raw', '/image_raw/compressed')),
-        _choose(bag, camera_info, (_CAMERA_INFO,), ('/camera_info',)),
-        _choose(bag, odometry, (_ODOMETRY,), ('/odom',), is_optional=True),
+        choose_topic(bag, image, (_IMAGE, _COMPRESSED), ('/image_raw', '/image_raw/compressed')),
+        choose_topic(bag, camera_info, (_CAMERA_INFO,), ('/camera_info',)),
+        choose_topic(bag, odometry, (_ODOMETRY,), ('/odom',), is_optional=True),
     )
-
-
-def _choose(
-    bag: BagReader,
-    name: str | None,
-    types: tuple[str, ...],
-    usual: tuple[str, ...],
-    *,
-    is_optional: bool = False,
-) -> str:
-    fitting = sorted(topic.name for topic in bag.topics.values() if topic.msgtype in types)
-    kind = types[0].rpartition('/')[2]
-    if name is not None:
-        (name,) = bag.select_topics([name])
-        if name not in fitting:
-            raise BagError(f'{bag.path}: topic {name} is {bag.topics[name].msgtype}, no {kind}')
-        return name
-    candidates = [topic for topic in usual if topic in fitting] or fitting
-    if candidates and (len(fitting) == 1 or candidates[0] in usual):
-        return candidates[0]
-    if is_optional:
-        return ''
-    if not fitting:
-        raise BagError(f'{bag.path}: has no topic of type {kind}; it has {", ".join(sorted(bag.topics))}')
-    raise BagError(f'{bag.path}: has several topics of type {kind}; name one of {", ".join(fitting)}')
 
 
 class BagLocalization:

@@ -15,7 +15,7 @@ from floor_localizer.core.dot_map import DotMap
 from floor_localizer.files.csv_form import save_csv
 from scene_simulator.dot_floor import FloorDesign, lay_floor
 from scene_simulator.floor_camera import PAPER_CAMERA, FloorCamera
-from scene_simulator.floor_messages import camera_info, compressed_image, odometry
+from scene_simulator.scene_messages import camera_info, compressed_image, odometry
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.tum_file import load_tum
 from shirube_geometry import CameraMount, PlanarPose
@@ -43,9 +43,14 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with BagWriter(folder / 'bag') as bag:
         for number, (image, pose) in enumerate(zip(images, TRUTH)):
             stamp = START_NS + number * STEP_NS
-            bag.write('/camera_info', 'sensor_msgs/msg/CameraInfo', camera_info(PAPER_CAMERA, stamp), stamp)
+            bag.write(
+                '/camera_info',
+                'sensor_msgs/msg/CameraInfo',
+                camera_info(PAPER_CAMERA, 'camera', stamp),
+                stamp,
+            )
             bag.write('/odom', 'nav_msgs/msg/Odometry', odometry(pose, (0.2, 0.5), stamp), stamp)
-            message = compressed_image(image, stamp)
+            message = compressed_image(image, 'camera', stamp)
             if number == 2:
                 message.data = message.data[:-100]
             bag.write('/image_raw/compressed', 'sensor_msgs/msg/CompressedImage', message, stamp)

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from scene_simulator import floor_messages
+from scene_simulator import scene_messages
 from scene_simulator.demo_scene import DemoScene
 from scene_simulator.scene_error import SceneError
 from scene_simulator.wheel_odometry import WheelErrors, measure_odometry
 from shirube_bags.bag_writer import BagWriter
+
+CAMERA_FRAME = 'belly_camera_optical_frame'
 
 START_NS = 1_780_000_000_000_000_000
 """Stamp of the first message [ns since the epoch]."""
@@ -75,10 +77,10 @@ def _write_image(bag: BagWriter, scene: DemoScene, index: int, time_ns: int) -> 
     """Write an image with its calibration, the true pose at the middle of its exposure and its dirt mark."""
     stamp = START_NS + time_ns
     photo = scene.photograph(time_ns / 1e9, np.random.default_rng((scene.seed, _IMAGE_NOISE, index)))
-    truth = floor_messages.pose_stamped(scene.pose_at(time_ns / 1e9), 'map', stamp)
-    dirty = floor_messages.flag(photo.dirt_share > DIRTY_SHARE)
-    info = floor_messages.camera_info(scene.camera.intrinsics, stamp)
-    image = floor_messages.compressed_image(photo.image, stamp)
+    truth = scene_messages.pose_stamped(scene.pose_at(time_ns / 1e9), 'map', stamp)
+    dirty = scene_messages.flag(photo.dirt_share > DIRTY_SHARE)
+    info = scene_messages.camera_info(scene.camera.intrinsics, CAMERA_FRAME, stamp)
+    image = scene_messages.compressed_image(photo.image, CAMERA_FRAME, stamp)
     bag.write('/ground_truth', 'geometry_msgs/msg/PoseStamped', truth, stamp)
     bag.write('/dirt', 'std_msgs/msg/Bool', dirty, stamp)
     bag.write('/camera_info', 'sensor_msgs/msg/CameraInfo', info, stamp)
@@ -94,5 +96,5 @@ def _odometry_messages(scene: DemoScene, seconds: float) -> Iterator[tuple[int, 
     for time_ns, pose in zip(times_ns, measure_odometry(true_poses, WheelErrors(), rng), strict=True):
         motion = (before or pose).inverse() @ pose
         velocity = (motion.x * 1e9 / _ODOMETRY_PERIOD_NS, motion.yaw * 1e9 / _ODOMETRY_PERIOD_NS)
-        yield time_ns, floor_messages.odometry(pose, velocity, START_NS + time_ns)
+        yield time_ns, scene_messages.odometry(pose, velocity, START_NS + time_ns)
         before = pose

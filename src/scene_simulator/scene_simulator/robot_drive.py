@@ -16,6 +16,9 @@ from shirube_geometry import PlanarPose
 _STEP = 0.005
 """Distance between the points of a route at which the speed is planned [m]."""
 
+_APART = 1e-3
+"""A place that is nearer to a waypoint is left out [steps]."""
+
 
 @dataclass(frozen=True)
 class Waypoint:
@@ -73,7 +76,7 @@ class RobotDrive:
             raise SceneError('a route needs a speed above zero on every leg')
         knots = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
         self._spline = CubicSpline(knots, points)
-        places = np.unique(np.concatenate([knots, np.arange(0.0, knots[-1], _STEP)]))
+        places = _planned_places(knots)
         stops = np.searchsorted(places, knots)
         times, rates = self._timing(places, stops, route, limits or DriveLimits())
         # The curve of given places and rates is exact where the acceleration is constant.
@@ -118,6 +121,15 @@ class RobotDrive:
         speeds = _within_acceleration(speeds, lengths, limits.acceleration)
         times = np.concatenate([[0.0], np.cumsum(2.0 * lengths / (speeds[1:] + speeds[:-1]))])
         return times, speeds / stretch
+
+
+def _planned_places(knots: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the knots and even steps between them, rising, shape (n,) [m]."""
+    steps = np.arange(0.0, knots[-1], _STEP)
+    after = np.searchsorted(knots, steps)
+    gaps = np.minimum(np.abs(knots[after] - steps), np.abs(knots[after - 1] - steps))
+    # A step that rounding alone parts from a knot would be reached at the same time.
+    return np.sort(np.concatenate([knots, steps[gaps > _APART * _STEP]]))
 
 
 def _within_acceleration(

@@ -31,6 +31,15 @@ def test_the_demo_drive_passes_its_waypoints_within_a_minute() -> None:
         assert np.hypot(*(PLACES - (waypoint.x, waypoint.y)).T).min() < 0.005
 
 
+@pytest.mark.parametrize('distance', [0.35, 0.7, 1.15, 1.4, 2.3])
+def test_a_waypoint_may_lie_within_rounding_of_a_planned_place(distance: float) -> None:
+    for around in (distance, np.nextafter(distance, 0.0), np.nextafter(distance, 9.0)):
+        points = [Waypoint(0.0, 0.0, 0.2, 30.0), Waypoint(around, 0.0, 0.2), Waypoint(3.0, 0.0, 0.2)]
+        drive = RobotDrive(points, DriveLimits(acceleration=0.4))
+        # 30 s of rest, 0.5 s and 0.05 m on each ramp, 2.9 m at 0.2 m/s between.
+        assert drive.duration == pytest.approx(45.5, abs=0.05)
+
+
 def test_the_demo_drive_stays_on_the_floor() -> None:
     assert PLACES.min() > 0.1
     assert (PLACES.max(axis=0) < (1.7, 9.35)).all()

@@ -17,8 +17,6 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.tracker import FloorTracker
-from floor_localizer.files.calibration_file import load_calibration
-from floor_localizer.files.image_files import list_images, load_image
 from floor_localizer.files.pose_table import save_pose_table
 from floor_localizer.localizer_from_map_file import PREPARING, localizer_from_map_file
 from floor_localizer.located_image import LocatedImage
@@ -28,6 +26,9 @@ from shirube_bags.errors import ShirubeBagsError
 from shirube_bags.trajectory import planar_trajectory
 from shirube_bags.tum_file import save_tum
 from shirube_geometry import PinholeCamera
+from shirube_ros.calibration_file import load_calibration
+from shirube_ros.file_errors import CameraFileError
+from shirube_ros.image_files import list_images, load_image
 from shirube_settings import SettingsError, check_settings
 
 _DEFAULTS = NodeSettings()
@@ -40,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         images = locate(options)
         save_pose_table(options.out / 'poses.csv', images)
         fixes = save_fixes(options.out / 'poses.tum', images)
-    except (FloorLocalizerError, ShirubeBagsError, SettingsError) as fault:
+    except (FloorLocalizerError, CameraFileError, ShirubeBagsError, SettingsError) as fault:
         print(f'locate: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:

@@ -5,11 +5,3 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 
 class DotMapError(FloorLocalizerError):
     """A dot map cannot be read or written."""
-
-
-class CalibrationError(FloorLocalizerError):
-    """A calibration cannot be read."""
-
-
-class ImageFileError(FloorLocalizerError):
-    """An image cannot be read."""

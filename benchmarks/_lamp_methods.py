@@ -1,0 +1,94 @@
+"""Ways from the lamps of a view to a position, each with the same arguments."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+import cv2
+import numpy as np
+from _lamp_room import BEACONS, CAMERA, IDS, LAMP_RADIUS, LEVEL, MOUNT, PLACES, View
+from numpy.typing import NDArray
+
+from vlc_beacon.core.pose.beacon_locator import BeaconLocator
+from vlc_beacon.core.pose.known_states import KnownStates
+from vlc_beacon.core.pose.pose_fix import BeaconFix
+from vlc_beacon.core.pose.radius_interval import LampDiscs, radius_interval, radius_interval_printed
+from vlc_beacon.core.pose.settings import PoseSettings
+
+EXACT = PoseSettings(pixel_sigma=0.0, beacon_sigma=0.0, tilt_sigma=0.0)
+"""Lens, lamps and tilt are exact in these views."""
+
+Locate = Callable[[View, NDArray[np.float64], float], NDArray[np.float64] | None]
+"""From a view, its pixels with noise, shape (4, 2), and the noise [px] to x and y [m]."""
+
+
+def least_squares(locator: BeaconLocator) -> Locate:
+    """Return the method ``centroid`` on the visible lamps."""
+
+    def locate(view: View, pixels: NDArray[np.float64], noise: float) -> NDArray[np.float64] | None:
+        seen = view.visible
+        fix = locator.locate(locator.rays(CAMERA, IDS[seen], pixels[seen], np.full(seen.sum(), noise)))
+        return np.array([fix.T_map_base.x, fix.T_map_base.y]) if isinstance(fix, BeaconFix) else None
+
+    return locate
+
+
+def counted_radii(view: View) -> NDArray[np.float64]:
+    """Return half the number of pixels that each lamp covers along its row, as the paper counts, shape (4,)."""
+    u = view.pixels[:, 0]
+    return np.asarray(0.5 * (np.floor(u + LAMP_RADIUS) - np.ceil(u - LAMP_RADIUS) + 1.0))
+
+
+def by_radius(
+    view: View, pixels: NDArray[np.float64], noise: float, *, yaw_error: float = 0.0, printed: bool = False
+) -> NDArray[np.float64] | None:
+    """Locate by the paper's equations with the yaw given, four lamps."""
+    discs = LampDiscs(BEACONS, pixels, counted_radii(view), noise)
+    method = radius_interval_printed if printed else radius_interval
+    fix = method(discs, CAMERA, LEVEL, view.pose.yaw + yaw_error)
+    return np.array([fix.T_map_base.x, fix.T_map_base.y]) if isinstance(fix, BeaconFix) else None
+
+
+def by_depth_error_on_both_axes(
+    view: View, pixels: NDArray[np.float64], _noise: float, *, yaw_error: float = 0.0
+) -> NDArray[np.float64]:
+    """Locate by eqs. (3) to (7) with only what makes them close: focal length, depth and the sign of eq. (5)."""
+    counted = counted_radii(view)[:, None]
+    depth = BEACONS[0].radius * CAMERA.fx / counted
+    epsilon = BEACONS[0].radius * CAMERA.fx * (1.0 / (counted - 0.25) - 1.0 / (counted + 0.25))
+    yaw = view.pose.yaw + yaw_error
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    rays = CAMERA.rays_from_pixels(pixels) @ LEVEL.rotation.T
+    places = PLACES[:, :2] - depth * rays[:, :2] @ np.array([[cos, sin], [-sin, cos]])
+    return np.asarray(0.5 * ((places - epsilon).max(axis=0) + (places + epsilon).min(axis=0)))
+
+
+def by_sqpnp(_view: View, pixels: NDArray[np.float64], _noise: float) -> NDArray[np.float64] | None:
+    """Locate by six degrees of freedom, four lamps."""
+    found, rotation, translation = cv2.solvePnP(PLACES, pixels, CAMERA.matrix, None, flags=cv2.SOLVEPNP_SQPNP)
+    if not found:
+        return None
+    place = -cv2.Rodrigues(rotation)[0].T @ translation
+    return np.asarray(place[:2, 0])
+
+
+ALL, TWO = 4, 2
+METHODS: tuple[tuple[str, int, Locate, bool | None], ...] = (
+    ("the paper's eqs. as printed, yaw given", ALL, partial(by_radius, printed=True), None),
+    ('eqs. (3)-(7) with focal length, depth and sign put right', ALL, by_depth_error_on_both_axes, None),
+    ('the same, yaw off by 5°', ALL, partial(by_depth_error_on_both_axes, yaw_error=math.radians(5.0)), None),
+    ('`radius_interval`, all corrections', ALL, by_radius, None),
+    ('the same, yaw off by 5°', ALL, partial(by_radius, yaw_error=math.radians(5.0)), None),
+    ('SQPNP, six degrees of freedom', ALL, by_sqpnp, None),
+    ('`centroid`', TWO, least_squares(BeaconLocator(BEACONS, MOUNT, None, EXACT)), False),
+    (
+        '`centroid`, height known',
+        TWO,
+        least_squares(BeaconLocator(BEACONS, MOUNT, KnownStates(height=0.0), EXACT)),
+        True,
+    ),
+    ('`centroid`, four lamps', ALL, least_squares(BeaconLocator(BEACONS, MOUNT, None, EXACT)), False),
+)
+"""Name, least number of lamps, method, and whether the height is known, None where no bound is compared."""

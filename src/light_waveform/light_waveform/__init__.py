@@ -1,0 +1,14 @@
+"""What a lamp plays: brightness over time, and its exact mean over exposures."""
+
+from light_waveform.light_waveform_error import LightWaveformError
+from light_waveform.waveform import Waveform, steady_light, waveform_of_steps
+from light_waveform.waveform_csv import csv_of_waveform, waveform_of_csv
+
+__all__ = [
+    'LightWaveformError',
+    'Waveform',
+    'csv_of_waveform',
+    'steady_light',
+    'waveform_of_csv',
+    'waveform_of_steps',
+]

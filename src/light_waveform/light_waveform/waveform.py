@@ -1,0 +1,126 @@
+"""How bright a lamp is over time: one period of a step function, and its exact mean over exposures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from light_waveform.light_waveform_error import LightWaveformError
+
+
+@dataclass(frozen=True, eq=False)
+class Waveform:
+    """One whole period of a lamp's light, played again and again; each level holds until the next time.
+
+    Attributes:
+        times: shape (n,), rising from 0 [s].
+        levels: shape (n, parts), 0 (dark) to 1, for each part of the lamp: one, or the two halves of a panel.
+        period: length of the period [s], above the last time.
+    """
+
+    times: NDArray[np.float64]
+    levels: NDArray[np.float64]
+    period: float
+
+    def __post_init__(self) -> None:
+        """Refuse what is not a waveform.
+
+        Raises:
+            LightWaveformError: arrays of other shapes, times that do not rise from 0 and end before the period,
+                levels outside 0 to 1.
+        """
+        times, levels = self.times, self.levels
+        if times.ndim != 1 or levels.ndim != 2 or len(times) != len(levels) or levels.shape[1] not in (1, 2):
+            raise LightWaveformError(
+                f'a waveform has n times and n x 1 or n x 2 levels, not {times.shape} and {levels.shape}'
+            )
+        ends = np.append(times, self.period)
+        if len(times) == 0 or times[0] != 0.0 or not np.isfinite(ends).all() or (np.diff(ends) <= 0.0).any():
+            raise LightWaveformError('the times of a waveform must rise from 0 and end before its period')
+        if not ((levels >= 0.0) & (levels <= 1.0)).all():
+            raise LightWaveformError('a level of a waveform is outside 0 to 1')
+
+    @property
+    def parts(self) -> int:
+        """Number of parts of the lamp that have a level of their own."""
+        return int(self.levels.shape[1])
+
+    def levels_at(self, times: ArrayLike) -> NDArray[np.float64]:
+        """Return the levels at instants.
+
+        Args:
+            times: array-like, any shape [s]; the waveform repeats for ever, before 0 too.
+
+        Returns:
+            array, the shape of the times and one more axis for the parts, 0 to 1.
+        """
+        rest = np.mod(np.asarray(times, dtype=np.float64), self.period)
+        return np.array(self.levels[np.searchsorted(self.times, rest, side='right') - 1])
+
+    def mean_levels(self, starts: ArrayLike, stops: ArrayLike) -> NDArray[np.float64]:
+        """Return the exact mean over windows of time: the integral of the step function over their length.
+
+        Args:
+            starts: array-like, any shape [s].
+            stops: array-like, same shape, not before the starts [s]; where it equals the start, the level
+                at that instant counts.
+
+        Returns:
+            array, the shape of the windows and one more axis for the parts, 0 to 1.
+        """
+        begin = np.asarray(starts, dtype=np.float64)
+        length = (np.asarray(stops, dtype=np.float64) - begin)[..., None]
+        # From the period in which the window starts, so that no digits are lost far from zero.
+        first = np.mod(begin, self.period)
+        light = self._integral(first + length[..., 0]) - self._integral(first)
+        means = np.divide(light, length, out=self.levels_at(begin), where=length > 0.0)
+        return np.asarray(np.clip(means, 0.0, 1.0))
+
+    def exposed(self, starts: ArrayLike, exposure: float) -> NDArray[np.float64]:
+        """Return the mean levels that a pixel sees whose exposures begin at ``starts`` and last ``exposure`` [s]."""
+        begin = np.asarray(starts, dtype=np.float64)
+        return self.mean_levels(begin, begin + exposure)
+
+    def _integral(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the integral of the levels from 0 to times, shape (..., parts) [s]."""
+        turns = np.floor(times / self.period)
+        rest = times - turns * self.period
+        step = np.searchsorted(self.times, rest, side='right') - 1
+        within = self._sums[step] + (rest - self.times[step])[..., None] * self.levels[step]
+        return np.asarray(turns[..., None] * self._sums[-1] + within)
+
+    @cached_property
+    def _sums(self) -> NDArray[np.float64]:
+        """Integral from 0 to each time and to the period, shape (n + 1, parts) [s]."""
+        steps = np.diff(np.append(self.times, self.period))[:, None] * self.levels
+        return np.concatenate([np.zeros((1, self.parts)), np.cumsum(steps, axis=0)])
+
+
+def waveform_of_steps(durations: ArrayLike, levels: ArrayLike) -> Waveform:
+    """Join steps to one period; neighbours of the same levels become one.
+
+    Args:
+        durations: array-like, shape (n,), how long each step lasts [s].
+        levels: array-like, shape (n,) for a lamp of one part, or (n, parts), 0 to 1.
+
+    Raises:
+        LightWaveformError: other shapes, no step, a duration that is not positive, levels outside 0 to 1.
+    """
+    steps = np.asarray(durations, dtype=np.float64)
+    values = np.asarray(levels, dtype=np.float64)
+    if steps.ndim != 1 or len(steps) == 0 or values.ndim not in (1, 2) or len(values) != len(steps):
+        raise LightWaveformError(f'steps have n durations and n levels, not {steps.shape} and {values.shape}')
+    if not (steps > 0.0).all():
+        raise LightWaveformError('a step of a waveform must last longer than 0 s')
+    values = values.reshape(len(steps), -1)
+    ends = np.cumsum(steps)
+    changes = np.concatenate([[True], (np.diff(values, axis=0) != 0.0).any(axis=1)])
+    return Waveform(np.concatenate([[0.0], ends[:-1]])[changes], values[changes], float(ends[-1]))
+
+
+def steady_light(parts: int = 1) -> Waveform:
+    """Return the light of a lamp that carries no code and never flickers."""
+    return waveform_of_steps([1.0], np.ones((1, parts)))

@@ -1,0 +1,138 @@
+"""Adds the light of lamps, and of their ghosts, to a frame; only their neighbourhood is computed."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_simulator.camera_motion import CameraMotion
+from scene_simulator.ceiling_lamp import CeilingLamp
+from scene_simulator.ceiling_lens import CeilingLens, LensGhost
+from scene_simulator.lamp_profile import face_homographies, lamp_profiles
+from scene_simulator.lamp_sighting import LampSighting, in_cone, sight_lamp
+from scene_simulator.shutter import Shutter
+from shirube_geometry import PinholeCamera
+
+_SMEAR = 0.7
+"""Smear of a lamp between two instants of an exposure [px]: its edges are softer."""
+
+Window = tuple[slice, slice]
+
+
+class LampLight:
+    """Lamps in one frame."""
+
+    def __init__(
+        self,
+        camera: PinholeCamera,
+        shutter: Shutter,
+        lens: CeilingLens,
+        rays: NDArray[np.float64],
+        motion: CameraMotion,
+        stamp: float,
+    ) -> None:
+        """Start a frame.
+
+        Args:
+            camera: the camera's intrinsics.
+            shutter: its timing.
+            lens: its lens.
+            rays: shape (height + 2, width + 2, 2), rays of all pixels and of a border of one pixel, z = 1.
+            motion: the camera's way during the frame.
+            stamp: of the frame [s].
+        """
+        self._camera, self._shutter, self._lens, self._rays = camera, shutter, lens, rays
+        self._motion, self._stamp = motion, stamp
+
+    def add_lamp(self, light: NDArray[np.float32], index: int, lamp: CeilingLamp) -> LampSighting | None:
+        """Add a lamp and its ghosts to a picture.
+
+        Args:
+            light: shape (height, width), in full wells, changed in place; the lens has not dimmed it yet.
+            index: the lamp's index in the room.
+            lamp: the lamp.
+
+        Returns:
+            where it is; none for a lamp that leaves the cone of the lens.
+        """
+        sighting = sight_lamp(index, lamp, self._camera, self._shutter, self._stamp, self._motion)
+        time = sighting.time if sighting else self._shutter.frame_middle(self._stamp, self._camera.height)
+        window = self._window(lamp)
+        if window is not None:
+            light[window] += self._patch(lamp, window, self._instants(lamp, time))
+        if sighting is not None:
+            for ghost in self._lens.ghosts:
+                self._add_ghost(light, lamp, ghost, sighting)
+        return sighting
+
+    def _patch(self, lamp: CeilingLamp, window: Window, count: int) -> NDArray[np.float32]:
+        """Return the light of a lamp in a window, whose exposure is cut into ``count`` equal parts."""
+        rows, columns = window
+        rays = self._rays[rows.start : rows.stop + 2, columns.start : columns.stop + 2]
+        light = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=np.float32)
+        times = self._shutter.exposure_cuts(self._stamp, rows, count)
+        for starts, stops in pairwise(times.T):
+            poses = self._motion.poses(0.5 * (starts + stops))
+            homographies = face_homographies(lamp.xyz, lamp.rotation, *poses)
+            profiles = lamp_profiles(lamp, self._lens.blooming, rays, homographies)
+            if self._lens.defocus > 0.0:
+                # Before the levels: the lens blurs the light, not the times of the rows.
+                for profile in profiles:
+                    cv2.GaussianBlur(
+                        profile, (0, 0), self._lens.defocus, profile, borderType=cv2.BORDER_REPLICATE
+                    )
+            weights = lamp.brightness * self._shutter.exposure / count * lamp.mean_levels(starts, stops)
+            light += np.einsum('ri,irc->rc', weights.astype(np.float32), profiles)
+        return light
+
+    def _add_ghost(
+        self, light: NDArray[np.float32], lamp: CeilingLamp, ghost: LensGhost, sighting: LampSighting
+    ) -> None:
+        """Add a ghost, which shines as bright as the lamp while its own rows are exposed."""
+        middle = np.array([self._camera.cx, self._camera.cy])
+        u, v = middle + ghost.scale * (np.array(sighting.centroid) - middle)
+        window = self._clipped(np.array([[u, v]]), ghost.margin)
+        if window is None:
+            return
+        starts, stops = self._shutter.exposure_cuts(self._stamp, window[0], 1).T
+        levels = lamp.mean_levels(starts, stops).mean(axis=-1)
+        right = np.arange(window[1].start, window[1].stop) - u
+        down = np.arange(window[0].start, window[0].stop) - v
+        spot = ghost.profile(np.hypot(right[None, :], down[:, None]))
+        light[window] += (lamp.brightness * self._shutter.exposure * levels[:, None] * spot).astype(
+            np.float32
+        )
+
+    def _instants(self, lamp: CeilingLamp, time: float) -> int:
+        """Return into how many parts the exposure is cut, so that a lamp moves little within each."""
+        points = lamp.map_points(lamp.shape.reach_points())
+        half = 0.5 * self._shutter.exposure
+        before, after = (self._motion.pose(time + share).camera_points(points) for share in (-half, half))
+        seen = in_cone(before, self._camera) & in_cone(after, self._camera)
+        if not seen.any():
+            return 1
+        way = self._camera.pixels_from_points(after[seen]) - self._camera.pixels_from_points(before[seen])
+        return max(1, math.ceil(float(np.hypot(*way.T).max()) / _SMEAR))
+
+    def _window(self, lamp: CeilingLamp) -> Window | None:
+        """Return the part of the image that a lamp can reach in the frame, none when it reaches no pixel."""
+        points = lamp.map_points(lamp.shape.reach_points())
+        end = self._shutter.frame_end(self._stamp, self._camera.height)
+        moments = np.linspace(self._stamp, end, 3).tolist()
+        seen = [self._motion.pose(moment).camera_points(points) for moment in moments]
+        inside = np.vstack(seen)
+        inside = inside[in_cone(inside, self._camera)]
+        if len(inside) == 0:
+            return None
+        return self._clipped(self._camera.pixels_from_points(inside), self._lens.margin)
+
+    def _clipped(self, pixels: NDArray[np.float64], margin: float) -> Window | None:
+        """Return rows and columns about pixels, shape (n, 2), with a margin [px], clipped to the image."""
+        size = np.array([self._camera.width, self._camera.height])
+        left, top = np.clip(np.floor(pixels.min(axis=0) - margin), 0, size).astype(int).tolist()
+        right, bottom = np.clip(np.ceil(pixels.max(axis=0) + margin) + 1, 0, size).astype(int).tolist()
+        return (slice(top, bottom), slice(left, right)) if left < right and top < bottom else None

@@ -1,0 +1,149 @@
+"""Where a lamp's light falls on the pixels of a window, exact to a small part of a pixel.
+
+Each pixel's ray is followed to the plane of the lamp's face at the pixel's own time. There the distance to the
+edge is known exactly; the gradient of the map from pixels to the plane turns it into pixels, in two Newton steps.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from scene_simulator.blooming import Blooming, edge_light, glow_light
+from scene_simulator.ceiling_lamp import CeilingLamp
+from scene_simulator.lamp_edge import edge_distance, half_edge_distance
+
+_DEEP, _FAR = -16.0, 40.0
+"""Distances from an edge, inside and outside, that need not be exact [px]."""
+
+
+def face_homographies(
+    xyz: tuple[float, float, float],
+    rotation: NDArray[np.float64],
+    positions: NDArray[np.float64],
+    rotations: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the maps from rays to the plane of a face.
+
+    Args:
+        xyz: origin of the face in the map frame [m].
+        rotation: shape (3, 3), ``R_map_face``.
+        positions: shape (n, 3), optical centres in the map frame [m].
+        rotations: shape (n, 3, 3), ``R_map_camera``.
+
+    Returns:
+        array, shape (n, 3, 3): times a ray (x, y, 1) it gives (w s, w t, w) with s and t on the face [m] and
+        w > 0 where the ray runs towards the plane.
+    """
+    first, second, normal = rotation.T
+    offsets = positions - np.array(xyz)
+    depths = -offsets @ normal
+    rows = [depths[:, None] * axis + (offsets @ axis)[:, None] * normal for axis in (first, second)]
+    from_map = np.stack([*rows, np.broadcast_to(normal, offsets.shape)], axis=1)
+    return np.asarray(np.where(depths < 0.0, -1.0, 1.0)[:, None, None] * (from_map @ rotations))
+
+
+def lamp_profiles(
+    lamp: CeilingLamp, blooming: Blooming, rays: NDArray[np.float64], homographies: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Return how much of the light of each part of a lamp falls on each pixel of a window.
+
+    Where both parts shine alike, their sum is eq. (4) for the whole lamp. It is shared out among them in proportion
+    to eq. (4) for the outline of each part alone, with the glow of the whole lamp: so blooming and glow carry light of
+    one part over the other.
+
+    Args:
+        lamp: the lamp.
+        blooming: the glow.
+        rays: shape (rows + 2, columns + 2, 2), rays of the pixels and of a border of one pixel, z = 1.
+        homographies: shape (rows, 3, 3), from ``face_homographies``, at one instant for each row.
+
+    Returns:
+        array, shape (parts, rows, columns), 0 to 1.
+    """
+    shape = (lamp.waveform.parts, rays.shape[0] - 2, rays.shape[1] - 2)
+    profiles = np.empty(shape, dtype=np.float32)
+    _fill(profiles, rays, homographies, int(lamp.shape.kind), lamp.shape.sizes, blooming.parameters)
+    return profiles
+
+
+@njit(cache=True)
+def _fill(
+    profiles: NDArray[np.float32],
+    rays: NDArray[np.float64],
+    homographies: NDArray[np.float64],
+    kind: int,
+    sizes: tuple[float, float, float],
+    bloom: tuple[float, float, float, float],
+) -> None:
+    parts, rows, columns = profiles.shape
+    for row in range(rows):
+        h = homographies[row]
+        for column in range(columns):
+            distance = _pixels_from_edge(rays, row, column, h, kind, sizes, 0.0)
+            glow = glow_light(distance, bloom)
+            light = glow + (1.0 - glow) * edge_light(distance, bloom)
+            if parts == 1:
+                profiles[0, row, column] = light
+                continue
+            first = edge_light(_pixels_from_edge(rays, row, column, h, kind, sizes, 1.0), bloom)
+            second = edge_light(_pixels_from_edge(rays, row, column, h, kind, sizes, -1.0), bloom)
+            share = (glow + (1.0 - glow) * first) / (2.0 * glow + (1.0 - glow) * (first + second))
+            profiles[0, row, column] = light * share
+            profiles[1, row, column] = light * (1.0 - share)
+
+
+@njit(cache=True)
+def _pixels_from_edge(
+    rays: NDArray[np.float64],
+    row: int,
+    column: int,
+    h: NDArray[np.float64],
+    kind: int,
+    sizes: tuple[float, float, float],
+    side: float,
+) -> float:
+    """Return the signed distance of a pixel from the edge of a shape, outside positive [px].
+
+    Args:
+        rays: as in ``lamp_profiles``.
+        row: of the pixel in the window.
+        column: of the pixel in the window.
+        h: homography from rays to the face.
+        kind: of the shape.
+        sizes: of the shape.
+        side: 1 or -1 for one half of it, see ``half_edge_distance``; 0 for the whole.
+    """
+    v, u, pixels = row + 1.0, column + 1.0, 0.0
+    # The first step leads about to the edge; perspective and distortion leave something to the second.
+    for _ in range(2):
+        i = min(max(round(v), 1), rays.shape[0] - 2)
+        j = min(max(round(u), 1), rays.shape[1] - 2)
+        x_u = 0.5 * (rays[i, j + 1, 0] - rays[i, j - 1, 0])
+        y_u = 0.5 * (rays[i, j + 1, 1] - rays[i, j - 1, 1])
+        x_v = 0.5 * (rays[i + 1, j, 0] - rays[i - 1, j, 0])
+        y_v = 0.5 * (rays[i + 1, j, 1] - rays[i - 1, j, 1])
+        x = rays[i, j, 0] + (u - j) * x_u + (v - i) * x_v
+        y = rays[i, j, 1] + (u - j) * y_u + (v - i) * y_v
+        w = h[2, 0] * x + h[2, 1] * y + h[2, 2]
+        if w <= 1e-9:
+            return math.inf
+        s = (h[0, 0] * x + h[0, 1] * y + h[0, 2]) / w
+        t = (h[1, 0] * x + h[1, 1] * y + h[1, 2]) / w
+        if side == 0.0:
+            distance, along_s, along_t = edge_distance(s, t, kind, sizes)
+        else:
+            distance, along_s, along_t = half_edge_distance(s, t, kind, sizes, side)
+        along_x = (along_s * (h[0, 0] - s * h[2, 0]) + along_t * (h[1, 0] - t * h[2, 0])) / w
+        along_y = (along_s * (h[0, 1] - s * h[2, 1]) + along_t * (h[1, 1] - t * h[2, 1])) / w
+        along_u, along_v = along_x * x_u + along_y * y_u, along_x * x_v + along_y * y_v
+        steepness = math.hypot(along_u, along_v)
+        pixels += distance / steepness
+        if not _DEEP < pixels < _FAR:
+            return pixels
+        u -= distance * along_u / steepness**2
+        v -= distance * along_v / steepness**2
+    return pixels

@@ -1,0 +1,117 @@
+"""What a drive records, against its truth."""
+
+from __future__ import annotations
+
+import math
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from light_waveform import steady_light
+from scene_simulator.camera_clock import CameraClock
+from scene_simulator.ceiling_camera import CeilingCamera
+from scene_simulator.ceiling_room import paper_room
+from scene_simulator.driven_robot import DrivenRobot
+from scene_simulator.lamp_drive import LampDrive
+from scene_simulator.leg_drive import LegDrive
+from scene_simulator.scene_error import SceneError
+from scene_simulator.shutter import Shutter
+from scene_simulator.wheel_odometry import WheelErrors
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+
+EYE = CeilingCamera(PinholeCamera(320, 256, 159.0, 159.0, 159.5, 127.5), Shutter(0.5e-3, 30e-6))
+ROUTE = LegDrive([(0.0, 0.5), (1.5, 0.5), (1.5, -0.5)], [0.5, 0.3], 0.3)
+ROOM = paper_room([steady_light() for _ in range(4)])
+DRIVE = LampDrive(
+    ROOM,
+    ROUTE,
+    EYE,
+    CameraMount((0.1, 0.02, 0.4), (0.01, 0.0, 1.6)),
+    clock=CameraClock(20.0, 1e-4, 0.2),
+    seed=3,
+)
+
+
+def test_frames_know_where_they_were_taken() -> None:
+    frames = list(islice(DRIVE.frames(3.0), 30, None))
+    assert len(frames) == DRIVE.frame_count(3.0) - 30 > 5
+    for frame in frames:
+        photo = frame.photo
+        assert frame.pose == DRIVE.pose_at(photo.stamp)
+        assert abs(frame.stamp - photo.stamp) < 6e-4
+        for seen in photo.sightings:
+            camera = DRIVE.camera_pose_at(seen.time)
+            (pixel,) = EYE.intrinsics.pixels_from_points(camera.camera_points([ROOM.lamps[seen.lamp].xyz]))
+            np.testing.assert_allclose(seen.centre, pixel, atol=1e-3)
+            u, v = np.rint(pixel).astype(int)
+            assert photo.image[v, u] > 100
+
+
+def test_the_camera_tilts_with_the_body() -> None:
+    for time in (0.0, 1.7):
+        roll, pitch = DRIVE.tilt_at(time)
+        up = DRIVE.camera_pose_at(time).rotation @ DRIVE.mount.rotation.T[:, 2]
+        yaw = DRIVE.pose_at(time).yaw
+        # To first order a pitch leans the body's up ahead, and a roll to its right.
+        ahead, left = pitch, -roll
+        expected = [
+            ahead * math.cos(yaw) - left * math.sin(yaw),
+            ahead * math.sin(yaw) + left * math.cos(yaw),
+            1.0,
+        ]
+        np.testing.assert_allclose(up, expected, atol=5e-4)
+        assert 0.0 < math.hypot(roll, pitch) < math.radians(1.0)
+
+
+def test_the_same_seed_gives_the_same_recording() -> None:
+    one, same = (list(islice(DRIVE.frames(3.0), 2)) for _ in range(2))
+    for a, b in zip(one, same, strict=True):
+        assert a.stamp == b.stamp
+        np.testing.assert_array_equal(a.photo.image, b.photo.image)
+    assert (one[0].photo.image != one[1].photo.image).any()
+    assert DRIVE.odometry(1.0) == DRIVE.odometry(1.0)
+    assert DRIVE.tilt_readings(1.0) == DRIVE.tilt_readings(1.0)
+
+
+def test_wheels_without_errors_measure_the_drive() -> None:
+    perfect = LampDrive(ROOM, ROUTE, wheels=WheelErrors(0.3, 1e-9, 1.0, 1.0, 0.0))
+    readings = perfect.odometry(ROUTE.duration)
+    for reading in readings[::40]:
+        true = ROUTE.pose_at(0.0).inverse() @ ROUTE.pose_at(reading.time)
+        assert reading.pose.distance_to(true) < 1e-3
+        assert abs(reading.pose.turn_to(true)) < 1e-6
+    assert max(reading.forward for reading in readings) == pytest.approx(0.5, rel=1e-3)
+    assert min(reading.turn for reading in readings) == pytest.approx(-1.0, rel=1e-2)
+
+
+def test_good_wheels_err_by_two_percent_and_a_fifth_of_a_degree_a_metre() -> None:
+    straight = LegDrive([(0.0, 0.0), (10.0, 0.0)], [1.0], 1.0)
+    ends = [LampDrive(ROOM, straight, seed=seed).odometry(straight.duration)[-1].pose for seed in range(12)]
+    assert np.mean([end.x for end in ends]) == pytest.approx(10.2, abs=0.03)
+    assert math.degrees(np.mean([end.yaw for end in ends])) / 10.0 == pytest.approx(0.2, abs=0.05)
+
+
+def test_the_inertial_unit_reads_the_tilt() -> None:
+    for reading in DRIVE.tilt_readings(2.0)[::20]:
+        assert (reading.roll, reading.pitch) == pytest.approx(
+            DRIVE.tilt_at(reading.time), abs=math.radians(0.4)
+        )
+
+
+def test_a_negative_seed_is_refused() -> None:
+    with pytest.raises(SceneError, match='seed'):
+        LampDrive(ROOM, ROUTE, seed=-1)
+
+
+def test_a_robot_may_be_driven_by_what_its_camera_sees() -> None:
+    robot = DrivenRobot(PlanarPose(0.3, 0.4, 0.0))
+    recorded = LampDrive(ROOM, robot, EYE, clock=CameraClock(20.0))
+    frames = recorded.frames(2.0)
+    for index in range(recorded.frame_count(2.0)):
+        robot.drive(0.3, 0.5 if index > 20 else 0.0, EYE.shutter.frame_end(index / 20.0, 256))
+        frame = next(frames)
+        assert frame.pose == robot.pose_at(index / 20.0)
+    assert recorded.pose_at(1.0).x > 0.5
+    with pytest.raises(SceneError, match='driven until'):
+        recorded.odometry(3.0)

@@ -1,0 +1,70 @@
+"""Ghosts: where the lens mirrors a lamp, with the lamp's own light."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from light_waveform import waveform_of_steps
+from scene_simulator.blooming import SHARP
+from scene_simulator.camera_motion import CameraPose, camera_pose
+from scene_simulator.ceiling_camera import UPWARD, CeilingCamera
+from scene_simulator.ceiling_lamp import CeilingLamp
+from scene_simulator.ceiling_lens import CeilingLens, LensGhost
+from scene_simulator.ceiling_room import CeilingRoom
+from scene_simulator.lamp_shape import Disc, Rectangle
+from scene_simulator.shutter import Shutter
+from shirube_geometry import PinholeCamera, PlanarPose
+
+CAMERA = PinholeCamera(320, 240, 320.0, 320.0, 159.5, 119.5)
+GHOST = LensGhost(scale=-0.5, strength=0.1, radius=8.0)
+BLINK = waveform_of_steps([1e-3, 1e-3], [1.0, 0.0])
+
+
+def resting(_: float) -> CameraPose:
+    return camera_pose(PlanarPose(0.0, 0.0, 0.0), UPWARD)
+
+
+def ghost_light(lamp: CeilingLamp, shutter: Shutter, stamp: float = 0.0) -> np.ndarray:
+    with_ghost, without = (
+        CeilingCamera(CAMERA, shutter, CeilingLens(0.0, blooming=SHARP, ghosts=ghosts)).light(
+            CeilingRoom((lamp,)), resting, stamp
+        )
+        for ghosts in ((GHOST,), ())
+    )
+    return with_ghost - without
+
+
+def test_a_ghost_lies_across_the_principal_point() -> None:
+    light = ghost_light(CeilingLamp((0.4, 0.6, 2.5), Disc(0.05)), Shutter())
+    v, u = np.mgrid[:240, :320]
+    middle = np.array([(light * u).sum(), (light * v).sum()]) / light.sum()
+    lamp = np.array([320.0 * 0.6 / 2.5, -320.0 * 0.4 / 2.5])
+    np.testing.assert_allclose(middle, [159.5, 119.5] - 0.5 * lamp, atol=0.02)
+    assert light.max() == pytest.approx(0.1 * 2000.0 * 0.5e-3, rel=1e-2)
+
+
+def test_a_ghost_shows_the_light_of_its_own_rows() -> None:
+    shutter = Shutter(50e-6, 40e-6)
+    steady = ghost_light(CeilingLamp((-0.3, 0.2, 2.5), Disc(0.05)), shutter)
+    blinking = ghost_light(CeilingLamp((-0.3, 0.2, 2.5), Disc(0.05), BLINK), shutter)
+    rows = np.flatnonzero(steady.max(axis=1) > 0.005)
+    levels = BLINK.mean_levels(40e-6 * rows, 40e-6 * rows + 50e-6)[:, 0]
+    np.testing.assert_allclose(blinking[rows], levels[:, None] * steady[rows], atol=1e-6)
+
+
+def test_the_ghost_of_a_lamp_outside_the_image_may_be_inside() -> None:
+    outside = CeilingLamp((0.0, 1.4, 2.5), Disc(0.05))
+    assert ghost_light(outside, Shutter()).max() > 0.05
+    assert ghost_light(CeilingLamp((0.0, 40.0, 2.5), Disc(0.05)), Shutter()).max() == 0.0
+
+
+def test_a_window_beside_the_camera_may_reach_from_behind_it_into_view() -> None:
+    window = CeilingLamp((0.0, 1.0, -0.2), Rectangle(1.0, 6.0), rpy=(np.pi / 2.0, 0.0, 0.0), brightness=500.0)
+    taken = CeilingCamera(CAMERA, Shutter(2e-3), CeilingLens(0.0, blooming=SHARP))
+    turning = lambda time: camera_pose(PlanarPose(0.0, 0.0, 3.0 * time), UPWARD)  # noqa: E731
+    light = taken.light(CeilingRoom((window,)), turning, 0.0)
+    # The wall at 1 m is seen where it is up to 2.8 m high, half a metre to each side.
+    u = 159.5 + 320.0 * 1.0 / np.array([3.4, 2.4, 2.2])
+    v = 119.5 + 320.0 * 0.2 / np.array([3.4, 2.4, 2.2])
+    np.testing.assert_allclose(light[v.astype(int), u.astype(int)], [0.0, 1.0, 1.0], atol=0.01)

@@ -1,0 +1,143 @@
+"""The painted faces against ray tracing and against distances to the projected outline."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from light_waveform import steady_light
+from scene_simulator.blooming import SHARP, Blooming
+from scene_simulator.camera_motion import CameraPose, camera_pose
+from scene_simulator.ceiling_lamp import CeilingLamp
+from scene_simulator.lamp_profile import face_homographies, lamp_profiles
+from scene_simulator.lamp_shape import Disc, LampShape, LedGrid, Rectangle
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, matrix_from_rpy
+
+CAMERA = PinholeCamera(160, 120, 636.4, 630.0, 80.2, 59.1, (-0.25, 0.08, 0.0008, -0.0005, 0.0))
+TILTED = CameraMount((0.0, 0.0, 0.0), (0.05, -0.08, 1.2))
+POSE = camera_pose(PlanarPose(0.1, -0.15, 0.4), TILTED)
+AHEAD = (0.24, -0.32, 2.5)
+
+
+def rays_of(camera: PinholeCamera) -> np.ndarray:
+    v, u = np.mgrid[-1 : camera.height + 1, -1 : camera.width + 1]
+    return camera.rays_from_pixels(np.column_stack([u.ravel(), v.ravel()]))[:, :2].reshape(*u.shape, 2)
+
+
+def homographies_of(lamp: CeilingLamp, pose: CameraPose, rows: int) -> np.ndarray:
+    one = face_homographies(lamp.xyz, lamp.rotation, pose.position[None], pose.rotation[None])
+    return np.broadcast_to(one, (rows, 3, 3)).copy()
+
+
+def painted(lamp: CeilingLamp, blooming: Blooming) -> np.ndarray:
+    rays = np.ascontiguousarray(rays_of(CAMERA))
+    return lamp_profiles(lamp, blooming, rays, homographies_of(lamp, POSE, CAMERA.height))
+
+
+def distances_to_outline(lamp: CeilingLamp) -> np.ndarray:
+    """Signed distances of all pixels from the projected outline [px], by trying all its points."""
+    steps = np.linspace(0.0, 1.0, 100, endpoint=False)[:, None]
+    outline = lamp.shape.outline()
+    dense = np.concatenate(
+        [a + steps * (b - a) for a, b in zip(outline, np.roll(outline, -1, 0), strict=True)]
+    )
+    if isinstance(lamp.shape, Disc):
+        dense *= lamp.shape.radius / np.hypot(*dense.T)[:, None]
+    line = CAMERA.pixels_from_points(POSE.camera_points(lamp.map_points(dense)))
+    v, u = np.mgrid[: CAMERA.height, : CAMERA.width]
+    pixels = np.column_stack([u.ravel(), v.ravel()])
+    distances = KDTree(line).query(pixels)[0].reshape(u.shape)
+    face = homographies_of(lamp, POSE, 1)[0] @ np.vstack(
+        [rays_of(CAMERA)[1:-1, 1:-1].reshape(-1, 2).T, np.ones(u.size)]
+    )
+    s, t = np.abs(face[:2] / face[2]).reshape(2, *u.shape)
+    sizes = lamp.shape.sizes
+    inside = np.hypot(s, t) < sizes[0] if isinstance(lamp.shape, Disc) else (s < sizes[0]) & (t < sizes[1])
+    return np.where(inside, -distances, distances)
+
+
+def test_rays_meet_the_plane_of_a_face_where_ray_tracing_says() -> None:
+    xyz, rpy = (0.3, 0.2, 2.4), (0.4, -0.2, 0.9)
+    homography = face_homographies(xyz, matrix_from_rpy(rpy), POSE.position[None], POSE.rotation[None])[0]
+    first, second, normal = matrix_from_rpy(rpy).T
+    for ray in np.random.default_rng(0).uniform(-0.6, 0.6, (20, 2)):
+        direction = POSE.rotation @ np.append(ray, 1.0)
+        reach = (np.array(xyz) - POSE.position) @ normal / (direction @ normal)
+        hit = POSE.position + reach * direction - xyz
+        s, t, w = homography @ np.append(ray, 1.0)
+        assert w > 0.0
+        np.testing.assert_allclose([s / w, t / w], [hit @ first, hit @ second], atol=1e-12)
+
+
+def test_a_plane_behind_the_camera_is_not_met() -> None:
+    behind = face_homographies((0.0, 0.0, -2.0), np.eye(3), POSE.position[None], POSE.rotation[None])[0]
+    assert (behind @ (0.0, 0.0, 1.0))[2] < 0.0
+
+
+@pytest.mark.parametrize('shape', [Disc(0.06), Rectangle(0.16, 0.08)])
+@pytest.mark.parametrize('blooming', [Blooming(), SHARP])
+def test_light_falls_with_the_distance_from_the_projected_outline(
+    shape: LampShape, blooming: Blooming
+) -> None:
+    lamp = CeilingLamp(AHEAD, shape, rpy=(0.0, 0.1, 0.6))
+    expected = blooming.profile(distances_to_outline(lamp))
+    assert np.abs(painted(lamp, blooming)[0] - expected).max() < 0.03
+
+
+@pytest.mark.parametrize('shape', [Disc(0.06), LedGrid(0.06), Rectangle(0.16, 0.08)])
+def test_both_halves_together_are_the_whole_lamp(shape: LampShape) -> None:
+    place = AHEAD
+    halves = painted(CeilingLamp(place, shape, steady_light(2)), Blooming())
+    whole = painted(CeilingLamp(place, shape), Blooming())
+    np.testing.assert_allclose(halves.sum(axis=0), whole[0], atol=1e-6)
+
+
+def test_each_half_shines_on_its_own_side() -> None:
+    lamp = CeilingLamp(AHEAD, Disc(0.06), steady_light(2), rpy=(0.0, 0.0, 0.6))
+    first, second = painted(lamp, SHARP)
+    seen = CAMERA.pixels_from_points(POSE.camera_points(lamp.map_points([(-0.03, 0.0), (0.03, 0.0)])))
+    (u, v), (u_other, v_other) = np.rint(seen).astype(int)
+    assert first[v, u] > 0.99
+    assert first[v_other, u_other] < 0.01
+    assert second[v_other, u_other] > 0.99
+
+
+def test_a_grid_of_leds_is_dark_between_them_when_seen_from_near() -> None:
+    lamp = CeilingLamp((0.12, -0.17, 0.35), LedGrid())
+    grid = lamp.shape
+    assert isinstance(grid, LedGrid)
+    light = painted(lamp, SHARP)[0]
+    on, between = 0.5 * grid.pitch, grid.pitch
+    seen = CAMERA.pixels_from_points(POSE.camera_points(lamp.map_points([(on, on), (between, between)])))
+    (u, v), (u_dark, v_dark) = np.rint(seen).astype(int)
+    assert light[v, u] > 0.9
+    assert light[v_dark, u_dark] < 0.1
+
+
+def test_a_face_at_a_slant_has_the_area_of_its_projection() -> None:
+    lamp = CeilingLamp((0.2, -0.3, 2.0), Disc(0.06), rpy=(math.radians(50.0), 0.0, 0.0))
+    outline = CAMERA.pixels_from_points(POSE.camera_points(lamp.map_points(lamp.shape.outline())))
+    x, y = outline.T
+    area = 0.5 * abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    assert painted(lamp, SHARP).sum() == pytest.approx(area, rel=0.01)
+
+
+@pytest.mark.parametrize('shape', [Disc(0.0325), LedGrid(0.0325), Rectangle(0.065, 0.065)])
+def test_a_half_glows_all_about_the_lamp_and_fades_along_its_axis(shape: LampShape) -> None:
+    halves = CeilingLamp(AHEAD, shape, steady_light(2), rpy=(0.0, 0.0, 0.6))
+    first, second = painted(halves, Blooming())
+    along = np.linspace(-0.12, 0.12, 121)
+    u, v = CAMERA.pixels_from_points(
+        POSE.camera_points(halves.map_points(np.column_stack([along, 0.0 * along])))
+    ).T
+    lit, other = (cv2.remap(half, *np.float32([u, v]), cv2.INTER_LINEAR).ravel() for half in (first, second))
+    # 8 px beyond the edge, where eq. (4) is down to gamma, each half gives half of it, on both sides.
+    beyond = 0.0325 + 8.0 * 2.5 / 636.4
+    for side in (-beyond, beyond):
+        np.testing.assert_allclose(np.interp(side, along, lit), 0.5 * Blooming().glow, rtol=0.05)
+    assert np.abs(lit - other[::-1]).mean() < 0.01
+    assert (np.diff(lit[along > -0.015]) < 0.01).all()

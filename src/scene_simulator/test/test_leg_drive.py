@@ -1,0 +1,92 @@
+"""Straight legs, round corners, even acceleration: kinematics from the textbook."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from scene_simulator.leg_drive import LegDrive
+from scene_simulator.scene_error import SceneError
+
+CORNERS = [(0.0, 0.0), (3.0, 0.0), (3.0, -2.0), (1.0, -2.0)]
+SPEEDS = [0.5, 0.2, 0.6]
+DRIVE = LegDrive(CORNERS, SPEEDS, radius=0.3, rest=1.5)
+
+
+def motion(drive: LegDrive, step: float = 1e-3) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and x, y, yaw along a drive."""
+    times = np.arange(0.0, drive.duration + 2.0 * step, step)
+    poses = [drive.pose_at(float(time)) for time in times]
+    return times, np.array([(pose.x, pose.y, pose.yaw) for pose in poses])
+
+
+def test_it_begins_and_ends_at_rest_where_it_should() -> None:
+    start, end = DRIVE.pose_at(1.5), DRIVE.pose_at(DRIVE.duration + 9.0)
+    assert (start.x, start.y, start.yaw) == pytest.approx((0.0, 0.0, 0.0))
+    assert (end.x, end.y, abs(end.yaw)) == pytest.approx((1.0, -2.0, math.pi))
+    assert DRIVE.pose_at(-3.0) == DRIVE.pose_at(0.0) == start
+    assert DRIVE.pose_at(1.6).x > 0.0
+
+
+def test_legs_are_straight_and_corners_are_arcs() -> None:
+    x, y, yaw = motion(DRIVE)[1].T
+    first = (x < 2.7) & (y > -0.5)
+    np.testing.assert_allclose(y[first], 0.0, atol=1e-12)
+    np.testing.assert_allclose(yaw[first], 0.0, atol=1e-12)
+    second = (y < -0.3) & (y > -1.7)
+    np.testing.assert_allclose(x[second], 3.0, atol=1e-12)
+    np.testing.assert_allclose(yaw[second], -0.5 * math.pi, atol=1e-12)
+    corner = (x > 2.7) & (y > -0.3)
+    np.testing.assert_allclose(np.hypot(x[corner] - 2.7, y[corner] + 0.3), 0.3, atol=1e-12)
+
+
+def test_the_robot_looks_where_it_goes_at_the_speeds_of_the_legs() -> None:
+    times, poses = motion(DRIVE)
+    steps = np.diff(poses[:, :2], axis=0)
+    speeds = np.hypot(*steps.T) / np.diff(times)
+    going = speeds > 1e-3
+    ahead = np.arctan2(steps[going, 1], steps[going, 0])
+    turns = np.abs([math.remainder(a - b, math.tau) for a, b in zip(ahead, poses[:-1][going, 2])])
+    assert turns.max() < 1e-3
+    x, y = poses[:-1, 0], poses[:-1, 1]
+    assert speeds[np.argmin(np.abs(x - 1.5) + np.abs(y))] == pytest.approx(0.5, abs=1e-6)
+    assert speeds[(y < -0.1) & (y > -1.9)] == pytest.approx(0.2, abs=1e-6)
+    assert speeds.max() == pytest.approx(0.6, abs=1e-6)
+    assert np.abs(np.diff(speeds) / 1e-3).max() < 0.4 + 1e-6
+
+
+def test_a_single_leg_takes_the_time_of_its_trapezoid() -> None:
+    drive = LegDrive([(0.0, 0.0), (0.0, 4.0)], [0.5], radius=1.0, acceleration=0.25)
+    assert drive.duration == pytest.approx(4.0 / 0.5 + 0.5 / 0.25)
+    assert drive.pose_at(0.5 * drive.duration).y == pytest.approx(2.0)
+
+
+def test_left_turns_are_mirrored_right_turns() -> None:
+    left = LegDrive([(x, -y) for x, y in CORNERS], SPEEDS, radius=0.3, rest=1.5)
+    for time in np.linspace(0.0, DRIVE.duration, 40):
+        one, other = DRIVE.pose_at(float(time)), left.pose_at(float(time))
+        assert (one.x, one.y, math.cos(one.yaw)) == pytest.approx((other.x, -other.y, math.cos(other.yaw)))
+
+
+@pytest.mark.parametrize(
+    ('corners', 'speeds', 'radius', 'rest'),
+    [
+        (CORNERS, [0.5, 0.5], 0.3, 0.0),
+        (CORNERS[:1], [], 0.3, 0.0),
+        (CORNERS, [0.5, 0.0, 0.5], 0.3, 0.0),
+        (CORNERS, [0.5, float('nan'), 0.5], 0.3, 0.0),
+        (CORNERS, SPEEDS, 0.0, 0.0),
+        (CORNERS, SPEEDS, 1.1, 0.0),
+        (CORNERS, SPEEDS, 0.3, -1.0),
+        (CORNERS, [0.5, 3.0, 0.5], 0.3, 0.0),
+        ([(0.0, 0.0), (float('inf'), 0.0)], [0.5], 0.3, 0.0),
+        ([(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)], [0.5, 0.5], 0.3, 0.0),
+    ],
+)
+def test_drives_that_cannot_be_are_refused(
+    corners: list[tuple[float, float]], speeds: list[float], radius: float, rest: float
+) -> None:
+    with pytest.raises(SceneError):
+        LegDrive(corners, speeds, radius, rest)

@@ -1,0 +1,47 @@
+"""Starts vlc_beacon with its parameter file.
+
+Arguments: `params_file` (your own copy of config/vlc_beacon.yaml), `beacons_file` (the lamps and their places; what is
+given here counts more than the parameter file), `image` (topic of the camera's images), `camera_info` (topic of its
+calibration), `use_sim_time` (what the parameter file says of it counts more).
+"""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.conditions import IfCondition
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node, SetParameter
+from launch_ros.substitutions import FindPackageShare
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the node and the arguments it takes."""
+    config = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'config'])
+    arguments = [
+        DeclareLaunchArgument(
+            'params_file',
+            default_value=PathJoinSubstitution([config, 'vlc_beacon.yaml']),
+            description='parameters of the node',
+        ),
+        DeclareLaunchArgument('beacons_file', description='the lamps and their places'),
+        DeclareLaunchArgument('image', default_value='image_raw', description='topic of the images'),
+        DeclareLaunchArgument(
+            'camera_info', default_value='camera_info', description='topic of the calibration'
+        ),
+        DeclareLaunchArgument('use_sim_time', default_value='false', description='take the time from /clock'),
+    ]
+    node = Node(
+        package='vlc_beacon',
+        executable='node',
+        name='vlc_beacon',
+        output='screen',
+        parameters=[
+            LaunchConfiguration('params_file'),
+            {'beacons_file': LaunchConfiguration('beacons_file')},
+        ],
+        remappings=[
+            ('image_raw', LaunchConfiguration('image')),
+            ('camera_info', LaunchConfiguration('camera_info')),
+        ],
+    )
+    sim_time = SetParameter('use_sim_time', True, condition=IfCondition(LaunchConfiguration('use_sim_time')))
+    return LaunchDescription([*arguments, sim_time, node])

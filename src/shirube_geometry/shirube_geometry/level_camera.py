@@ -1,0 +1,36 @@
+"""The camera on a robot whose tilt is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry.camera_mount import CameraMount
+from shirube_geometry.rotation import matrix_from_rpy
+
+
+@dataclass(frozen=True)
+class LevelCamera:
+    """A camera's pose in the level frame: origin and heading of the base, but z up.
+
+    Attributes:
+        rotation: shape (3, 3), ``R_level_camera``.
+        position: shape (3,), of the optical centre in the level frame [m].
+    """
+
+    rotation: NDArray[np.float64]
+    position: NDArray[np.float64]
+
+
+def level_camera(mount: CameraMount, roll: float = 0.0, pitch: float = 0.0) -> LevelCamera:
+    """Return the camera of a robot that leans.
+
+    Args:
+        mount: the camera on the robot.
+        roll: of the base about its x axis [rad].
+        pitch: of the base about its y axis [rad]; positive with the nose down.
+    """
+    R_level_base = matrix_from_rpy((roll, pitch, 0.0))
+    return LevelCamera(R_level_base @ mount.rotation, R_level_base @ np.array(mount.xyz))

@@ -1,0 +1,75 @@
+"""A camera's calibration from the YAML that ``camera_calibration`` writes."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import yaml
+
+from shirube_geometry import PinholeCamera
+from shirube_ros.camera_info_conversion import camera_from_camera_info
+from shirube_ros.file_errors import CalibrationError
+from shirube_ros.message_error import CameraInfoError
+
+_REMEDY = 'give the YAML that camera_calibration writes'
+
+
+def load_calibration(path: Path) -> PinholeCamera:
+    """Load the intrinsics of the raw image.
+
+    Raises:
+        CalibrationError: a file that is missing, no YAML, lacks a field or holds impossible numbers.
+    """
+    content = _read_yaml(path)
+    model = content.get('distortion_model', '')
+    camera_info = SimpleNamespace(
+        width=_size(path, content, 'image_width'),
+        height=_size(path, content, 'image_height'),
+        k=_numbers(path, content, 'camera_matrix'),
+        d=_numbers(path, content, 'distortion_coefficients'),
+        distortion_model=model,
+    )
+    if len(camera_info.k) != 9:
+        raise CalibrationError(
+            f'{path}: camera_matrix has {len(camera_info.k)} numbers instead of 9; {_REMEDY}'
+        )
+    try:
+        return camera_from_camera_info(camera_info, str(path))
+    except CameraInfoError as fault:
+        raise CalibrationError(str(fault)) from fault
+
+
+def _read_yaml(path: Path) -> dict[str, Any]:
+    try:
+        content = yaml.safe_load(path.read_text(encoding='utf-8'))
+    except OSError as fault:
+        raise CalibrationError(f'{path}: cannot be read ({fault.strerror}); {_REMEDY}') from fault
+    except (UnicodeDecodeError, yaml.YAMLError) as fault:
+        raise CalibrationError(f'{path}: is no YAML; {_REMEDY}') from fault
+    if not isinstance(content, dict):
+        raise CalibrationError(f'{path}: holds no fields; {_REMEDY}')
+    return content
+
+
+def _size(path: Path, content: dict[str, Any], field: str) -> int:
+    value = content.get(field)
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise CalibrationError(f'{path}: {field} is {value!r}, no number of pixels; {_REMEDY}')
+    return value
+
+
+def _numbers(path: Path, content: dict[str, Any], field: str) -> list[float]:
+    """Return the data of a matrix in the file."""
+    matrix = content.get(field)
+    data = matrix.get('data') if isinstance(matrix, dict) else None
+    if not isinstance(data, list):
+        raise CalibrationError(f'{path}: {field} with its data is missing; {_REMEDY}')
+    if any(
+        isinstance(each, bool) or not isinstance(each, int | float) or not math.isfinite(each)
+        for each in data
+    ):
+        raise CalibrationError(f'{path}: {field} holds what is no finite number; {_REMEDY}')
+    return [float(each) for each in data]

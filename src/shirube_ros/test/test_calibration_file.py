@@ -1,0 +1,89 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from shirube_ros.calibration_file import load_calibration
+from shirube_ros.file_errors import CalibrationError
+
+# As camera_calibration writes it.
+TEXT = """image_width: 640
+image_height: 480
+camera_name: belly
+camera_matrix:
+  rows: 3
+  cols: 3
+  data: [425.5, 0., 319.25, 0., 426.5, 240.75, 0., 0., 1.]
+distortion_model: plumb_bob
+distortion_coefficients:
+  rows: 1
+  cols: 5
+  data: [-0.25, 0.0625, 0.001, -0.002, 0.]
+rectification_matrix:
+  rows: 3
+  cols: 3
+  data: [1., 0., 0., 0., 1., 0., 0., 0., 1.]
+"""
+
+
+def refusal(tmp_path: Path, **changes: object) -> str:
+    fields = yaml.safe_load(TEXT) | changes
+    path = tmp_path / 'belly.yaml'
+    path.write_text(yaml.safe_dump({name: value for name, value in fields.items() if value != 'gone'}))
+    with pytest.raises(CalibrationError) as caught:
+        load_calibration(path)
+    assert str(path) in str(caught.value)
+    assert '\n' not in str(caught.value)
+    return str(caught.value)
+
+
+def test_the_file_of_camera_calibration_is_read(tmp_path: Path) -> None:
+    (tmp_path / 'belly.yaml').write_text(TEXT)
+    camera = load_calibration(tmp_path / 'belly.yaml')
+    assert (camera.width, camera.height) == (640, 480)
+    np.testing.assert_array_equal(
+        camera.matrix, [[425.5, 0.0, 319.25], [0.0, 426.5, 240.75], [0.0, 0.0, 1.0]]
+    )
+    assert camera.distortion == (-0.25, 0.0625, 0.001, -0.002, 0.0)
+
+
+@pytest.mark.parametrize(
+    ('field', 'value', 'part'),
+    [
+        ('image_width', 'gone', 'image_width is None'),
+        ('image_height', 'tall', "image_height is 'tall'"),
+        ('image_height', 0, 'must be positive'),
+        ('camera_matrix', 'gone', 'camera_matrix with its data is missing'),
+        ('camera_matrix', {'data': [1.0, 2.0]}, 'camera_matrix has 2 numbers'),
+        ('camera_matrix', {'data': [0.0] * 9}, 'is not calibrated'),
+        ('camera_matrix', {'data': [float('nan')] * 9}, 'no finite number'),
+        ('camera_matrix', {'data': [-1.0, 0, 1, 0, -1.0, 1, 0, 0, 1]}, 'must be positive'),
+        (
+            'distortion_coefficients',
+            {'data': ['a']},
+            'distortion_coefficients holds what is no finite number',
+        ),
+        ('distortion_coefficients', [0, 0, 0, 0, 0], 'distortion_coefficients with its data is missing'),
+        ('distortion_model', 'equidistant', "distortion model 'equidistant'"),
+    ],
+)
+def test_a_bad_field_is_named(tmp_path: Path, field: str, value: object, part: str) -> None:
+    assert part in refusal(tmp_path, **{field: value})
+
+
+@pytest.mark.parametrize(
+    ('content', 'part'),
+    [
+        (b'', 'holds no fields'),
+        (b'- 1\n', 'holds no fields'),
+        (b'a: [1', 'is no YAML'),
+        (b'\xff\xfe\x00', 'is no YAML'),
+    ],
+)
+def test_what_is_no_calibration_is_refused(tmp_path: Path, content: bytes, part: str) -> None:
+    (tmp_path / 'belly.yaml').write_bytes(content)
+    with pytest.raises(CalibrationError, match=part):
+        load_calibration(tmp_path / 'belly.yaml')
+    with pytest.raises(CalibrationError, match='No such file'):
+        load_calibration(tmp_path / 'none.yaml')

@@ -1,0 +1,59 @@
+"""A robot on two wheels that does what it is told a little late, and sees its pose with noise."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+
+from shirube_geometry import PlanarPose
+from vlc_beacon.core.drive.command_executor import CommandExecutor
+from vlc_beacon.core.drive.velocity import Velocity
+
+STEP = 1.0 / 60.0
+DELAY_STEPS = 4
+
+
+class DrivenRobot:
+    """Moves under an executor, step by step.
+
+    Attributes:
+        pose: the true one.
+        track: all true poses so far.
+        velocities: what the executor gave.
+    """
+
+    def __init__(
+        self, executor: CommandExecutor, pose: PlanarPose, seed: int = 0, noise: float = 0.003
+    ) -> None:
+        self.executor, self.pose, self.stamp = executor, pose, 0.0
+        self.track: list[PlanarPose] = [pose]
+        self.velocities: list[Velocity | None] = []
+        self._rng, self._noise = np.random.default_rng(seed), noise
+        self._coming = deque([Velocity()] * DELAY_STEPS)
+
+    def drive(self, seconds: float, sees: bool = True) -> None:
+        """Move on for a while, with or without poses."""
+        for _ in range(round(seconds / STEP)):
+            if sees:
+                dx, dy, turn = self._rng.normal(0.0, self._noise, 3)
+                self.executor.robot_at(
+                    self.stamp, PlanarPose(self.pose.x + dx, self.pose.y + dy, self.pose.yaw + turn)
+                )
+            velocity = self.executor.velocity(self.stamp)
+            self.velocities.append(velocity)
+            self._coming.append(velocity or Velocity())
+            self._move(self._coming.popleft())
+
+    def _move(self, velocity: Velocity) -> None:
+        # The wheels turn 3 % less than they are told.
+        ahead, turn = 0.97 * velocity.forward * STEP, 0.97 * velocity.turn_rate * STEP
+        middle = self.pose.yaw + 0.5 * turn
+        self.pose = PlanarPose(
+            self.pose.x + ahead * math.cos(middle),
+            self.pose.y + ahead * math.sin(middle),
+            self.pose.yaw + turn,
+        )
+        self.track.append(self.pose)
+        self.stamp += STEP

@@ -1,0 +1,34 @@
+"""The paper's room: four lamps 2.5 m up, and what a camera on the floor sees of them."""
+
+import math
+
+import numpy as np
+
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, level_camera
+from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.bearing_model import camera_points
+
+CAMERA = PinholeCamera(1280, 1024, 636.4, 636.4, 639.5, 511.5)
+MOUNT = CameraMount((0.1, 0.05, 0.3), (0.0, 0.0, -math.pi / 2.0))
+CORNERS = ((0.0, 0.0), (0.0, 1.8), (1.8, 0.0), (1.8, 1.8))
+BEACONS = [Beacon(i + 1, (*xy, 2.8), 0.0325) for i, xy in enumerate(CORNERS)]
+UNEVEN = [
+    Beacon(1, (0.0, 0.0, 2.8), 0.0325),
+    Beacon(2, (0.1, 1.8, 2.5), 0.0325),
+    Beacon(3, (1.7, 0.2, 3.1), 0.0325),
+    Beacon(4, (1.9, 1.5, 2.7), 0.0325),
+    Beacon(5, (0.8, 0.9, 2.6), 0.0325),
+]
+
+
+def pixels_of(beacons, pose, height=0.0, tilt=(0.0, 0.0), motions=None, camera=CAMERA):
+    """Return where the lamps appear, shape (n, 2) [px]."""
+    state = np.array([pose.x, pose.y, height, pose.yaw, 0.0, 0.0])
+    lamps = np.array([beacon.xyz for beacon in beacons])
+    motions = np.zeros((len(lamps), 3)) if motions is None else motions
+    return camera.pixels_from_points(camera_points(state, lamps, motions, level_camera(MOUNT, *tilt)))
+
+
+def random_pose(rng):
+    """Return a pose from which all lamps are in view."""
+    return PlanarPose(*rng.uniform([0.5, 0.5, -3.1], [1.3, 1.3, 3.1]))

@@ -1,0 +1,111 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of
+
+from shirube_geometry import PlanarPose, wrap_angle
+from vlc_beacon.core.pose.beacon_tracker import BeaconTracker
+from vlc_beacon.core.pose.pose_fix import BeaconFix, DoubtKind, NoBeaconFix
+
+STEP = 0.4 / 20.0
+SCALE, BEND = 1.02, math.radians(0.2)
+
+
+def rays_of(tracker, pose, hung, rng, noise=0.2):
+    if not hung:
+        return tracker.locator.rays(CAMERA, [], np.empty((0, 2)), [])
+    pixels = pixels_of(hung, pose) + noise * rng.normal(size=(len(hung), 2))
+    return tracker.locator.rays(CAMERA, [b.id for b in hung], pixels, np.full(len(hung), noise))
+
+
+def drive(count, seed=1):
+    """Yield true poses on a winding way about the room and the odometry, which is off by 2 % and 0.2 degrees/m."""
+    pose, odometry = PlanarPose(0.9, 0.9, 0.3), PlanarPose(0.0, 0.0, 0.0)
+    for k in range(count):
+        yield pose, odometry
+        far = math.hypot(0.9 - pose.x, 0.9 - pose.y)
+        home = wrap_angle(math.atan2(0.9 - pose.y, 0.9 - pose.x) - pose.yaw)
+        turn = np.clip(1.5 * home if far > 1.4 else math.sin(0.03 * k + seed), -0.8, 0.8) / 20.0
+        pose = pose @ PlanarPose(STEP, 0.0, turn)
+        odometry = odometry @ PlanarPose(SCALE * STEP, 0.0, SCALE * turn + BEND * STEP)
+
+
+@pytest.mark.parametrize('seed', [1, 2, 3])
+def test_one_lamp_and_odometry_carry_on_over_gaps(seed):
+    rng = np.random.default_rng(seed)
+    tracker, errors, normalised = BeaconTracker(BEACONS, MOUNT), [], []
+    for k, (pose, odometry) in enumerate(drive(600, seed)):
+        tracker.add_odometry(odometry)
+        hung = BEACONS if k < 20 else BEACONS[k // 120 % 4 :][:1] if k // 60 % 2 else []
+        fix = tracker.track(rays_of(tracker, pose, hung, rng))
+        assert isinstance(fix, BeaconFix)
+        error = np.array([fix.T_map_base.x - pose.x, fix.T_map_base.y - pose.y])
+        errors.append(math.hypot(*error))
+        normalised.append(error @ np.linalg.solve(fix.covariance[:2, :2], error) / 2.0)
+    assert max(errors) < 0.03
+    assert np.mean(normalised) < 1.5
+
+
+def test_one_noisy_image_does_not_throw_the_pose_about():
+    rng = np.random.default_rng(7)
+    tracker = BeaconTracker(BEACONS, MOUNT)
+    for k, (pose, odometry) in enumerate(drive(120)):
+        tracker.add_odometry(odometry)
+        fix = tracker.track(rays_of(tracker, pose, BEACONS, rng, noise=2.0 if k > 60 and k % 2 else 0.1))
+        assert k < 60 or fix.T_map_base.distance_to(pose) < 0.008
+
+
+def test_two_lamps_seen_one_after_the_other_are_a_start():
+    rng = np.random.default_rng(4)
+    tracker, answers = BeaconTracker(BEACONS, MOUNT), []
+    for k, (pose, odometry) in enumerate(drive(80)):
+        tracker.add_odometry(odometry)
+        answers.append(tracker.track(rays_of(tracker, pose, [BEACONS[0 if k < 40 else 3]], rng)))
+        if isinstance(answers[-1], BeaconFix):
+            assert answers[-1].T_map_base.distance_to(pose) < 0.06
+    assert all(isinstance(answer, NoBeaconFix) for answer in answers[:40])
+    assert all(isinstance(answer, BeaconFix) for answer in answers[45:])
+
+
+def test_a_robot_that_was_carried_away_is_found_again():
+    rng = np.random.default_rng(5)
+    tracker = BeaconTracker(BEACONS, MOUNT)
+    tracker.add_odometry(PlanarPose(0.0, 0.0, 0.0))
+    for pose in (PlanarPose(0.5, 0.6, 0.1), PlanarPose(1.2, 1.1, 2.0)):
+        for _ in range(5):
+            fix = tracker.track(rays_of(tracker, pose, BEACONS, rng))
+            assert fix.T_map_base.distance_to(pose) < 0.02
+
+
+def test_a_pose_without_lamps_is_given_up_in_the_end():
+    rng = np.random.default_rng(6)
+    tracker = BeaconTracker(BEACONS, MOUNT)
+    answers = []
+    for k, (pose, odometry) in enumerate(drive(1500)):
+        tracker.add_odometry(odometry)
+        answers.append(tracker.track(rays_of(tracker, pose, BEACONS if k == 0 else [], rng)))
+    assert isinstance(answers[60], BeaconFix)
+    assert isinstance(answers[-1], NoBeaconFix)
+
+
+@pytest.mark.parametrize(
+    ('hung', 'kind'),
+    [
+        ([replace(BEACONS[1], xyz=(0.4, 1.6, 2.8))], DoubtKind.MOVED),
+        ([BEACONS[1], replace(BEACONS[1], xyz=(0.6, 0.7, 2.8))], DoubtKind.COPIED),
+    ],
+)
+def test_a_single_lamp_in_the_wrong_place_is_named(hung, kind):
+    rng = np.random.default_rng(7)
+    tracker, pose = BeaconTracker(BEACONS, MOUNT), PlanarPose(0.8, 1.0, 0.4)
+    tracker.add_odometry(PlanarPose(0.0, 0.0, 0.0))
+    tracker.track(rays_of(tracker, pose, BEACONS, rng))
+    fix = tracker.track(rays_of(tracker, pose, hung, rng))
+    assert fix.T_map_base.distance_to(pose) < 0.02
+    assert [(doubt.id, doubt.kind) for doubt in fix.doubts] == [(2, kind)]
+    # The doubted lamp is far off, the other one is not.
+    distances = np.hypot(*fix.residuals.T)
+    assert distances[fix.doubts[0].sighting] > 20.0
+    assert (distances[fix.used] < 4.0).all()

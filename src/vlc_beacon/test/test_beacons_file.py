@@ -1,0 +1,85 @@
+from pathlib import Path
+
+import pytest
+
+from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.files.beacons_file import BeaconsFileError, load_beacons, save_beacons
+
+GOOD = '{id: 7, xyz: [1, 2.5, 3], radius: 0.0325}'
+
+
+def write(tmp_path, text):
+    path = tmp_path / 'beacons.yaml'
+    path.write_text(text)
+    return path
+
+
+def test_lamps_are_read_in_their_order(tmp_path):
+    text = """
+beacons:
+- {id: 7, xyz: [1, 2.5, 3], radius: 0.0325}
+- id: 3
+  xyz: [-1.0, 0.0, 2.46]
+  radius: 0.05
+  frequency: 2500
+"""
+    assert load_beacons(write(tmp_path, text)) == [
+        Beacon(7, (1.0, 2.5, 3.0), 0.0325, None),
+        Beacon(3, (-1.0, 0.0, 2.46), 0.05, 2500.0),
+    ]
+
+
+@pytest.mark.parametrize(
+    ('text', 'words'),
+    [
+        ('beacons: [', 'is no YAML'),
+        ('- 1', 'holds no fields'),
+        ('beacons: []', 'holds no lamps'),
+        ('becons: []', 'field becons does not exist, did you mean beacons'),
+        ('beacons: [7]', 'beacon number 1 is 7'),
+        ('beacons: [{xyz: [1, 2, 3], radius: 0.03}]', 'beacon number 1: id is missing'),
+        ('beacons: [{id: 1, radius: 0.03}]', 'xyz is missing'),
+        ('beacons: [{id: 1, xyz: [1, 2, 3]}]', 'radius is missing'),
+        ('beacons: [{id: one, xyz: [1, 2, 3], radius: 0.03}]', "id is 'one'"),
+        ('beacons: [{id: true, xyz: [1, 2, 3], radius: 0.03}]', 'id is True'),
+        ('beacons: [{id: -1, xyz: [1, 2, 3], radius: 0.03}]', 'id is -1'),
+        ('beacons: [{id: 1, xyz: [1, 2], radius: 0.03}]', 'beacon 1: xyz is'),
+        ('beacons: [{id: 1, xyz: [1, .nan, 3], radius: 0.03}]', 'xyz holds nan, which is no finite number'),
+        ('beacons: [{id: 1, xyz: [1, .inf, 3], radius: 0.03}]', 'xyz holds inf'),
+        ('beacons: [{id: 1, xyz: [1, "2", 3], radius: 0.03}]', "xyz holds '2'"),
+        ('beacons: [{id: 1, xyz: [1, 2, 30000000], radius: 0.03}]', 'xyz holds 3e\\+07 m'),
+        ('beacons: [{id: 1, xyz: [1, 2, 3], radius: 32.5}]', 'radius holds 32.5 m, .* is it in m'),
+        ('beacons: [{id: 1, xyz: [1, 2, 3], radius: 0}]', 'radius holds 0 m'),
+        ('beacons: [{id: 1, xyz: [1, 2, 3], radius: 0.03, frequency: 2}]', 'frequency holds 2 Hz'),
+        ('beacons: [{id: 1, xyz: [1, 2, 3], raduis: 0.03}]', 'did you mean radius'),
+        (
+            'beacons: [{id: 1, xyz: [1, 2, 3], radius: 0.03, colour: 3}]',
+            'there are id, xyz, radius, frequency',
+        ),
+        (f'beacons: [{GOOD}, {GOOD}]', 'id 7 is there 2 times'),
+        (f'beacons: [{GOOD}, {GOOD.replace("7", "8")}]', 'beacons 7 and 8 have the same xyz'),
+    ],
+)
+def test_what_is_wrong_is_told_in_one_line(tmp_path, text, words):
+    with pytest.raises(BeaconsFileError, match=words) as caught:
+        load_beacons(write(tmp_path, text))
+    assert '\n' not in str(caught.value)
+    assert 'beacons.yaml' in str(caught.value)
+
+
+def test_a_missing_file_is_told(tmp_path):
+    with pytest.raises(BeaconsFileError, match='cannot be read'):
+        load_beacons(tmp_path / 'nothing.yaml')
+
+
+def test_bytes_are_no_beacons(tmp_path):
+    path = tmp_path / 'beacons.yaml'
+    path.write_bytes(b'\xff\xfe\x00')
+    with pytest.raises(BeaconsFileError, match='is no YAML'):
+        load_beacons(path)
+
+
+def test_what_is_saved_is_loaded(tmp_path: Path) -> None:
+    beacons = [Beacon(1, (0.0, 1.8, 2.5), 0.0325), Beacon(7, (-1.25, 0.0001, 2.5), 0.05, 3500.0)]
+    save_beacons(tmp_path / 'new' / 'beacons.yaml', beacons)
+    assert load_beacons(tmp_path / 'new' / 'beacons.yaml') == beacons

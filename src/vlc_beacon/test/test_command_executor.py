@@ -1,0 +1,130 @@
+import math
+
+import numpy as np
+import pytest
+from driven_robot import STEP, DrivenRobot
+
+from shirube_geometry import PlanarPose, wrap_angle
+from vlc_beacon.core.drive.command_executor import CommandExecutor
+from vlc_beacon.core.drive.drive_settings import DriveSettings
+from vlc_beacon.core.packet.operation import Operation
+
+SETTINGS = DriveSettings()
+LIMIT = 0.5
+
+
+def robot(x: float = 0.0, y: float = 0.0, yaw: float = 0.0, **noise: float) -> DrivenRobot:
+    return DrivenRobot(CommandExecutor(SETTINGS, LIMIT), PlanarPose(x, y, yaw), **noise)
+
+
+def speed_of(driven: DrivenRobot) -> float:
+    return driven.track[-2].distance_to(driven.track[-1]) / STEP
+
+
+def test_the_papers_run():
+    """Straight, at A slow down and turn right, at B turn right and speed up (fig. 4)."""
+    driven = robot()
+    driven.drive(5.0)
+    at_a = driven.pose
+    driven.executor.obey(Operation.SLOW, 0.1)
+    driven.executor.obey(Operation.TURN, -math.pi / 2.0)
+    driven.drive(10.0)
+    assert speed_of(driven) == pytest.approx(0.097, rel=0.02)
+    assert driven.pose.yaw == pytest.approx(-math.pi / 2.0, abs=0.03)
+    assert driven.pose.x - at_a.x < 0.3**2 / (2.0 * SETTINGS.acceleration) + 0.3 * 5 * STEP + 0.03
+    driven.executor.obey(Operation.TURN, -math.pi / 2.0)
+    driven.executor.obey(Operation.SPEED_UP, 0.4)
+    driven.drive(10.0)
+    assert speed_of(driven) == pytest.approx(0.388, rel=0.02)
+    assert abs(wrap_angle(driven.pose.yaw - math.pi)) < 0.03
+
+
+def test_it_keeps_to_its_line():
+    driven = robot(1.0, 2.0, 0.7, noise=0.0)
+    driven.drive(2.0)
+    # Somebody pushes it aside.
+    driven.pose = PlanarPose(driven.pose.x - 0.1, driven.pose.y + 0.1, driven.pose.yaw)
+    driven.drive(15.0)
+    dx, dy = driven.pose.x - 1.0, driven.pose.y - 2.0
+    assert abs(math.cos(0.7) * dy - math.sin(0.7) * dx) < 0.01
+    assert driven.pose.yaw == pytest.approx(0.7, abs=0.02)
+
+
+@pytest.mark.parametrize('angle', [0.02, 1.0, -2.0, math.pi, -4.5, 2.0 * math.pi])
+def test_it_turns_the_way_and_as_far_as_it_is_told(angle):
+    driven = robot(noise=0.0)
+    driven.drive(1.0)
+    driven.executor.obey(Operation.TURN, angle)
+    driven.drive(12.0)
+    assert driven.pose.yaw == pytest.approx(angle, abs=0.03)
+    yaws = np.array([pose.yaw for pose in driven.track])
+    assert np.all(np.sign(angle) * yaws < abs(angle) + 0.03)
+
+
+def test_on_the_spot_it_does_not_move_ahead():
+    driven = robot(noise=0.0)
+    driven.drive(3.0)
+    driven.executor.obey(Operation.TURN, 2.0)
+    driven.drive(12.0)
+    turning = [v for v in driven.velocities if abs(v.turn_rate) > 0.2]
+    assert len(turning) > 50
+    assert all(v.forward == 0.0 for v in turning)
+
+
+def test_stop_holds_until_resume():
+    driven = robot()
+    driven.drive(2.0)
+    driven.executor.obey(Operation.STOP, 0.0)
+    driven.drive(3.0)
+    assert driven.velocities[-1].is_standing
+    driven.executor.obey(Operation.SPEED_UP, 0.5)
+    driven.drive(2.0)
+    assert driven.velocities[-1].is_standing
+    driven.executor.obey(Operation.RESUME, 0.0)
+    driven.drive(3.0)
+    assert driven.velocities[-1].forward == SETTINGS.cruise_speed
+
+
+def test_without_poses_it_brakes_and_leaves_the_wheels_to_others():
+    driven = robot()
+    driven.drive(3.0)
+    before = driven.pose
+    driven.drive(4.0, sees=False)
+    assert driven.velocities[-1] is None
+    first = next(k for k in range(len(driven.velocities)) if k > 180 and driven.velocities[k] is None)
+    assert driven.velocities[first - 2].forward < 0.02
+    braking = 0.3**2 / (2.0 * SETTINGS.acceleration)
+    assert driven.pose.distance_to(before) < 0.3 * (SETTINGS.pose_timeout + 6 * STEP) + braking
+    driven.drive(2.0)
+    assert driven.velocities[-1].forward == SETTINGS.cruise_speed
+
+
+def test_before_the_first_pose_there_is_no_velocity():
+    executor = CommandExecutor(SETTINGS, LIMIT)
+    executor.obey(Operation.TURN, 1.0)
+    assert executor.velocity(0.0) is None
+
+
+def test_no_commands_exceed_the_limits():
+    rng = np.random.default_rng(4)
+    driven = robot(noise=0.01)
+    for _ in range(150):
+        operation = Operation(int(rng.integers(1, 6)))
+        driven.executor.obey(
+            operation, float(rng.uniform(0.0, 5.0) if operation != 5 else rng.normal(0.0, 3.0))
+        )
+        driven.drive(float(rng.uniform(0.05, 1.0)), sees=bool(rng.random() < 0.9))
+    given = np.array([(v.forward, v.turn_rate) for v in driven.velocities if v is not None])
+    assert given[:, 0].min() >= 0.0
+    assert given[:, 0].max() <= LIMIT
+    assert np.abs(given[:, 1]).max() <= SETTINGS.turn_rate_max
+    moving = [(v.forward, v.turn_rate) if v else (0.0, 0.0) for v in driven.velocities]
+    steps = np.abs(np.diff(np.array([(0.0, 0.0), *moving]), axis=0))
+    assert steps[:, 0].max() <= SETTINGS.acceleration * STEP + 1e-9
+    assert steps[:, 1].max() <= SETTINGS.turn_acceleration * STEP + 1e-9
+
+
+def test_a_cruise_speed_above_the_limit_is_cut():
+    driven = DrivenRobot(CommandExecutor(DriveSettings(cruise_speed=2.0), 0.2), PlanarPose(0.0, 0.0, 0.0))
+    driven.drive(6.0)
+    assert driven.velocities[-1].forward == 0.2

@@ -1,0 +1,71 @@
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from vlc_beacon.core.packet.command_packet import (
+    COMMAND_BYTES,
+    COUNTER_MAX,
+    Command,
+    CommandPacket,
+    read_command_packet,
+)
+from vlc_beacon.core.packet.packet_error import PacketError
+
+
+def random_packet(seed: int) -> CommandPacket:
+    rng = np.random.default_rng(seed)
+    command = Command(
+        int(rng.integers(1 << 14)),
+        int(rng.integers(32)),
+        round(float(rng.uniform(-2000.0, 2000.0)), 6),
+        int(rng.integers(COUNTER_MAX + 1)),
+        bool(rng.integers(2)),
+    )
+    return CommandPacket(command, rng.bytes(4))
+
+
+def test_every_field_comes_back() -> None:
+    for seed in range(2000):
+        packet = random_packet(seed)
+        assert len(packet.to_bytes()) == COMMAND_BYTES
+        assert read_command_packet(packet.to_bytes()) == packet
+
+
+def test_up_to_three_wrong_bits_are_noticed() -> None:
+    sent = int.from_bytes(random_packet(1).to_bytes())
+    triples = np.random.default_rng(0).integers(0, 8 * COMMAND_BYTES, (20_000, 3)).tolist()
+    flips = [*combinations(range(8 * COMMAND_BYTES), 2), *[set(t) for t in triples]]
+    flips += [(place,) for place in range(8 * COMMAND_BYTES)]
+    for places in flips:
+        damaged = sent ^ sum(1 << place for place in places)
+        assert read_command_packet(damaged.to_bytes(COMMAND_BYTES)) is None
+
+
+def test_each_field_is_signed() -> None:
+    fields = {'beacon': 3, 'operation': 3, 'value': 0.2, 'counter': 9, 'is_one_shot': False}
+    others = {'beacon': 4, 'operation': 2, 'value': 0.200001, 'counter': 8, 'is_one_shot': True}
+    signed = {Command(**{**fields, name: other}).signed_bytes() for name, other in others.items()}
+    assert len(signed | {Command(**fields).signed_bytes()}) == 6
+
+
+@pytest.mark.parametrize(
+    ('changed', 'message'),
+    [
+        ({'beacon': 20000}, 'beacon ID is 20000'),
+        ({'operation': 32}, 'operation is 32'),
+        ({'counter': -1}, 'counter is -1'),
+        ({'counter': 1 << 32}, 'counter is 4294967296'),
+        ({'value': 2200.0}, 'value is 2200.0, its size must be below 2147'),
+        ({'value': float('nan')}, 'value is nan'),
+        ({'value': float('inf')}, 'value is inf'),
+    ],
+)
+def test_what_does_not_fit_is_refused(changed: dict[str, float], message: str) -> None:
+    with pytest.raises(PacketError, match=message):
+        Command(**{'beacon': 1, 'operation': 1, 'value': 0.0, 'counter': 1, **changed})
+
+
+def test_the_greatest_value_that_is_allowed_can_be_sent() -> None:
+    packet = CommandPacket(Command(1, 5, 2147.483647, 1), bytes(4))
+    assert read_command_packet(packet.to_bytes()) == packet

@@ -1,0 +1,137 @@
+import cv2
+import numpy as np
+import pytest
+from lamp_pictures import draw_lamp, photograph, room
+
+from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
+from vlc_beacon.core.lamp_image.lamp_image_error import LampImageError
+from vlc_beacon.core.lamp_image.settings import LampSettings
+
+PLACES = np.array([[60.0, 60.0], [200.0, 70.0], [330.0, 90.0], [90.0, 220.0], [280.0, 230.0]])
+RADIUS = 8.25
+
+
+def errors_over_sigmas(level, background, gradient, noise, pictures, rng):
+    """Return errors of centroids and the same over their sigmas, all lamps found."""
+    detector, errors, normalised = LampDetector(), [], []
+    for _ in range(pictures):
+        places = PLACES + rng.uniform(0.0, 1.0, PLACES.shape)
+        picture = room(level=background, gradient=gradient)
+        for place in places:
+            draw_lamp(picture, place, RADIUS, level)
+        blobs = detector.detect(photograph(picture, noise, rng))
+        distances = np.hypot(*(blobs.centroids[:, None] - places).transpose(2, 0, 1))
+        nearest = distances.argmin(axis=0)
+        assert (distances.min(axis=0) < 2.0).all()
+        assert len(blobs) == len(places)
+        error = blobs.centroids[nearest] - places
+        errors.append(error)
+        normalised.append(error / blobs.sigmas[nearest])
+    return np.concatenate(errors), np.concatenate(normalised)
+
+
+@pytest.mark.parametrize(
+    ('level', 'background', 'gradient', 'noise', 'rms'),
+    [
+        (7.0, 3.0, 0.0, 1.0, 0.1),
+        (7.0, 60.0, 15.0, 1.5, 0.16),
+        (100.0, 60.0, 15.0, 2.0, 0.05),
+        (500.0, 3.0, 0.0, 1.5, 0.05),
+    ],
+)
+def test_lamps_are_found_where_they_are_with_honest_sigmas(level, background, gradient, noise, rms):
+    rng = np.random.default_rng(1)
+    errors, normalised = errors_over_sigmas(level, background, gradient, noise, 8, rng)
+    assert np.sqrt(np.mean(errors**2)) < rms
+    assert np.sqrt(np.mean(normalised**2)) < 1.25
+
+
+def test_a_dim_lamps_centroid_is_near_the_cramer_rao_bound():
+    # The bound for the place of a disc under white noise: sum of the squared derivatives by central differences.
+    rng = np.random.default_rng(2)
+    place, step = np.array([60.3, 60.4]), np.array([0.05, 0.0])
+    slope = (
+        draw_lamp(room(), place + step, RADIUS, 7.0) - draw_lamp(room(), place - step, RADIUS, 7.0)
+    ) / 0.1
+    bound = 1.0 / np.sqrt(np.sum(slope**2))
+    errors, _ = errors_over_sigmas(7.0, 3.0, 0.0, 1.0, 10, rng)
+    rms = np.sqrt(np.mean(errors**2))
+    assert 0.8 * bound < rms < 2.2 * bound
+
+
+@pytest.mark.parametrize('level', [30.0, 120.0])
+def test_a_stained_and_tiled_ceiling_is_allowed_for(level):
+    rng = np.random.default_rng(5)
+    normalised = []
+    for _ in range(12):
+        picture = room(level=60.0, gradient=15.0)
+        picture += 15.0 * cv2.GaussianBlur(rng.normal(size=picture.shape), (0, 0), 6.0)
+        picture[20::97] -= 10.0
+        picture[:, 15::97] -= 10.0
+        places = PLACES + rng.uniform(0.0, 1.0, PLACES.shape)
+        for place in places:
+            draw_lamp(picture, place, RADIUS, level)
+        blobs = LampDetector().detect(photograph(picture, 2.0, rng))
+        distances = np.hypot(*(blobs.centroids[:, None] - places).transpose(2, 0, 1))
+        assert (distances.min(axis=0) < 1.0).all()
+        nearest = distances.argmin(axis=0)
+        normalised.append((blobs.centroids[nearest] - places) / blobs.sigmas[nearest])
+    assert np.sqrt(np.mean(np.square(normalised))) < 1.5
+
+
+def test_lamps_move_with_the_picture():
+    rng = np.random.default_rng(3)
+    picture = draw_lamp(room(), (150.3, 140.6), RADIUS, 120.0)
+    image = photograph(picture, 1.5, rng)
+    here = LampDetector().detect(image).centroids[0]
+    for shift in ((3, 0), (0, 5), (-7, 2)):
+        there = LampDetector().detect(np.roll(image, shift, (1, 0))).centroids[0]
+        assert there - here == pytest.approx(shift, abs=0.02)
+    mirrored = LampDetector().detect(np.ascontiguousarray(image[:, ::-1])).centroids[0]
+    assert mirrored[0] == pytest.approx(399.0 - here[0], abs=0.02)
+
+
+def test_radius_and_brightness_are_those_of_the_lamp():
+    blobs = LampDetector().detect(photograph(draw_lamp(room(level=20.0), (150.3, 140.6), 15.0, 120.0)))
+    assert blobs.radii[0] == pytest.approx(15.0, abs=0.2)
+    assert blobs.brightness[0] == pytest.approx(120.0, rel=0.05)
+    assert blobs.backgrounds[0] == pytest.approx(20.0, abs=0.5)
+    assert blobs.roundness[0] > 0.95
+
+
+def test_tubes_windows_and_specks_are_no_lamps():
+    picture = room(level=20.0)
+    picture[100:106, 50:250] = 200.0
+    picture[200:, 300:] = 220.0
+    picture[50:52, 300:302] = 230.0
+    assert len(LampDetector(LampSettings(diameter_max=80.0)).detect(photograph(picture))) == 0
+
+
+def test_a_lamp_at_the_border_is_left_out():
+    picture = draw_lamp(room(), (3.0, 100.0), RADIUS, 120.0)
+    assert len(LampDetector().detect(photograph(picture))) == 0
+
+
+def test_noise_alone_is_no_lamp():
+    rng = np.random.default_rng(4)
+    for noise in (1.0, 3.0, 10.0):
+        image = photograph(room(600, 800, 40.0), noise, rng)
+        assert len(LampDetector().detect(image)) == 0
+
+
+def test_half_a_panel_is_found():
+    picture = draw_lamp(room(), (150.3, 140.6), RADIUS, 120.0, halves=(1.0, 0.0), angle=0.6)
+    assert len(LampDetector().detect(photograph(picture))) == 1
+
+
+@pytest.mark.parametrize(
+    ('image', 'words'),
+    [
+        (np.zeros((100, 100), np.float32), 'type float32'),
+        (np.zeros((100, 100, 3), np.uint8), '3 dimensions'),
+        (np.zeros((10, 100), np.uint8), '100 x 10 pixels'),
+    ],
+)
+def test_other_images_are_refused(image, words):
+    with pytest.raises(LampImageError, match=words):
+        LampDetector().detect(image)

@@ -1,0 +1,161 @@
+"""A short film under four lamps through ``locate``, as images and as a bag."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+from film_bag import camera_info, image, imu, odometry, write_bag
+from lamp_scenes import BEACONS, CAMERA, MOUNT, id_packets, speaking_room
+
+from scene_simulator.shutter import Shutter
+from scene_simulator.suspension import Suspension
+from shirube_bags.tum_file import load_tum
+from vlc_beacon.commands.locate import main
+from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
+
+START_NS = 1_700_000_000_123_456_789
+RATE, SECONDS = 30.0, 2.2
+SHUTTER = Shutter(6e-5, 18.9e-6)
+LIGHT = ('--shutter', 'rolling', '--exposure-time', '6e-5', '--row-time', '18.9e-6')
+DAMAGED = 3
+
+
+@pytest.fixture(scope='module')
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with beacons, a calibration, images, a bag of the same images and the truth."""
+    folder = tmp_path_factory.mktemp('film')
+    drive = speaking_room([rs_fsk_waveform([packet], RATE) for packet in id_packets()], SHUTTER, RATE)
+    drive = replace(drive, suspension=Suspension(0.0, 0.0))
+    lamps = [{'id': b.id, 'xyz': list(b.xyz), 'radius': b.radius} for b in BEACONS]
+    (folder / 'beacons.yaml').write_text(yaml.safe_dump({'beacons': lamps}))
+    (folder / 'camera.yaml').write_text(
+        yaml.safe_dump(
+            {
+                'image_width': CAMERA.width,
+                'image_height': CAMERA.height,
+                'camera_matrix': {'rows': 3, 'cols': 3, 'data': CAMERA.matrix.ravel().tolist()},
+                'distortion_model': 'plumb_bob',
+                'distortion_coefficients': {'rows': 1, 'cols': 5, 'data': [0.0] * 5},
+            }
+        )
+    )
+    (folder / 'images').mkdir()
+    entries, truth = [], []
+    wheels = {round(reading.time * 1e9): reading.pose for reading in drive.odometry(SECONDS, 1.0 / RATE)}
+    for number, (frame, pose) in enumerate(zip(drive.frames(SECONDS), wheels.values(), strict=True)):
+        stamp = START_NS + round(frame.stamp * 1e9)
+        pixels = frame.photo.image
+        cv2.imwrite(str(folder / 'images' / f'{number:03d}.png'), pixels)
+        entries += [
+            ('/camera_info', stamp, camera_info(CAMERA, stamp)),
+            ('/odom', stamp, odometry(pose, stamp)),
+            ('/imu', stamp, imu(0.0, 0.0, stamp)),
+            ('/image_raw', stamp, image(pixels[:-40] if number == DAMAGED else pixels, stamp)),
+        ]
+        truth.append((frame.pose.x, frame.pose.y))
+    write_bag(folder / 'bag', entries)
+    np.savetxt(folder / 'truth.txt', truth)
+    return folder
+
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(film: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
+    def locate(*arguments: object) -> tuple[int, str, str]:
+        xyz = [str(number) for number in MOUNT.xyz]
+        given = ['--out', str(tmp_path / 'out'), '--camera-xyz', *xyz, *LIGHT, *map(str, arguments)]
+        if '--beacons' not in given:
+            given += ['--beacons', str(film / 'beacons.yaml')]
+        capsys.readouterr()
+        code = main(given)
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return locate
+
+
+def errors(path: Path, film: Path, start_ns: int) -> np.ndarray:
+    trajectory, truth = load_tum(path), np.loadtxt(film / 'truth.txt')
+    numbers = np.round((trajectory.stamps_ns - start_ns) * 1e-9 * RATE).astype(int)
+    assert len(numbers) > 5
+    return np.hypot(*(trajectory.positions[:, :2] - truth[numbers]).T)
+
+
+def test_a_rendered_folder_agrees_with_the_truth(film: Path, run: Run, tmp_path: Path) -> None:
+    code, _, _ = run(
+        '--images',
+        film / 'images',
+        '--calibration',
+        film / 'camera.yaml',
+        '--rate',
+        RATE,
+        '--camera-height-known',
+    )
+    assert code == 0
+    assert errors(tmp_path / 'out' / 'poses.tum', film, 0).max() < 0.005
+    with (tmp_path / 'out' / 'poses.csv').open() as file:
+        rows = list(csv.DictReader(file))
+    assert rows[0]['reason'] == 'no known lamp in view'
+    assert rows[-1]['beacons'] == '1 2 3 4'
+    assert int(rows[-1]['used']) >= 3
+    assert 0.0 < float(rows[-1]['sigma_x']) < 0.02
+
+
+def test_a_bag_agrees_with_the_truth_and_a_bad_image_in_it_is_no_end(
+    film: Path, run: Run, tmp_path: Path
+) -> None:
+    code, out, _ = run('--bag', film / 'bag')
+    assert code == 0
+    assert '1 without: /image_raw' in out
+    assert errors(tmp_path / 'out' / 'poses.tum', film, START_NS).max() < 0.005
+
+
+def test_another_beacons_file_gives_no_pose_and_leaves_no_old_file(
+    film: Path, run: Run, tmp_path: Path
+) -> None:
+    other = tmp_path / 'other.yaml'
+    other.write_text('beacons: [{id: 77, xyz: [0.0, 0.0, 2.5], radius: 0.03}]')
+    (tmp_path / 'out').mkdir()
+    (tmp_path / 'out' / 'poses.tum').write_text('old')
+    images = sorted((film / 'images').iterdir())[:3]
+    code, _, err = run('--images', *images, '--calibration', film / 'camera.yaml', '--beacons', other)
+    assert code == 1
+    assert 'no image gave a pose' in err
+    assert not (tmp_path / 'out' / 'poses.tum').exists()
+    assert (tmp_path / 'out' / 'poses.csv').exists()
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'part'),
+    [
+        ('--images {0}/images', '--calibration is missing'),
+        ('--images {0}/none --calibration {0}/camera.yaml', 'none: does not exist'),
+        ('--images {0}/images --calibration {0}/camera.yaml --rate 0', '--rate is 0.0'),
+        ('--images {0}/images --calibration {0}/camera.yaml --beacons {0}/none.yaml', 'cannot be read'),
+        ('--images {0}/images --calibration {0}/camera.yaml --shutter slow', 'shutter is'),
+        ('--images {0}/images --calibration {0}/camera.yaml --camera-rpy 3.1 0 0', 'does not look up'),
+        ('--bag {0}/none', 'none: does not exist'),
+        ('--bag {0}/bag --topic /odom', 'topic /odom is nav_msgs/msg/Odometry, no Image'),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_1(film: Path, run: Run, arguments: str, part: str) -> None:
+    code, _, err = run(*arguments.format(film).split())
+    assert code == 1
+    (line,) = [line for line in err.splitlines() if line.startswith('locate: ')]
+    assert part in line
+
+
+def test_no_rclpy_is_imported() -> None:
+    code = 'import sys, vlc_beacon.commands.locate; sys.exit("rclpy" in sys.modules)'
+    assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0

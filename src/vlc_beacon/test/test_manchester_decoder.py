@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+from light_channel import seen_by_rolling_shutter
+
+from vlc_beacon.core.light_code.lamp_rows import LampRows
+from vlc_beacon.core.light_code.manchester import SlotFormat, slots_waveform
+from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
+from vlc_beacon.core.light_code.reed_solomon_block import slots_of_packet
+from vlc_beacon.core.packet.command_packet import Command, CommandPacket
+from vlc_beacon.core.packet.data_packet import DataPacket
+from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.packet_reader import Packet
+
+COMMAND = CommandPacket(Command(3, 5, -1.570796, 77), b'abcd')
+HUNDRED = DataPacket(np.random.default_rng(0).bytes(100))
+
+
+def received(
+    packets: list[Packet],
+    seconds: float,
+    seed: int,
+    ppm: float = 0.0,
+    slot_format: SlotFormat = SlotFormat(1),  # noqa: B008
+    rows: int = 304,
+    **channel: float,
+) -> list[Packet]:
+    slots = [
+        slot for packet in packets for slot in slots_of_packet(packet.to_bytes(), slot_format.slot_bytes)
+    ]
+    waveform = slots_waveform(slots, slot_format, 1.0 + ppm * 1e-6)
+    seen = seen_by_rolling_shutter(waveform, seconds, np.random.default_rng(seed), rows=rows, **channel)
+    return [got.packet for got in ManchesterDecoder(slot_format).add_frames(seen)]
+
+
+@pytest.mark.parametrize('ppm', [-100.0, 0.0, 100.0])
+@pytest.mark.parametrize('snr', [15.0, 5.0])
+def test_packets_are_read_from_three_hundred_rows(ppm: float, snr: float) -> None:
+    got = received([COMMAND], 20.0, 1, ppm, snr=snr)
+    assert set(got) == {COMMAND}
+    assert len(got) >= 18
+    hundred = received([HUNDRED], 18.0, 1, ppm, snr=snr)
+    assert set(hundred) == {HUNDRED}
+    assert len(hundred) >= 2
+
+
+def test_more_rows_read_larger_slots_faster() -> None:
+    got = received([HUNDRED], 10.0, 1, 50.0, SlotFormat(8), rows=1060)
+    assert set(got) == {HUNDRED}
+    assert len(got) >= 9
+
+
+def test_lost_frames_are_mended() -> None:
+    got = received([HUNDRED], 40.0, 1, 100.0, lost=0.03)
+    assert set(got) == {HUNDRED}
+    assert len(got) >= 6
+
+
+def test_nothing_wrong_is_read_in_noise_or_when_frames_are_mostly_lost() -> None:
+    for seed in range(4):
+        assert set(received([COMMAND], 20.0, seed, snr=1.5)) <= {COMMAND}
+        assert set(received([COMMAND, IdPacket(3)], 30.0, seed, lost=0.5)) <= {COMMAND, IdPacket(3)}
+    rng = np.random.default_rng(0)
+    noise = LampRows(np.arange(900) / 30.0, np.zeros(900, int), rng.random((900, 304)), 18.9e-6, 6e-5)
+    assert ManchesterDecoder(SlotFormat(1)).add_frames(noise) == []
+
+
+def test_packets_may_take_turns_and_change() -> None:
+    got = received([IdPacket(3), COMMAND], 30.0, 1, 100.0)
+    assert set(got) == {IdPacket(3), COMMAND}
+    assert min(got.count(IdPacket(3)), got.count(COMMAND)) >= 20
+
+
+def test_frames_give_the_same_one_by_one_and_together() -> None:
+    slot_format = SlotFormat(1)
+    waveform = slots_waveform(slots_of_packet(COMMAND.to_bytes(), 1), slot_format)
+    seen = seen_by_rolling_shutter(waveform, 10.0, np.random.default_rng(3), rows=304, lost=0.05)
+    decoder, single = ManchesterDecoder(slot_format), []
+    for i in range(len(seen.stamps)):
+        single += decoder.add_frames(
+            LampRows(seen.stamps[[i]], seen.first_rows[[i]], seen.brightness[[i]], 18.9e-6, 6e-5)
+        )
+    assert len(single) >= 8
+    assert ManchesterDecoder(slot_format).add_frames(seen) == single

@@ -1,0 +1,273 @@
+"""The node through real topics, with a receiver that tells what it was given."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import (
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    Quaternion,
+    QuaternionStamped,
+    TwistStamped,
+)
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from receptions import ACCEPTED, LAMPS, MOVED, POSE, REFUSED, with_fix, without_fix
+from sensor_msgs.msg import CameraInfo, Image, Imu
+from std_msgs.msg import Header, String
+from visualization_msgs.msg import MarkerArray
+
+from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_ros.image_conversion import image_from_array
+from shirube_ros.isolated_graph import IsolatedGraph
+from shirube_ros.pose_conversion import odometry_message, planar_pose
+from vlc_beacon.core.receiver.beacon_receiver import Reception
+from vlc_beacon.node import VlcBeaconNode
+
+PIXELS = np.random.default_rng(4).integers(0, 256, (100, 160), dtype=np.uint8)
+INFO = CameraInfo(width=160, height=100, k=[100.0, 0.0, 80.0, 0.0, 100.0, 50.0, 0.0, 0.0, 1.0])
+BEACONS = (
+    'beacons: [{id: 1, xyz: [0.0, 0.0, 2.5], radius: 0.03}, {id: 2, xyz: [1.0, 0.0, 2.5], radius: 0.03}]'
+)
+LEANING = Quaternion(x=math.sin(0.05), w=math.cos(0.05))
+NOWHERE = Quaternion(x=math.nan)
+
+
+class FakeReceiver:
+    """Remembers its calls and answers what it is told to."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[Any, ...]] = []
+        self.answer: Reception | Exception = with_fix()
+
+    def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
+        self.calls.append(('odometry', stamp, T_odom_base))
+
+    def add_tilt(self, stamp: float, roll: float, pitch: float) -> None:
+        self.calls.append(('tilt', stamp, roll, pitch))
+
+    def receive(self, stamp: float, image: np.ndarray, camera: PinholeCamera) -> Reception:
+        self.calls.append(('receive', stamp, image, camera))
+        if isinstance(self.answer, Exception):
+            raise self.answer
+        return self.answer
+
+
+@pytest.fixture
+def beacons_file(tmp_path: Path) -> Path:
+    path = tmp_path / 'beacons.yaml'
+    path.write_text(BEACONS)
+    return path
+
+
+class Robot:
+    """The node under test and a robot around it."""
+
+    def __init__(self, graph: IsolatedGraph, beacons_file: Path, **parameters: Any) -> None:
+        self._graph = graph
+        self.receivers: list[FakeReceiver] = []
+        self.node = graph.add(self._make_node, beacons_file=str(beacons_file), **parameters)
+        self.robot = graph.add(lambda **options: Node('robot', **options))
+        self._publishers = {
+            topic: self.robot.create_publisher(kind, topic, 10)
+            for topic, kind in {
+                'image_raw': Image,
+                'camera_info': CameraInfo,
+                'odom': Odometry,
+                'imu': Imu,
+                'attitude': QuaternionStamped,
+            }.items()
+        }
+        self.poses = self.listen(PoseStamped, 'pose')
+        self.reports: list[DiagnosticStatus] = []
+        self.robot.create_subscription(
+            DiagnosticArray, '/diagnostics', lambda array: self.reports.extend(array.status), 10
+        )
+        assert graph.spin_until(self._is_connected)
+
+    def _make_node(self, **options: Any) -> VlcBeaconNode:
+        def create_receiver(*_: object) -> FakeReceiver:
+            self.receivers.append(FakeReceiver())
+            return self.receivers[-1]
+
+        return VlcBeaconNode(create_receiver, **options)  # type: ignore[arg-type]
+
+    def _is_connected(self) -> bool:
+        heard = all(publisher.get_subscription_count() == 1 for publisher in self._publishers.values())
+        return heard and all(
+            self.robot.count_publishers(topic) == 1 for topic in ('/vlc_beacon/pose', '/diagnostics')
+        )
+
+    @property
+    def receiver(self) -> FakeReceiver:
+        return self.receivers[-1]
+
+    def listen(self, kind: type, name: str) -> list[Any]:
+        received: list[Any] = []
+        subscription = self.robot.create_subscription(kind, f'/vlc_beacon/{name}', received.append, 10)
+        topic = subscription.topic_name
+        assert self._graph.spin_until(lambda: self.node.count_subscribers(topic) == 1)
+        return received
+
+    def send(self, topic: str, message: Any) -> None:
+        guard = self.node._guard
+        before = guard.counts[topic].received
+        self._publishers[topic].publish(message)
+        assert self._graph.spin_until(lambda: guard.counts[topic].received > before)
+
+    def send_image(self, stamp: float = 10.0) -> None:
+        self.send('camera_info', INFO)
+        self.send('image_raw', image_from_array(PIXELS, header(stamp, 'ceiling_optical_frame')))
+
+    def report(self) -> DiagnosticStatus:
+        before = len(self.reports)
+        assert self._graph.spin_until(lambda: len(self.reports) > before)
+        return self.reports[-1]
+
+    def wait_for(self, messages: list[Any], number: int = 1) -> None:
+        assert self._graph.spin_until(lambda: len(messages) >= number)
+
+
+def header(stamp: float, frame: str) -> Header:
+    return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)), frame_id=frame)
+
+
+def odometry(stamp: float, pose: PlanarPose = POSE, child_frame: str = 'base_link') -> Odometry:
+    return odometry_message(pose, np.eye(3), header(stamp, 'odom'), child_frame)
+
+
+def test_a_fix_is_published_with_the_stamp_of_its_image_in_the_map_frame(
+    graph: IsolatedGraph, beacons_file: Path
+) -> None:
+    robot = Robot(graph, beacons_file, map_frame='hall')
+    with_covariance = robot.listen(PoseWithCovarianceStamped, 'pose_with_covariance')
+    robot.send_image(12.5)
+    robot.wait_for(robot.poses)
+    robot.wait_for(with_covariance)
+    for message in (robot.poses[0], with_covariance[0]):
+        assert message.header == header(12.5, 'hall')
+    assert planar_pose(robot.poses[0].pose, '').distance_to(POSE) < 1e-12
+    covariance = np.array(with_covariance[0].pose.covariance).reshape(6, 6)
+    assert covariance.diagonal() == pytest.approx([1e-6, 4e-6, 0.0, 0.0, 0.0, 1e-4])
+    _, stamp, pixels, camera = robot.receiver.calls[0]
+    assert stamp == pytest.approx(12.5)
+    np.testing.assert_array_equal(pixels, PIXELS)
+    assert camera == PinholeCamera(160, 100, 100.0, 100.0, 80.0, 50.0)
+
+
+def test_no_fix_publishes_nothing_and_says_why(graph: IsolatedGraph, beacons_file: Path) -> None:
+    robot = Robot(graph, beacons_file)
+    robot.receiver.answer = without_fix()
+    robot.send_image(10.0)
+    report = robot.report()
+    assert (report.level, report.message) == (DiagnosticStatus.WARN, 'no fix: no known lamp in view')
+    robot.receiver.answer = with_fix()
+    robot.send_image(10.1)
+    robot.wait_for(robot.poses)
+    assert [message.header.stamp.nanosec for message in robot.poses] == [100_000_000]
+
+
+def test_accepted_commands_are_published_and_refused_ones_are_not(
+    graph: IsolatedGraph, beacons_file: Path
+) -> None:
+    robot = Robot(graph, beacons_file)
+    commands = robot.listen(String, 'command')
+    robot.receiver.answer = with_fix([REFUSED, ACCEPTED])
+    robot.send_image()
+    robot.wait_for(commands)
+    assert [json.loads(message.data) for message in commands] == [
+        {'beacon': 1, 'counter': 7, 'op': 'slow', 'value': 0.125}
+    ]
+    report = robot.report()
+    assert (report.level, 'wrong code' in report.message) == (DiagnosticStatus.WARN, True)
+
+
+def test_only_with_drive_there_are_velocities(graph: IsolatedGraph, beacons_file: Path) -> None:
+    robot = Robot(graph, beacons_file)
+    assert robot.robot.count_publishers('/vlc_beacon/cmd_vel') == 0
+
+
+def test_the_robot_drives_within_the_speed_limit_and_base_frame(
+    graph: IsolatedGraph, beacons_file: Path
+) -> None:
+    robot = Robot(graph, beacons_file, drive=True, speed_limit=0.02, base_frame='body')
+    velocities = robot.listen(TwistStamped, 'cmd_vel')
+    now = robot.node.get_clock().now().nanoseconds * 1e-9
+    for step in range(30):
+        robot.send_image(now + 0.05 * step)
+        if len(velocities) > 4:
+            break
+    robot.wait_for(velocities, 4)
+    speeds = [message.twist.linear.x for message in velocities]
+    assert 0.0 < max(speeds) <= 0.02
+    assert velocities[0].header.frame_id == 'body'
+
+
+def test_the_node_survives_every_bad_message(graph: IsolatedGraph, beacons_file: Path) -> None:
+    robot = Robot(graph, beacons_file)
+    robot.send_image(1.0)
+    robot.send('image_raw', Image(encoding='bayer_rggb8', width=160, height=100, step=160))
+    robot.send('image_raw', image_from_array(PIXELS[:50], header(1.1, '')))
+    robot.send('image_raw', image_from_array(PIXELS, header(0.9, '')))
+    robot.send('camera_info', CameraInfo(width=160, height=100))
+    robot.send('image_raw', image_from_array(PIXELS, header(1.2, '')))
+    robot.send('odom', odometry(1.0, PlanarPose(math.nan, 0.0, 0.0)))
+    robot.send('odom', odometry(1.0, child_frame='arm'))
+    robot.send('imu', Imu(orientation=NOWHERE))
+    robot.send('imu', Imu(orientation_covariance=[-1.0, *[0.0] * 8]))
+    robot.send('attitude', QuaternionStamped(quaternion=Quaternion(w=0.0)))
+    robot.receiver.answer = ZeroDivisionError()
+    robot.send_image(1.3)
+    counts = robot.node._guard.counts
+    topics = ('image_raw', 'camera_info', 'odom', 'imu', 'attitude')
+    assert [counts[topic].refused.total() for topic in topics] == [5, 1, 2, 2, 1]
+    robot.receiver.answer = with_fix()
+    robot.send_image(1.4)
+    robot.wait_for(robot.poses, 2)
+
+
+def test_odometry_and_tilt_reach_the_receiver(graph: IsolatedGraph, beacons_file: Path) -> None:
+    robot = Robot(graph, beacons_file)
+    robot.send('odom', odometry(3.25))
+    robot.send('imu', Imu(header=header(3.5, 'base_link'), orientation=LEANING))
+    robot.send('attitude', QuaternionStamped(header=header(3.75, 'base_link'), quaternion=LEANING))
+    (kind, stamp, pose), by_imu, by_attitude = robot.receiver.calls
+    assert (kind, stamp) == ('odometry', 3.25)
+    assert POSE.distance_to(pose) < 1e-12
+    assert by_imu == ('tilt', 3.5, pytest.approx(0.1), pytest.approx(0.0))
+    assert by_attitude == ('tilt', 3.75, pytest.approx(0.1), pytest.approx(0.0))
+
+
+def test_a_jump_back_in_time_starts_a_new_receiver(graph: IsolatedGraph, beacons_file: Path) -> None:
+    robot = Robot(graph, beacons_file)
+    robot.send_image(100.0)
+    robot.send_image(5.0)
+    assert [[call[:2] for call in receiver.calls] for receiver in robot.receivers] == [
+        [('receive', 100.0)],
+        [('receive', 5.0)],
+    ]
+
+
+def test_pictures_and_markers_are_made_for_listeners(graph: IsolatedGraph, beacons_file: Path) -> None:
+    robot = Robot(graph, beacons_file)
+    pictures, markers = robot.listen(Image, 'debug_image'), robot.listen(MarkerArray, 'beacons')
+    robot.receiver.answer = with_fix(lamps=LAMPS, doubts=(MOVED,))
+    robot.send_image()
+    robot.wait_for(pictures)
+    robot.wait_for(markers)
+    assert (pictures[0].encoding, pictures[0].width) == ('bgr8', 160)
+    assert pictures[0].header == header(10.0, 'ceiling_optical_frame')
+    assert sorted((marker.ns, marker.id) for marker in markers[0].markers) == [
+        ('ids', 1),
+        ('ids', 2),
+        ('lamps', 1),
+        ('lamps', 2),
+    ]

@@ -1,0 +1,125 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of
+
+from shirube_geometry import PlanarPose, level_camera
+from vlc_beacon.core.pose.lamp_rays import lamp_rays
+from vlc_beacon.core.pose.pose_filter import PoseFilter
+from vlc_beacon.core.pose.settings import PoseSettings
+
+EXACT = PoseSettings(pixel_sigma=0.0, beacon_sigma=0.0, tilt_sigma=0.0)
+START = np.diag([0.01**2, 0.01**2, 0.01**2, 0.01**2])
+LEVEL = level_camera(MOUNT)
+
+
+def seen(pose, which, noise=0.2, rng=None):
+    """Return the rays and places of some lamps."""
+    beacons = [BEACONS[i] for i in which]
+    pixels = pixels_of(beacons, pose)
+    pixels = pixels if rng is None else pixels + noise * rng.normal(size=pixels.shape)
+    rays = lamp_rays(CAMERA, [b.id for b in beacons], pixels, np.full(len(beacons), noise))
+    return rays, np.array([b.xyz for b in beacons])
+
+
+def test_odometry_alone_composes_motions_and_loses_certainty():
+    filter_ = PoseFilter(PlanarPose(1.0, 2.0, 0.3), 0.0, START)
+    expected, spreads = PlanarPose(1.0, 2.0, 0.3), []
+    for _ in range(50):
+        step = PlanarPose(0.1, 0.0, 0.05)
+        expected = expected @ step
+        filter_.move(step)
+        spreads.append(np.trace(filter_.covariance[:2, :2]))
+    assert filter_.pose.distance_to(expected) < 1e-9
+    assert filter_.pose.turn_to(expected) == pytest.approx(0.0, abs=1e-9)
+    assert spreads == sorted(spreads)
+    # After 5 m the way is off by 2 % and more.
+    assert math.sqrt(spreads[-1]) > 0.02 * filter_.pose.distance_to(PlanarPose(1.0, 2.0, 0.3))
+
+
+def test_lamps_pull_the_pose_to_the_truth():
+    truth = PlanarPose(0.8, 1.0, 0.4)
+    filter_ = PoseFilter(truth @ PlanarPose(0.015, -0.01, 0.008), 0.01, START, EXACT)
+    for _ in range(100):
+        assert filter_.add_lamps(*seen(truth, range(4)), LEVEL).all()
+    assert filter_.pose.distance_to(truth) < 1e-3
+    assert filter_.height == pytest.approx(0.0, abs=1e-3)
+
+
+def test_one_lamp_takes_away_what_it_can_tell():
+    truth = PlanarPose(0.8, 1.0, 0.4)
+    filter_ = PoseFilter(truth, 0.0, START, EXACT)
+    before = filter_.covariance
+    filter_.add_lamps(*seen(truth, [0]), LEVEL)
+    after = filter_.covariance
+    assert (np.linalg.eigvalsh(before - after) > -1e-12).all()
+    gains = np.linalg.eigvalsh(np.linalg.inv(after) - np.linalg.inv(before))
+    assert (gains[:2] < 1e-3 * gains[2]).all()
+
+
+def test_errors_are_as_large_as_the_covariance_says():
+    rng = np.random.default_rng(1)
+    normalised = []
+    for _ in range(60):
+        pose = PlanarPose(0.9, 0.5, 0.2)
+        start = PlanarPose(*(np.array([pose.x, pose.y, pose.yaw]) + 0.01 * rng.normal(size=3)))
+        filter_ = PoseFilter(start, 0.01 * rng.normal(), START, EXACT)
+        scale, bend = 1.0 + 0.02 * rng.normal(), 0.0035 * rng.normal()
+        for k in range(30):
+            pose = pose @ PlanarPose(0.02, 0.0, 0.01)
+            filter_.move(PlanarPose(0.02 / scale, 0.0, 0.01 - bend * 0.02))
+            if k % 3 == 0:
+                filter_.add_lamps(*seen(pose, [k % 4], rng=rng), LEVEL)
+        error = np.array([filter_.pose.x - pose.x, filter_.pose.y - pose.y])
+        normalised.append(error @ np.linalg.solve(filter_.covariance[:2, :2], error) / 2.0)
+    # The filter allows for slip, which this odometry does not have.
+    assert 0.2 < np.mean(normalised) < 1.3
+
+
+def test_errors_that_last_are_as_large_as_the_covariance_says():
+    """Lamps that hang a little elsewhere and a mount that leans: many images on a short way say nothing new."""
+    rng, settings = np.random.default_rng(2), PoseSettings()
+    squares = []
+    for _ in range(16):
+        shifted = [replace(b, xyz=tuple(b.xyz + settings.beacon_sigma * rng.normal(size=3))) for b in BEACONS]
+        tilt = settings.tilt_sigma * rng.normal(size=2)
+        pose = PlanarPose(0.7, 0.7, rng.uniform(-3.0, 3.0))
+        filter_ = PoseFilter(pose @ PlanarPose(*(0.01 * rng.normal(size=3))), 0.0, START, settings)
+        for _ in range(150):
+            pixels = pixels_of(shifted, pose, tilt=tilt) + 0.1 * rng.normal(size=(4, 2))
+            rays = lamp_rays(CAMERA, [b.id for b in BEACONS], pixels, np.full(4, 0.1))
+            filter_.add_lamps(rays, np.array([b.xyz for b in BEACONS]), LEVEL)
+            step = PlanarPose(0.004, 0.0, 0.005)
+            pose = pose @ step
+            filter_.move(step)
+        error = np.array([filter_.pose.x - pose.x, filter_.pose.y - pose.y])
+        squares.append(error @ np.linalg.solve(filter_.covariance[:2, :2], error) / 2.0)
+    assert 0.75 < math.sqrt(np.mean(squares)) < 1.15
+
+
+def test_a_lamp_in_the_wrong_place_is_left_out():
+    truth = PlanarPose(0.8, 1.0, 0.4)
+    filter_ = PoseFilter(truth, 0.0, START)
+    rays, lamps = seen(truth, range(4))
+    lamps[2, 0] += 0.3
+    assert filter_.add_lamps(rays, lamps, LEVEL).tolist() == [True, True, False, True]
+    assert filter_.pose.distance_to(truth) < 1e-3
+
+
+@pytest.mark.parametrize(
+    ('settings', 'lamps', 'least'),
+    [
+        (PoseSettings(pixel_sigma=0.0, beacon_sigma=0.01, tilt_sigma=0.0), 4, 0.003),
+        (PoseSettings(pixel_sigma=1.0, beacon_sigma=0.0, tilt_sigma=0.0), 4, 0.001),
+        (PoseSettings(pixel_sigma=0.0, beacon_sigma=0.0, tilt_sigma=0.01), 1, 0.008),
+    ],
+)
+def test_standing_still_does_not_make_lasting_errors_go_away(settings, lamps, least):
+    truth = PlanarPose(0.8, 1.0, 0.4)
+    filter_ = PoseFilter(truth, 0.0, START, settings)
+    for _ in range(60):
+        filter_.add_lamps(*seen(truth, range(lamps)), LEVEL)
+    # Four lamps with 1 cm each do not give 1 mm, however often they are looked at.
+    assert math.sqrt(filter_.covariance[0, 0]) > least

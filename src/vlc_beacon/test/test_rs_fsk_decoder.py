@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+from light_channel import seen_by_rolling_shutter
+
+from vlc_beacon.core.light_code.lamp_rows import LampRows
+from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_waveform
+from vlc_beacon.core.light_code.rs_fsk_decoder import RsFskDecoder, ToneDecoder
+from vlc_beacon.core.packet.command_packet import Command, CommandPacket
+from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.packet_reader import Packet
+
+COMMAND = CommandPacket(Command(3, 5, -1.570796, 77), b'abcd')
+
+
+def received(
+    packets: list[Packet], seconds: float, seed: int, ppm: float = 0.0, **channel: float
+) -> list[Packet]:
+    rate = channel.get('frame_rate', 30.0)
+    waveform = rs_fsk_waveform([packet.to_bytes() for packet in packets], rate, 1.0 + ppm * 1e-6)
+    rows = seen_by_rolling_shutter(waveform, seconds, np.random.default_rng(seed), **channel)
+    return [got.packet for got in RsFskDecoder(rate).add_frames(rows)]
+
+
+@pytest.mark.parametrize('ppm', [-100.0, 0.0, 100.0])
+def test_ids_are_read_from_sixteen_rows(ppm: float) -> None:
+    sent, right = 0, 0
+    for seed in range(6):
+        packet = IdPacket(int(np.random.default_rng(seed).integers(1 << 14)))
+        got = received([packet], 18.0, seed, ppm)
+        assert set(got) == {packet}
+        sent, right = sent + 29, right + len(got)
+    assert right >= 0.9 * sent
+
+
+def test_a_faster_camera_and_faster_rows_do_as_well() -> None:
+    assert received([IdPacket(5)], 12.0, 1, 100.0, frame_rate=60.0).count(IdPacket(5)) >= 34
+    assert received([IdPacket(5)], 12.0, 1, 100.0, rows=34, row_time=9e-6).count(IdPacket(5)) >= 16
+
+
+def test_lost_frames_and_noise_make_no_wrong_packets() -> None:
+    for seed in range(6):
+        assert set(received([IdPacket(9)], 18.0, seed, lost=0.05)) == {IdPacket(9)}
+        assert set(received([IdPacket(9)], 18.0, seed, snr=5.0)) <= {IdPacket(9)}
+
+
+def test_packets_may_take_turns() -> None:
+    got = received([IdPacket(3), IdPacket(3), COMMAND], 40.0, 3, 100.0)
+    assert set(got) == {IdPacket(3), COMMAND}
+    assert got.count(COMMAND) >= 5
+
+
+def test_a_lamp_without_code_and_too_few_rows_say_nothing() -> None:
+    rng = np.random.default_rng(7)
+    for rows in (3, 16):
+        seen = 0.5 + rng.normal(0.0, 0.05, (600, rows))
+        frames = LampRows(np.arange(600) / 30.0, np.zeros(600, int), seen, 18.9e-6, 6e-5)
+        assert RsFskDecoder(30.0).add_frames(frames) == []
+    even = LampRows(np.arange(600) / 30.0, np.zeros(600, int), np.ones((600, 16)), 18.9e-6, 6e-5)
+    assert RsFskDecoder(30.0).add_frames(even) == []
+
+
+@pytest.mark.parametrize('spacing', [200.0, 500.0])
+def test_constant_tones_are_told_apart(spacing: float) -> None:
+    # The real photograph's lamps: 2000 to 4000 Hz on a phone.
+    tones = {beacon: 2000.0 + spacing * beacon for beacon in range(5)}
+    for beacon, tone in tones.items():
+        rows = seen_by_rolling_shutter(
+            constant_tone_waveform(tone), 3.0, np.random.default_rng(beacon), rows=40
+        )
+        decoder, answers = ToneDecoder(tones), []
+        for i in range(len(rows.stamps)):
+            one = LampRows(rows.stamps[[i]], rows.first_rows[[i]], rows.brightness[[i]], 18.9e-6, 6e-5)
+            answers.append(decoder.add_frames(one))
+        assert set(answers) - {None} == {beacon}
+        assert len(answers) - answers.count(None) >= 3

@@ -1,0 +1,100 @@
+"""A made-up drive under one lamp, drawn and written as a bag, gives the lamp's place."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from lamp_pictures import draw_lamp, photograph, room
+
+from scene_simulator import scene_messages
+from scene_simulator.tilt_sensor import TiltReading
+from shirube_bags.bag_writer import BagWriter
+from shirube_geometry import PinholeCamera, PlanarPose, matrix_from_rpy
+from vlc_beacon.commands import survey
+from vlc_beacon.core.light_code.ufsook import ufsook_waveform
+from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.files.beacons_file import load_beacons
+
+CAMERA = PinholeCamera(320, 240, 160.0, 160.0, 159.5, 119.5)
+LAMP, RADIUS, BEACON = np.array([1.3, 0.7, 2.5]), 0.15, 77
+SECONDS, RATE, START_NS = 8.0, 60.004, 1_000_000_000
+LIGHT = ufsook_waveform([IdPacket(BEACON).to_bytes()])
+
+
+def pose_at(time: float) -> PlanarPose:
+    return PlanarPose(0.6 + 0.2 * time, 0.6 + 0.3 * math.sin(time), 0.5 * math.sin(0.8 * time))
+
+
+def tilt_at(time: float) -> tuple[float, float]:
+    return 0.03 * math.sin(1.1 * time), 0.02 * math.cos(0.7 * time)
+
+
+def picture_at(time: float, rng: np.random.Generator) -> np.ndarray:
+    """Return what a level-headed draughtsman sees: the lamp's middle exactly, its disc without perspective."""
+    pose = pose_at(time)
+    turn = matrix_from_rpy((*tilt_at(time), pose.yaw)) @ matrix_from_rpy((0.0, 0.0, 0.5 * math.pi))
+    point = turn.T @ (LAMP - (pose.x, pose.y, 0.0))
+    (centre,) = CAMERA.pixels_from_points([point])
+    # The first half of the lamp is that with negative x in the map.
+    towards = -turn[0, :2]
+    first, second = LIGHT.exposed(time, 5e-4)
+    picture = room(CAMERA.height, CAMERA.width)
+    size, angle = RADIUS * CAMERA.fx / point[2], math.atan2(towards[1], towards[0])
+    return photograph(draw_lamp(picture, centre, size, 200.0, halves=(first, second), angle=angle), 1.0, rng)
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path, rng = tmp_path_factory.mktemp('bags') / 'drive', np.random.default_rng(2)
+    with BagWriter(path) as bag:
+        for k in range(round(SECONDS * RATE)):
+            time = k / RATE
+            stamp = START_NS + round(time * 1e9)
+            reading = TiltReading(time, *tilt_at(time))
+            pose = scene_messages.pose_stamped(pose_at(time), 'map', stamp)
+            image = scene_messages.compressed_image(picture_at(time, rng), 'camera', stamp)
+            bag.write('/ground_truth', 'geometry_msgs/msg/PoseStamped', pose, stamp)
+            bag.write('/imu', 'sensor_msgs/msg/Imu', scene_messages.imu(reading, 'base_link', stamp), stamp)
+            info = scene_messages.camera_info(CAMERA, 'camera', stamp)
+            bag.write('/camera_info', 'sensor_msgs/msg/CameraInfo', info, stamp)
+            bag.write('/image_raw/compressed', 'sensor_msgs/msg/CompressedImage', image, stamp)
+    return path
+
+
+def run(*arguments: object) -> int:
+    return survey.main([str(argument) for argument in (*arguments, '--lamp-radius', RADIUS)])
+
+
+def test_the_lamp_is_found_where_it_hangs(bag: Path, tmp_path: Path) -> None:
+    assert run(bag, '--tilt-sigma', 0, '--out', tmp_path / 'beacons.yaml') == 0
+    (lamp,) = load_beacons(tmp_path / 'beacons.yaml')
+    assert (lamp.id, lamp.radius, lamp.frequency) == (BEACON, RADIUS, None)
+    assert lamp.xyz == pytest.approx(LAMP, abs=0.01)
+
+
+def test_sigma_says_that_the_tilt_is_missing(
+    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sigmas = []
+    for imu in ('/imu', ''):
+        options = ('--tilt-sigma', 0, '--imu-topic', imu, '--out', tmp_path / 'beacons.yaml')
+        assert run(bag, *options) == 0
+        line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith('beacon 77'))
+        sigmas.append(float(line.split('+-')[1].split()[0]))
+    assert sigmas[1] > 4.0 * sigmas[0]
+
+
+def test_bad_input_ends_in_one_line(bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bad = {
+        'does not exist': [tmp_path / 'none'],
+        'has no topic /pose': [bag, '--pose-topic', '/pose'],
+        'exposure_time is 2': [bag, '--exposure-time', '2'],
+        'no lamp was found': [bag, '--camera-rpy', '3.14159', '0', '0'],
+    }
+    for complaint, arguments in bad.items():
+        assert run(*arguments, '--out', tmp_path / 'beacons.yaml') == 1
+        lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith('survey: ')]
+        assert len(lines) == 1
+        assert complaint in lines[0]
+    assert not (tmp_path / 'beacons.yaml').exists()

@@ -1,0 +1,1 @@
+"""Ceiling LEDs tell a robot where it is and what to do."""

@@ -1,0 +1,94 @@
+"""``calibrate``: how much larger lamps look than they are, from images of a lamp at known distances."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from vlc_beacon.core.lamp_image.blooming import (
+    BloomingCalibration,
+    BloomingFit,
+    calibrate_blooming,
+    fit_blooming,
+)
+from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
+from vlc_beacon.core.lamp_image.lamp_image_error import LampImageError
+from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+from vlc_beacon.files.blooming_file import save_blooming
+from vlc_beacon.files.grey_image import load_grey_image
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0, or 1 when an image or an option is bad."""
+    options = make_parser().parse_args(arguments)
+    try:
+        blooming = calibrate(options)
+        save_blooming(options.out, blooming)
+    except VlcBeaconError as fault:
+        print(f'calibrate: {fault}', file=sys.stderr)
+        return 1
+    except OSError as fault:
+        print(f'calibrate: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        return 1
+    print(f'{"beta":<16}{blooming.beta:.3f} +- {blooming.beta_sigma:.3f} px')
+    print(f'{"alpha":<16}{blooming.alpha:.2f} /px')
+    print(f'{"gamma":<16}{blooming.gamma:.1f} grey levels; see {options.out}')
+    return 0
+
+
+def calibrate(options: argparse.Namespace) -> BloomingCalibration:
+    """Return the calibration from the images, and tell what each of them says.
+
+    Raises:
+        VlcBeaconError: an image without a whole lamp, or one whose distance is missing.
+    """
+    fits, depths = [], []
+    for text in options.image:
+        name, _, metres = text.rpartition('=')
+        depths.append(_depth(text, metres))
+        fits.append(_brightest_lamp(Path(name)))
+        true_radius = options.lamp_radius * options.focal_length / depths[-1]
+        print(f'{name}: radius {fits[-1].half_radius:.2f} px, of which {true_radius:.2f} px are the lamp')
+    return calibrate_blooming(fits, depths, options.lamp_radius, options.focal_length)
+
+
+def _depth(text: str, metres: str) -> float:
+    try:
+        depth = float(metres)
+    except ValueError:
+        depth = 0.0
+    if not 0.0 < depth < float('inf'):
+        raise VlcBeaconError(f'{text}: give each image as IMAGE=METRES, the distance along the optical axis')
+    return depth
+
+
+def _brightest_lamp(path: Path) -> BloomingFit:
+    image = load_grey_image(path)
+    try:
+        lamps = LampDetector().detect(image)
+        if len(lamps) == 0:
+            raise LampImageError('there is no lamp in it; expose so that it is bright and round')
+        return fit_blooming(image, lamps.centroids[0], float(lamps.radii[0]))
+    except LampImageError as fault:
+        raise VlcBeaconError(f'{path}: {fault}') from fault
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command's options."""
+    parser = argparse.ArgumentParser(
+        prog='calibrate',
+        description='Find how much larger a lamp looks than it is, from images of it at known distances. The lamp must '
+        'shine steadily, with both halves, and be the brightest light; two distances or more tell how sure it is.',
+    )
+    add = parser.add_argument
+    add('image', nargs='+', metavar='IMAGE=METRES', help='an image and the distance along the optical axis')
+    add('--focal-length', type=float, required=True, help='of the camera [px], fx of its calibration')
+    add('--lamp-radius', type=float, required=True, help='of the bright disc [m]')
+    add('--out', type=Path, default=Path('out/blooming.yaml'), metavar='FILE', help='default: %(default)s')
+    return parser
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,113 @@
+"""``encode``: an ID, data or a signed command to the light of a lamp, as a waveform and as a frame for its firmware."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import fields
+from pathlib import Path
+
+from light_waveform import csv_of_waveform
+from shirube_files import write_text, written_beside
+from shirube_settings import SettingsError, check_settings, describe_settings
+from vlc_beacon.core.light_code.light_profile import LightProfile
+from vlc_beacon.core.transmitter.encoding_settings import EncodingSettings
+from vlc_beacon.core.transmitter.lamp_frame_bytes import bytes_of_frame
+from vlc_beacon.core.transmitter.lamp_program import LampProgram, encode_packets
+from vlc_beacon.core.transmitter.spoken_packet import OPERATIONS, Speaker, packets_of_words
+from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+from vlc_beacon.files.key_file import read_key
+from vlc_beacon.lamp_port import LampPort
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0, or 1 when an option or a file is bad or the lamp does not answer."""
+    options = make_parser().parse_args(arguments)
+    try:
+        encode(options)
+    except (VlcBeaconError, SettingsError) as fault:
+        print(f'encode: {fault}', file=sys.stderr)
+        return 1
+    except OSError as fault:
+        print(f'encode: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        return 1
+    return 0
+
+
+def encode(options: argparse.Namespace) -> None:
+    """Encode, tell what it takes to read it, and write and send what was asked for."""
+    settings = EncodingSettings(
+        **{field.name: getattr(options, field.name) for field in fields(EncodingSettings)}
+    )
+    check_settings(settings)
+    key = read_key(options.key_file) if options.key_file is not None else None
+    # Who counts by the clock need not remember counters; see `files.counter_file`.
+    counter = int(time.time()) if options.counter is None else options.counter
+    speaker = Speaker(options.beacon, key, counter, options.one_shot)
+    packets = packets_of_words(options.say, speaker)
+    program = encode_packets(packets, settings)
+    print(_report(program.profile, len(packets), program.waveform.period))
+    if any(word.partition(':')[0] in OPERATIONS for word in options.say):
+        print(f'{"counter":<16}{counter}')
+    if options.csv is not None:
+        write_text(options.csv, csv_of_waveform(program.waveform))
+    if options.frame is not None or options.port is not None:
+        _deliver(program, options)
+
+
+def _deliver(program: LampProgram, options: argparse.Namespace) -> None:
+    """Write the frame to a file and send it to a lamp, as asked for."""
+    frame = bytes_of_frame(program.frame)
+    print(f'{"frame":<16}{len(frame)} bytes')
+    if options.frame is not None:
+        with written_beside(options.frame) as file:
+            file.write(frame)
+    if options.port is not None:
+        with LampPort(options.port) as port:
+            port.load(frame, keep=options.keep)
+        print(f'{options.port}: plays it' + (' and keeps it' if options.keep else ''))
+
+
+def _report(profile: LightProfile, packets: int, period: float) -> str:
+    rows = (
+        ('code', profile.name),
+        ('lamp', f'must cover {profile.rows_min} rows or more'),
+        ('period', f'{period:.2f} s for {packets} packet{"s" if packets > 1 else ""}'),
+        ('an ID takes', f'{profile.id_seconds:.2f} s, a command {profile.command_seconds:.2f} s'),
+    )
+    return '\n'.join(f'{name:<16}{text}' for name, text in rows)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command's options."""
+    parser = argparse.ArgumentParser(
+        prog='encode', description='Encode an ID, data or a signed command as the light of a lamp.'
+    )
+    add = parser.add_argument
+    add('beacon', type=int, help='ID of the lamp')
+    add('say', nargs='*', default=['id'], metavar='WORD',
+        help='what it says in turn (default: id): id, text:..., hex:..., stop, resume, slow:M_S, speed_up:M_S, '
+        'turn:RAD (counterclockwise)')  # fmt: skip
+    add('--csv', type=Path, metavar='FILE', help='write the waveform there: t [s], levels 0..1, one period')
+    add('--frame', type=Path, metavar='FILE', help='write the frame that firmware/led_beacon plays there')
+    add('--port', type=Path, metavar='DEVICE', help='send the frame to the lamp on this serial port')
+    add('--keep', action='store_true', help='let the lamp on the port keep it over power off')
+    add('--key-file', type=Path, metavar='FILE', help='signs commands; made by make_key')
+    add('--counter', type=int, help='of the commands (default: seconds since 1970)')
+    add('--one-shot', action='store_true', help='the command is done once and is no rule of the zone')
+    for each in describe_settings(EncodingSettings):
+        unit = f' [{each.unit}]' if each.unit else ''
+        add(
+            f'--{each.name.replace("_", "-")}',
+            type=each.type,
+            default=each.default,
+            choices=each.choices or None,
+            help=f'{each.description}{unit} (default: %(default)s)',
+        )
+    return parser
+
+
+if __name__ == '__main__':
+    sys.exit(main())

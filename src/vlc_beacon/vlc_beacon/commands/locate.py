@@ -1,0 +1,172 @@
+"""``locate``: poses from a beacons file and images or a bag, without ROS running."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from tqdm import tqdm
+
+from shirube_bags.bag_reader import BagReader
+from shirube_bags.errors import ShirubeBagsError
+from shirube_bags.trajectory import planar_trajectory
+from shirube_bags.tum_file import save_tum
+from shirube_geometry import PinholeCamera
+from shirube_ros.calibration_file import load_calibration
+from shirube_ros.file_errors import CameraFileError
+from shirube_ros.image_files import list_images, load_image
+from shirube_settings import SettingsError, check_settings
+from vlc_beacon.bag_localization import BagLocalization, choose_topics
+from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
+from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.trust.trust_settings import TrustSettings
+from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+from vlc_beacon.files.pose_table import save_pose_table
+from vlc_beacon.located_image import LocatedImage
+from vlc_beacon.node_settings import NodeSettings
+from vlc_beacon.receiver_from_files import beacons_of, judge_of
+
+_NODE, _LIGHT = NodeSettings(), ReceiverSettings()
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0, or 1 when a file is bad or no image gave a pose."""
+    options = make_parser().parse_args(arguments)
+    try:
+        images = locate(options)
+        save_pose_table(options.out / 'poses.csv', images)
+        fixes = save_fixes(options.out / 'poses.tum', images)
+    except (VlcBeaconError, CameraFileError, ShirubeBagsError, SettingsError) as fault:
+        print(f'locate: {fault}', file=sys.stderr)
+        return 1
+    except OSError as fault:
+        print(f'locate: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        return 1
+    print(f'{fixes} of {len(images)} images have a pose; see {options.out / "poses.csv"}')
+    for failure, number in Counter(image.failure for image in images if image.failure).most_common():
+        print(f'{number} without: {failure}')
+    if fixes == 0:
+        print(
+            'locate: no image gave a pose; check beacons, shutter, exposure time and camera', file=sys.stderr
+        )
+    return 0 if fixes else 1
+
+
+def locate(options: argparse.Namespace) -> list[LocatedImage]:
+    """Return the results of all images, in their order."""
+    if options.bag is not None:
+        return locate_bag(options)
+    if options.calibration is None:
+        raise CameraFileError('--calibration is missing; give the YAML that camera_calibration writes')
+    if not options.rate > 0.0:
+        raise SettingsError(f'--rate is {options.rate}, it must be above 0; give the images per second')
+    camera, paths = load_calibration(options.calibration), list_images(options.images)
+    images = locate_files(create_receiver(options), camera, paths, options.rate)
+    return list(tqdm(images, total=len(paths), unit='image', disable=None))
+
+
+def create_receiver(options: argparse.Namespace) -> BeaconReceiver:
+    """Return a receiver that is new to all lamps; commands are none of its business."""
+    node = NodeSettings(
+        beacons_file=str(options.beacons),
+        camera_xyz=tuple(options.camera_xyz),
+        camera_rpy=tuple(options.camera_rpy),
+    )
+    light = ReceiverSettings(
+        shutter=options.shutter,
+        row_time=options.row_time,
+        exposure_time=options.exposure_time,
+        method=options.method,
+        camera_height_known=options.camera_height_known,
+    )
+    check_settings(node)
+    check_settings(light)
+    beacons = beacons_of(node)
+    return BeaconReceiver(beacons, node.mount, judge_of(node, TrustSettings(), beacons), light)
+
+
+def locate_files(
+    receiver: BeaconReceiver, camera: PinholeCamera, paths: Sequence[Path], rate: float
+) -> Iterator[LocatedImage]:
+    """Yield the result of each image of a film of so many images a second."""
+    for number, path in enumerate(paths):
+        pixels = load_image(path)
+        height, width = pixels.shape[:2]
+        if (width, height) != (camera.width, camera.height):
+            raise CameraFileError(
+                f'{path}: is {width} x {height} px, the calibration is for '
+                f'{camera.width} x {camera.height} px; calibrate at this resolution'
+            )
+        stamp = number / rate
+        yield LocatedImage(str(path), round(stamp * 1e9), receiver.receive(stamp, pixels, camera))
+
+
+def locate_bag(options: argparse.Namespace) -> list[LocatedImage]:
+    """Return the results of a bag's images, located as the node does."""
+    with BagReader(options.bag) as bag:
+        names = (options.topic, options.camera_info_topic, options.odom_topic, options.imu_topic)
+        topics = choose_topics(bag, *names)
+        images = BagLocalization(bag, topics, lambda: create_receiver(options)).run()
+        total = bag.topics[topics.image].message_count
+        return list(tqdm(images, total=total, unit='image', disable=None))
+
+
+def save_fixes(path: Path, images: Sequence[LocatedImage]) -> int:
+    """Write the poses as a TUM file, if there are any, and return their number."""
+    poses = {image.stamp_ns: image.fix.T_map_base for image in images if image.fix is not None}
+    if poses:
+        flat = [(pose.x, pose.y, pose.yaw) for pose in poses.values()]
+        save_tum(path, planar_trajectory(list(poses), flat))
+    else:
+        path.unlink(missing_ok=True)
+    return len(poses)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command's options."""
+    parser = argparse.ArgumentParser(
+        prog='locate',
+        description='Find the poses of a film under lamps, as images or a bag. '
+        'Writes poses.tum, and poses.csv with the reason where there is no pose.',
+    )
+    add = parser.add_argument
+    add('--beacons', type=Path, required=True, metavar='YAML', help='the lamps and their places')
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument(
+        '--images', type=Path, nargs='+', help='a folder of images, or images, in their order'
+    )
+    source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_info and perhaps odom and imu')
+    add('--calibration', type=Path, metavar='YAML', help='of the images, as camera_calibration writes it')
+    add('--rate', type=float, default=60.0, help='images in a second, of a folder (default: %(default)s)')
+    for name, what in (('topic', 'images'), ('camera-info-topic', 'calibration'), ('odom-topic', 'odometry'),
+                       ('imu-topic', 'inertial unit')):  # fmt: skip
+        add(f'--{name}', metavar='TOPIC', help=f'the {what} in the bag (default: the usual or the only one)')
+    add('--out', type=Path, default=Path('out/locate'), metavar='FOLDER', help='default: %(default)s')
+    _add_camera_options(parser)
+    return parser
+
+
+def _add_camera_options(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
+        help='optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
+    add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
+        help='its fixed-axis roll, pitch, yaw there [rad] (default: looking up)')  # fmt: skip
+    add('--shutter', default=_LIGHT.shutter, help='global or rolling (default: %(default)s)')
+    add(
+        '--row-time',
+        type=float,
+        default=_LIGHT.row_time,
+        help='of a rolling shutter [s] (default: %(default)s)',
+    )
+    add('--exposure-time', type=float, default=_LIGHT.exposure_time, help='[s] (default: %(default)s)')
+    add('--method', default=_LIGHT.method,
+        help='centroid, radius_interval or radius_interval_printed (default: %(default)s)')  # fmt: skip
+    add('--camera-height-known', action='store_true', help='the base frame is on the floor z = 0 of the map')
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,121 @@
+"""``survey``: where the lamps hang, from a recorded drive with known poses."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from tqdm import tqdm
+
+from shirube_bags.bag_reader import BagReader
+from shirube_bags.errors import ShirubeBagsError
+from shirube_geometry import CameraMount
+from shirube_ros.message_error import MessageError
+from shirube_settings import SettingsError, check_settings
+from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.settings import PoseSettings
+from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.survey.beacon_survey import NotSurveyed, SurveyedLamp, survey_lamp
+from vlc_beacon.core.survey.lamp_watch import LampWatch
+from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+from vlc_beacon.files.beacons_file import save_beacons
+from vlc_beacon.survey_drive import DriveTopics, drive_images, load_camera
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0, or 1 when the bag is bad or no lamp was found."""
+    options = make_parser().parse_args(arguments)
+    try:
+        results = survey(options)
+        found = {beacon: lamp for beacon, lamp in results.items() if isinstance(lamp, SurveyedLamp)}
+        if not found:
+            raise VlcBeaconError(f'{options.bag}: no lamp was found; see the lines above')
+        save_beacons(
+            options.out, [Beacon(beacon, lamp.xyz, options.lamp_radius) for beacon, lamp in found.items()]
+        )
+    except (VlcBeaconError, ShirubeBagsError, MessageError, SettingsError) as fault:
+        print(f'survey: {fault}', file=sys.stderr)
+        return 1
+    except OSError as fault:
+        print(f'survey: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        return 1
+    print(f'{len(found)} lamps; see {options.out}')
+    return 0
+
+
+def survey(options: argparse.Namespace) -> Mapping[int, SurveyedLamp | NotSurveyed]:
+    """Return what became of each lamp that was heard, and tell it."""
+    mount = CameraMount(tuple(options.camera_xyz), tuple(options.camera_rpy))
+    light = ReceiverSettings(
+        options.shutter, options.row_time, options.exposure_time, options.lamp_frame_rate
+    )
+    check_settings(light)
+    with BagReader(options.bag) as bag:
+        imu = options.imu_topic if options.imu_topic in bag.topics else ''
+        topics = DriveTopics(options.image_topic, options.camera_info_topic, options.pose_topic, imu)
+        bag.select_topics([topics.image, topics.camera_info, topics.pose])
+        camera = load_camera(bag, topics.camera_info)
+        watch = LampWatch(camera, light)
+        total = bag.topics[topics.image].message_count
+        for image in tqdm(
+            drive_images(bag, topics, mount, camera), total=total, unit='image', delay=1.0, disable=None
+        ):
+            watch.add(image.stamp, image.pixels, image.position, image.rotation)
+    results = {
+        beacon: survey_lamp(bearings, options.tilt_sigma) for beacon, bearings in watch.bearings().items()
+    }
+    for beacon, result in results.items():
+        print(f'beacon {beacon:<5} {_in_words(result)}')
+    return results
+
+
+def _in_words(result: SurveyedLamp | NotSurveyed) -> str:
+    if isinstance(result, NotSurveyed):
+        return result.reason
+    place = '  '.join(f'{x:.4f} +- {s:.4f}' for x, s in zip(result.xyz, result.sigma, strict=True))
+    return f'{place} m from {result.sightings} images'
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command's options."""
+    parser = argparse.ArgumentParser(
+        prog='survey',
+        description='Find where lamps hang that play their ID, from a bag of images and of known poses. '
+        'Drive past each lamp, back and forth if you can: turns take out errors of the mount.',
+    )
+    add = parser.add_argument
+    add('bag', type=Path, help='rosbag2 with images, camera_info, poses and perhaps an imu')
+    add('--lamp-radius', type=float, required=True, help='of the bright disc [m], for the beacons file')
+    add('--out', type=Path, default=Path('out/beacons.yaml'), metavar='FILE', help='default: %(default)s')
+    add('--image-topic', default='/image_raw/compressed', metavar='TOPIC', help='default: %(default)s')
+    add('--camera-info-topic', default='/camera_info', metavar='TOPIC', help='default: %(default)s')
+    add(
+        '--pose-topic',
+        default='/ground_truth',
+        metavar='TOPIC',
+        help='base in the map (default: %(default)s)',
+    )
+    add('--imu-topic', default='/imu', metavar='TOPIC',
+        help='whose orientation tells the tilt, where the bag has it (default: %(default)s)')  # fmt: skip
+    light = ReceiverSettings()
+    add('--shutter', choices=('global', 'rolling'), default=light.shutter, help='default: %(default)s')
+    add('--row-time', type=float, default=light.row_time,
+        help='from row to row of a rolling shutter [s] (default: %(default)s)')  # fmt: skip
+    add('--exposure-time', type=float, default=light.exposure_time,
+        help='how long a row collects light [s] (default: %(default)s)')  # fmt: skip
+    add('--lamp-frame-rate', type=float, default=light.lamp_frame_rate,
+        help='that the lamps were made for, of a rolling shutter [1/s] (default: %(default)s)')  # fmt: skip
+    add('--tilt-sigma', type=float, default=PoseSettings.tilt_sigma,
+        help='constant error of the known tilt [rad] (default: %(default)s)')  # fmt: skip
+    add('--camera-xyz', type=float, nargs=3, default=(0.0, 0.0, 0.0), metavar=('X', 'Y', 'Z'),
+        help='optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
+    add('--camera-rpy', type=float, nargs=3, default=(0.0, 0.0, 0.5 * math.pi), metavar=('R', 'P', 'Y'),
+        help='its fixed-axis roll, pitch, yaw there [rad] (default: looking up, image top ahead)')  # fmt: skip
+    return parser
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,98 @@
+"""Does what lamps say: slow, stop, turn, by the closed loop of the robot's own pose."""
+
+from __future__ import annotations
+
+import math
+
+from shirube_geometry import PlanarPose
+from vlc_beacon.core.drive.course import Course
+from vlc_beacon.core.drive.drive_settings import DriveSettings
+from vlc_beacon.core.drive.velocity import Velocity
+from vlc_beacon.core.packet.operation import Operation
+
+# Deviations from the heading are halved in about this time over ln 2 [s].
+_STEER_TIME = 0.4
+# The brake on a turn begins earlier than the acceleration asks for: the pose is a little old.
+_TURN_BRAKE = 0.5
+
+
+class CommandExecutor:
+    """Turns accepted commands and poses into velocities.
+
+    The robot follows a line, straight ahead from where it began. A turn is made on the spot: brake, turn, go on along
+    the new line. While there is no fresh pose it brakes; once it stands no velocity is given at all, so that whoever
+    drives next, or the `cmd_vel` timeout of the motors, has its way.
+
+    Args:
+        settings: how to drive.
+        speed_limit: no velocity exceeds it, whatever is asked for [m/s].
+    """
+
+    def __init__(self, settings: DriveSettings, speed_limit: float) -> None:
+        self._settings = settings
+        self._speed_limit = speed_limit
+        self._speed = min(settings.cruise_speed, speed_limit)
+        self._is_stopped = False
+        self._is_turning = False
+        self._course: Course | None = None
+        self._pose_stamp = -math.inf
+        self._last: tuple[float, Velocity] | None = None
+
+    def obey(self, operation: Operation, value: float) -> None:
+        """Take an accepted command; see `Operation`. A turn before the first pose is not made."""
+        match operation:
+            case Operation.STOP:
+                self._is_stopped = True
+            case Operation.RESUME:
+                self._is_stopped = False
+                self._speed = min(self._settings.cruise_speed, self._speed_limit)
+            case Operation.SLOW:
+                self._speed = min(self._speed, value)
+            case Operation.SPEED_UP:
+                self._speed = min(value, self._speed_limit)
+            case Operation.TURN if self._course is not None:
+                self._course.turn(value)
+                self._is_turning = True
+
+    def robot_at(self, stamp: float, T_map_base: PlanarPose) -> None:
+        """Take the robot's pose in the map [s]; the first one is on the line and along it."""
+        if self._course is None:
+            self._course = Course(T_map_base)
+        self._course.robot_at(T_map_base)
+        self._pose_stamp = stamp
+
+    def velocity(self, stamp: float) -> Velocity | None:
+        """Return the velocity for now [s], to be asked for regularly; None for leaving the wheels to others."""
+        before, last = self._last or (stamp, Velocity())
+        step = min(max(stamp - before, 0.0), self._settings.pose_timeout)
+        wanted = self._wanted(stamp, last)
+        given = wanted or Velocity()
+        settings = self._settings
+        velocity = last.toward(given, settings.acceleration * step, settings.turn_acceleration * step)
+        self._last = (stamp, velocity)
+        return None if wanted is None and velocity.is_standing else velocity
+
+    def _wanted(self, stamp: float, last: Velocity) -> Velocity | None:
+        course, settings = self._course, self._settings
+        if course is None or abs(stamp - self._pose_stamp) > settings.pose_timeout:
+            return None
+        if self._is_stopped:
+            return Velocity()
+        if self._is_turning:
+            return self._turn(course, last)
+        angle = course.angle_to_line(settings.line_distance)
+        return Velocity(self._speed, self._bounded(angle / _STEER_TIME))
+
+    def _turn(self, course: Course, last: Velocity) -> Velocity:
+        left = course.left_to_turn
+        if abs(left) <= self._settings.turn_tolerance and last.forward == 0.0:
+            self._is_turning = False
+            course.begin_line()
+            return Velocity()
+        if last.forward > 0.0:
+            return Velocity()
+        fastest = math.sqrt(2.0 * _TURN_BRAKE * self._settings.turn_acceleration * abs(left))
+        return Velocity(0.0, self._bounded(math.copysign(min(fastest, abs(left) / _STEER_TIME), left)))
+
+    def _bounded(self, turn_rate: float) -> float:
+        return max(-self._settings.turn_rate_max, min(turn_rate, self._settings.turn_rate_max))

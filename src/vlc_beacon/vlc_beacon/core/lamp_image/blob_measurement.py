@@ -1,0 +1,227 @@
+"""One lamp in the full image: background, shape and centroid.
+
+The background is a plane through the pixels around the lamp. The centroid is that of all brightness above it within a
+disc that is centred on it; nothing is cut off at a level, so noise does not pull it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+RING = 1.1
+"""The disc of the centroid is so much larger than the lamp: blooming belongs to it. [radii]"""
+RING_MORE = 1.5
+"""[px]"""
+ROUNDS = 6
+STILL = 1e-3
+"""[px]"""
+NOISY = 0.15
+"""Share of the contrast; where the noise is more, the shape is that of the image smoothed over 3 x 3 pixels."""
+MEASURES = 13
+U, V, SIGMA, RADIUS, ROUNDNESS, BRIGHTNESS, BACKGROUND, AREA = range(8)
+PLANE, SLOPE_U, SLOPE_V, RING_SPREAD, UNEVENNESS = range(8, MEASURES)
+SECTORS = 8
+
+
+@njit(cache=True)
+def measure_blob(
+    image: NDArray[np.uint8],
+    box: NDArray[np.int64],
+    peak: float,
+    noise: float,
+    stripe_rows: int,
+    limits: tuple[float, float, float],
+) -> NDArray[np.float64]:
+    """Return the measures of a lamp, shape (MEASURES,); an area of 0 where there is none of the wanted shape.
+
+    Args:
+        image: shape (h, w).
+        box: shape (4,), of the spot [px].
+        peak: its contrast [grey levels].
+        noise: of a pixel [grey levels].
+        stripe_rows: dark stripes in the lamp are no longer than this [px].
+        limits: smallest and largest diameter [px] and the least roundness.
+    """
+    measures = np.zeros(MEASURES)
+    side = max(box[2] - box[0], box[3] - box[1])
+    margin = 4 + side // 2
+    left, top = max(box[0] - margin, 0), max(box[1] - margin, 0)
+    right, bottom = min(box[2] + margin, image.shape[1]), min(box[3] + margin, image.shape[0])
+    level = _border_median(image, left, top, right, bottom)
+    window = image[top:bottom, left:right]
+    patch = _smoothed(window) if noise > NOISY * peak else window.astype(np.float64)
+    _measure_shape(patch - level, 0.5 * peak, stripe_rows, measures)
+    measures[U] += left
+    measures[V] += top
+    measures[BACKGROUND] = measures[PLANE] = level
+    # Most spots of a lit ceiling end here: what follows takes ten times as long.
+    if not (limits[0] <= 2.0 * measures[RADIUS] <= limits[1] and measures[ROUNDNESS] >= limits[2]):
+        measures[AREA] = 0.0
+    if measures[AREA] < 1.0:
+        return measures
+    reach = RING * measures[RADIUS] + RING_MORE
+    _fit_background(image, measures, reach, level + max(0.25 * peak, 3.0 * noise))
+    _find_centroid(image, measures, reach, noise)
+    return measures
+
+
+@njit(cache=True)
+def _border_median(image: NDArray[np.uint8], left: int, top: int, right: int, bottom: int) -> float:
+    counts = np.zeros(256, np.int64)
+    for column in range(left, right):
+        counts[image[top, column]] += 1
+        counts[image[bottom - 1, column]] += 1
+    for row in range(top + 1, bottom - 1):
+        counts[image[row, left]] += 1
+        counts[image[row, right - 1]] += 1
+    half, below = 0.5 * counts.sum(), 0
+    for value in range(256):
+        if below + counts[value] >= half:
+            return value - 0.5 + (half - below) / max(counts[value], 1)
+        below += counts[value]
+    return 255.0
+
+
+@njit(cache=True)
+def _smoothed(window: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return means over 3 x 3 pixels, at the border over those there are."""
+    height, width = window.shape
+    smooth = np.empty((height, width))
+    for v in range(height):
+        for u in range(width):
+            near = window[max(v - 1, 0) : v + 2, max(u - 1, 0) : u + 2]
+            smooth[v, u] = near.sum() / near.size
+    return smooth
+
+
+@njit(cache=True)
+def _measure_shape(
+    patch: NDArray[np.float64], threshold: float, stripe_rows: int, measures: NDArray[np.float64]
+) -> None:
+    """Fill in a rough centre in the patch, radius, roundness, area and brightness of what is over a threshold.
+
+    Dark stripes between two such pixels of a column count as lamp.
+    """
+    area, bright, light = 0.0, 0.0, 0.0
+    sums = np.zeros(5)
+    for u in range(patch.shape[1]):
+        last = -1
+        for v in range(patch.shape[0]):
+            if patch[v, u] > threshold:
+                bright += 1.0
+                light += patch[v, u]
+                first = last + 1 if last >= 0 and v - last <= stripe_rows + 1 else v
+                for filled in range(first, v + 1):
+                    area += 1.0
+                    sums[0] += u
+                    sums[1] += filled
+                    sums[2] += u * u
+                    sums[3] += filled * filled
+                    sums[4] += u * filled
+                last = v
+    measures[AREA] = area
+    if area < 1.0:
+        return
+    u, v = sums[0] / area, sums[1] / area
+    # A pixel is a square with a variance of its own.
+    uu, vv, uv = sums[2] / area - u * u + 1 / 12, sums[3] / area - v * v + 1 / 12, sums[4] / area - u * v
+    middle, reach = 0.5 * (uu + vv), math.sqrt(0.25 * (uu - vv) ** 2 + uv * uv)
+    shortest, longest = max(middle - reach, 1e-9), middle + reach
+    filled_share = area / (4.0 * math.pi * math.sqrt(shortest * longest))
+    measures[U], measures[V] = u, v
+    measures[RADIUS] = math.sqrt(area / math.pi)
+    measures[ROUNDNESS] = math.sqrt(shortest / longest) * min(filled_share, 1.0)
+    measures[BRIGHTNESS] = light / bright
+
+
+@njit(cache=True)
+def _fit_background(
+    image: NDArray[np.uint8], measures: NDArray[np.float64], reach: float, brightest: float
+) -> None:
+    """Fill in the plane through the pixels around the lamp that are not bright themselves."""
+    outer = 1.5 * reach + 3.0
+    normal, right_side = np.zeros((3, 3)), np.zeros(3)
+    for v in range(max(int(measures[V] - outer), 0), min(int(measures[V] + outer) + 2, image.shape[0])):
+        for u in range(max(int(measures[U] - outer), 0), min(int(measures[U] + outer) + 2, image.shape[1])):
+            x, y = u - measures[U], v - measures[V]
+            distance = math.sqrt(x * x + y * y)
+            if reach < distance < outer and image[v, u] < brightest:
+                row = (1.0, x, y)
+                for i in range(3):
+                    right_side[i] += row[i] * image[v, u]
+                    for j in range(3):
+                        normal[i, j] += row[i] * row[j]
+    # Too few pixels on one side would tilt the plane at will.
+    if normal[0, 0] > 2.0 * outer and np.linalg.det(normal / normal[0, 0]) > 1e-3:
+        plane = np.linalg.solve(normal, right_side)
+        measures[PLANE], measures[SLOPE_U], measures[SLOPE_V] = plane[0], plane[1], plane[2]
+        measures[RING_SPREAD] = 0.5 * (normal[1, 1] + normal[2, 2])
+        measures[UNEVENNESS] = _unevenness(image, measures, reach, outer, brightest)
+
+
+@njit(cache=True)
+def _unevenness(
+    image: NDArray[np.uint8], measures: NDArray[np.float64], reach: float, outer: float, brightest: float
+) -> float:
+    """Return by how much sectors around the lamp are off the plane, root mean square [grey levels].
+
+    Stains and tiles of a ceiling do not end where the lamp begins.
+    """
+    sums, squares, counts = np.zeros(SECTORS), np.zeros(SECTORS), np.zeros(SECTORS)
+    for v in range(max(int(measures[V] - outer), 0), min(int(measures[V] + outer) + 2, image.shape[0])):
+        for u in range(max(int(measures[U] - outer), 0), min(int(measures[U] + outer) + 2, image.shape[1])):
+            x, y = u - measures[U], v - measures[V]
+            if reach**2 < x * x + y * y < outer**2 and image[v, u] < brightest:
+                plane = measures[PLANE] + measures[SLOPE_U] * x + measures[SLOPE_V] * y
+                sector = int((math.atan2(y, x) / (2.0 * math.pi) + 0.5) * SECTORS) % SECTORS
+                sums[sector] += image[v, u] - plane
+                squares[sector] += (image[v, u] - plane) ** 2
+                counts[sector] += 1.0
+    total, sectors = 0.0, 0
+    for k in range(SECTORS):
+        if counts[k] > 3.0:
+            mean = sums[k] / counts[k]
+            # What noise alone does to the mean is no unevenness.
+            total += mean**2 - (squares[k] / counts[k] - mean**2) / counts[k]
+            sectors += 1
+    return math.sqrt(max(total / max(sectors, 1), 0.0))
+
+
+@njit(cache=True)
+def _find_centroid(
+    image: NDArray[np.uint8], measures: NDArray[np.float64], reach: float, noise: float
+) -> None:
+    """Fill in centroid and sigma."""
+    u0, v0 = measures[U], measures[V]
+    for _ in range(ROUNDS):
+        light, along_u, along_v, spread = 0.0, 0.0, 0.0, 0.0
+        u_before, v_before = measures[U], measures[V]
+        for v in range(max(math.ceil(v_before - reach), 0), min(int(v_before + reach) + 1, image.shape[0])):
+            wide = math.sqrt(max(reach**2 - (v - v_before) ** 2, 0.0))
+            for u in range(max(math.ceil(u_before - wide), 0), min(int(u_before + wide) + 1, image.shape[1])):
+                above = image[v, u] - (
+                    measures[PLANE] + measures[SLOPE_U] * (u - u0) + measures[SLOPE_V] * (v - v0)
+                )
+                light += above
+                along_u += above * (u - u_before)
+                along_v += above * (v - v_before)
+                spread += (u - u_before) ** 2
+        if light <= 0.0:
+            measures[AREA] = 0.0
+            return
+        measures[U] = u_before + along_u / light
+        measures[V] = v_before + along_v / light
+        # The slope of the background is uncertain too.
+        slope = spread**2 / measures[RING_SPREAD] if measures[RING_SPREAD] > 0.0 else 0.0
+        uneven = spread * measures[UNEVENNESS] / reach
+        measures[SIGMA] = math.sqrt((spread + slope) * noise**2 + uneven**2) / light
+        step = abs(measures[U] - u_before) + abs(measures[V] - v_before)
+        if step < STILL:
+            break
+        if step > reach:
+            measures[AREA] = 0.0
+            return

@@ -1,0 +1,157 @@
+"""How a lamp blooms, eq. (4) of the paper with its bracket put right, and its true radius.
+
+At the distance d from the centre the brightness is b within the radius p and beyond it
+``(b - gamma) (1 - s(alpha (d - p - beta))) + gamma`` with the logistic function s. One image tells p + beta only, the
+radius at which half the brightness is left; an image at a known distance, where p is known, parts them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.special import expit
+
+from vlc_beacon.core.lamp_image.lamp_image_error import LampImageError
+
+BIN = 0.25
+"""Width of the rings over which brightness is averaged [px]."""
+REACH = 1.8
+"""[radii]"""
+REACH_MORE = 4.0
+"""[px]"""
+RADIUS_MIN = 1.0
+
+
+@dataclass(frozen=True)
+class BloomingFit:
+    """The brightness of one lamp around its centre.
+
+    Attributes:
+        alpha: steepness of the rim [1/px].
+        half_radius: p + beta, where half the brightness is left [px].
+        gamma: brightness far outside [grey levels].
+        brightness: b, within the lamp [grey levels].
+        residual: root mean square of what the curve leaves unexplained [grey levels].
+    """
+
+    alpha: float
+    half_radius: float
+    gamma: float
+    brightness: float
+    residual: float
+
+
+@dataclass(frozen=True)
+class BloomingCalibration:
+    """How lamps of one kind bloom in one camera.
+
+    Attributes:
+        alpha: steepness of the rim [1/px].
+        beta: how much larger a lamp looks than it is [px].
+        gamma: brightness far outside [grey levels].
+        beta_sigma: standard deviation of beta [px]; infinite from one image.
+    """
+
+    alpha: float
+    beta: float
+    gamma: float
+    beta_sigma: float
+
+    def radius(self, half_radius: float) -> float:
+        """Return the radius p without blooming [px], of one at which half the brightness is left."""
+        return max(half_radius - self.beta, 0.0)
+
+
+def blooming_brightness(distances: NDArray[np.float64], fit: BloomingFit, beta: float) -> NDArray[np.float64]:
+    """Return the brightness at distances from the centre [px], eq. (4) corrected; same shape [grey levels]."""
+    fall = expit(fit.alpha * (distances - fit.half_radius))
+    outside = (fit.brightness - fit.gamma) * (1.0 - fall) + fit.gamma
+    return np.asarray(np.where(distances <= fit.half_radius - beta, fit.brightness, outside))
+
+
+def fit_blooming(image: NDArray[np.uint8], centre: NDArray[np.float64], radius: float) -> BloomingFit:
+    """Fit eq. (4) to a lamp.
+
+    Args:
+        image: shape (h, w), grey.
+        centre: shape (2,), of the lamp [px].
+        radius: about where half the brightness is left [px].
+
+    Raises:
+        LampImageError: the lamp is cut off by the border, or there is no lamp.
+    """
+    distances, levels, weights = _radial_profile(image, centre, REACH * radius + REACH_MORE)
+    brightest, darkest = float(levels[distances < 0.7 * radius].mean()), float(levels[-4:].mean())
+    if not brightest > darkest:
+        raise LampImageError(
+            f'no lamp at ({centre[0]:.0f}, {centre[1]:.0f}); give the centre of a bright spot'
+        )
+
+    def residuals(guess: NDArray[np.float64]) -> NDArray[np.float64]:
+        b, gamma, half, log_alpha = guess
+        fall = expit(math.exp(log_alpha) * (distances - half))
+        return np.asarray(weights * ((b - gamma) * (1.0 - fall) + gamma - levels))
+
+    start = np.array([brightest, darkest, radius, 0.5])
+    solved = least_squares(residuals, start, x_scale=[10.0, 10.0, 1.0, 0.5])
+    b, gamma, half, log_alpha = (float(value) for value in solved.x)
+    residual = math.sqrt(2.0 * float(solved.cost) / float(np.sum(weights**2)))
+    return BloomingFit(math.exp(log_alpha), half, gamma, b, residual)
+
+
+def calibrate_blooming(
+    fits: Sequence[BloomingFit], depths: Sequence[float], lamp_radius: float, focal_length: float
+) -> BloomingCalibration:
+    """Part p from beta by images of a lamp at known depths.
+
+    Args:
+        fits: of one lamp or several equal ones.
+        depths: of the lamp along the optical axis in each [m].
+        lamp_radius: [m].
+        focal_length: [px].
+
+    Raises:
+        LampImageError: no fits, not as many depths, or sizes that are not positive.
+    """
+    if len(fits) == 0 or len(fits) != len(depths):
+        raise LampImageError(f'{len(fits)} lamps and {len(depths)} depths; give one depth for each lamp')
+    if not (min(depths) > 0.0 and lamp_radius > 0.0 and focal_length > 0.0):
+        raise LampImageError(
+            'a depth, the radius or the focal length is not positive; give metres and pixels'
+        )
+    true_radii = lamp_radius * focal_length / np.asarray(depths, dtype=np.float64)
+    betas = np.array([fit.half_radius for fit in fits]) - true_radii
+    spread = float(np.std(betas, ddof=1) / math.sqrt(len(betas))) if len(betas) > 1 else math.inf
+    return BloomingCalibration(
+        float(np.median([fit.alpha for fit in fits])),
+        float(np.mean(betas)),
+        float(np.median([fit.gamma for fit in fits])),
+        spread,
+    )
+
+
+def _radial_profile(
+    image: NDArray[np.uint8], centre: NDArray[np.float64], reach: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return distances [px], mean brightness and the root of the number of pixels of rings, each of shape (n,)."""
+    left, top = (int(low) for low in np.floor(centre - reach))
+    right, bottom = (int(high) + 1 for high in np.ceil(centre + reach))
+    if left < 0 or top < 0 or right > image.shape[1] or bottom > image.shape[0] or reach < RADIUS_MIN:
+        raise LampImageError(
+            f'the lamp at ({centre[0]:.0f}, {centre[1]:.0f}) is cut off by the border; take one that is not'
+        )
+    v, u = np.mgrid[top:bottom, left:right]
+    distance = np.hypot(u - centre[0], v - centre[1])
+    ring = (distance / BIN).astype(np.int64).ravel()
+    inside = ring < int(reach / BIN)
+    values = image[top:bottom, left:right].astype(np.float64).ravel()[inside]
+    counts = np.bincount(ring[inside])
+    filled = counts > 0
+    means = np.bincount(ring[inside], values)[filled] / counts[filled]
+    distances = np.bincount(ring[inside], distance.ravel()[inside])[filled] / counts[filled]
+    return distances, means, np.sqrt(counts[filled])

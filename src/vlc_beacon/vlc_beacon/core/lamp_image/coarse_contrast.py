@@ -1,0 +1,61 @@
+"""How much brighter each part of an image is than what is around it, on a coarse grid: fast, and free of most noise."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+CELL = 4
+"""Pixels along each side of a cell."""
+COARSER = 4
+"""Cells along each side of a cell of the background."""
+NOISE_ROWS = 32
+_NORMAL_MAD = 0.6745
+NOISE_MIN = 0.3
+"""Rounding to whole grey levels [grey levels]."""
+
+
+def coarse_contrast(
+    image: NDArray[np.uint8], diameter_max: float, stripe_rows: float
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Return contrast and background, both of shape (h // CELL, w // CELL) [grey levels].
+
+    The background is an opening: what a lamp's diameter does not fit into is no background. A closing along the columns
+    fills the stripes of a rolling shutter beforehand.
+
+    Args:
+        image: shape (h, w).
+        diameter_max: of a lamp [px].
+        stripe_rows: longest dark stripe in a lamp [px], 0 for none.
+    """
+    height, width = image.shape
+    size = width // CELL, height // CELL
+    coarse = cv2.resize(image[: size[1] * CELL, : size[0] * CELL], size, interpolation=cv2.INTER_AREA)
+    if stripe_rows > 0.0:
+        column = np.ones((1 + math.ceil(stripe_rows / CELL), 1), np.uint8)
+        coarse = cv2.morphologyEx(coarse, cv2.MORPH_CLOSE, column)
+    coarser = cv2.resize(
+        coarse, (max(size[0] // COARSER, 1), max(size[1] // COARSER, 1)), interpolation=cv2.INTER_AREA
+    )
+    side = 1 + 2 * math.ceil(0.5 * diameter_max / (CELL * COARSER) + 1.0)
+    # Each row and column for itself, as far as the image has them.
+    kernel = np.ones((min(side, 2 * coarser.shape[0] - 1), min(side, 2 * coarser.shape[1] - 1)), np.uint8)
+    opened = cv2.morphologyEx(coarser, cv2.MORPH_OPEN, kernel)
+    background = cv2.resize(opened, size, interpolation=cv2.INTER_LINEAR)
+    return cv2.subtract(coarse, background), background
+
+
+def noise_sigma(image: NDArray[np.uint8]) -> float:
+    """Return the standard deviation of the noise of a pixel [grey levels], from differences of neighbours."""
+    step = max(image.shape[0] // NOISE_ROWS, 1)
+    rows = image[step // 2 :: step].astype(np.int16)
+    differences = rows[:, :-2] - 2 * rows[:, 1:-1] + rows[:, 2:]
+    # Percentiles of whole numbers are coarse; the mean of all below the typical is not.
+    magnitude = np.abs(differences)
+    typical = float(np.median(magnitude))
+    low = magnitude[magnitude <= 3.0 * typical + 1.0]
+    spread = math.sqrt(float(np.mean(low.astype(np.float64) ** 2))) if len(low) else 0.0
+    return max(max(spread, typical / _NORMAL_MAD) / math.sqrt(6.0), NOISE_MIN)

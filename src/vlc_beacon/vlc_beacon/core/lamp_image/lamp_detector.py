@@ -1,0 +1,97 @@
+"""Finds lamps in a grey image: coarse contrast, spots, then each in the full image."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vlc_beacon.core.lamp_image import blob_measurement as blob
+from vlc_beacon.core.lamp_image.candidates import candidate_spots
+from vlc_beacon.core.lamp_image.coarse_contrast import CELL, coarse_contrast, noise_sigma
+from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
+from vlc_beacon.core.lamp_image.lamp_image_error import LampImageError
+from vlc_beacon.core.lamp_image.settings import LampSettings
+from vlc_beacon.core.lamp_image.striped_disc import fit_striped_disc
+
+SIGMA_MIN = 0.02
+"""No centroid is better: pixels are not all the same [px]."""
+SIDE_MIN = 16
+"""Smallest image [px]."""
+SAME_WITHIN = 0.5
+"""Two blobs whose centres are nearer than this share of a radius are one."""
+
+
+class LampDetector:
+    """Finds lamps."""
+
+    def __init__(self, settings: LampSettings | None = None) -> None:
+        """Take what lamps look like; None for the defaults."""
+        self._settings = settings or LampSettings()
+
+    def detect(self, image: NDArray[np.uint8]) -> LampBlobs:
+        """Return the lamps of an image, the brightest first.
+
+        Args:
+            image: shape (h, w), grey.
+
+        Raises:
+            LampImageError: the image is of another type or shape.
+        """
+        _check(image)
+        settings = self._settings
+        contrast, _ = coarse_contrast(image, settings.diameter_max, settings.stripe_rows)
+        noise = noise_sigma(image)
+        lowest = max(settings.contrast_min, settings.noise_sigmas * noise / CELL)
+        boxes, peaks = candidate_spots(contrast, lowest, settings)
+        stripe_rows = round(settings.stripe_rows)
+        limits = settings.diameter_min, settings.diameter_max, settings.roundness_min
+        found: list[NDArray[np.float64]] = []
+        for box, peak in zip(boxes, peaks, strict=True):
+            measures = blob.measure_blob(image, box, peak, noise, stripe_rows, limits)
+            if (
+                measures[blob.AREA] > 0.0
+                and _is_whole(measures, image.shape)
+                and not any(_are_one(measures, other) for other in found)
+            ):
+                found.append(measures)
+        blobs = _blobs(np.array(found).reshape(-1, blob.MEASURES), image.shape)
+        return fit_striped_disc(image, blobs, noise) if stripe_rows > 0 else blobs
+
+
+def _check(image: NDArray[np.uint8]) -> None:
+    if image.dtype != np.uint8 or image.ndim != 2:
+        raise LampImageError(
+            f'the image has type {image.dtype} and {image.ndim} dimensions; give a grey image of type uint8'
+        )
+    if min(image.shape) < SIDE_MIN:
+        height, width = image.shape
+        raise LampImageError(
+            f'the image has {width} x {height} pixels; give one of {SIDE_MIN} x {SIDE_MIN} or more'
+        )
+
+
+def _is_whole(measures: NDArray[np.float64], shape: tuple[int, ...]) -> bool:
+    u, v, radius = measures[[blob.U, blob.V, blob.RADIUS]]
+    return bool(radius <= u <= shape[1] - 1 - radius and radius <= v <= shape[0] - 1 - radius)
+
+
+def _are_one(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
+    distance = np.hypot(a[blob.U] - b[blob.U], a[blob.V] - b[blob.V])
+    return bool(distance < SAME_WITHIN * max(a[blob.RADIUS], b[blob.RADIUS]))
+
+
+def _blobs(measures: NDArray[np.float64], shape: tuple[int, ...]) -> LampBlobs:
+    centroids, radii = measures[:, [blob.U, blob.V]], measures[:, blob.RADIUS]
+    reach = radii[:, None] + 1.0
+    first = np.maximum(np.floor(centroids - reach), 0)
+    after = np.minimum(np.ceil(centroids + reach) + 1, (shape[1], shape[0]))
+    sigma = np.hypot(measures[:, blob.SIGMA], SIGMA_MIN)
+    return LampBlobs(
+        centroids,
+        np.column_stack([sigma, sigma]),
+        radii,
+        measures[:, blob.ROUNDNESS],
+        np.concatenate([first, after], axis=1).astype(np.int64),
+        measures[:, blob.BRIGHTNESS],
+        measures[:, blob.BACKGROUND],
+    )

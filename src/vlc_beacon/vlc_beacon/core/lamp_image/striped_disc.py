@@ -1,0 +1,126 @@
+"""The centre of a disc of which a rolling shutter shows only stripes.
+
+Where the stripes lie tells when the lamp was lit, not where it is: an intensity centroid would follow them. But each
+bright row ends left and right on the disc's rim, at half the row's own brightness. The circle through these ends is the
+lamp. Spots without a rim keep the centroid of the lamp with its stripes closed, with the uncertainty that is due.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
+
+LIT = 0.35
+"""Rows that are dimmer than this share of the brightest show no rim."""
+POINTS_MIN = 6
+ROUGH = 0.12
+"""Rim points that stray farther from the circle than this are no disc's. [radii]"""
+UNCERTAIN = (0.05, 0.25)
+"""Standard deviation of the place along rows and columns where there is no rim. [radii]"""
+SIGMA_MIN = 0.03
+STEPS = 8
+OUTLIER = 3.0
+
+
+def fit_striped_disc(image: NDArray[np.uint8], blobs: LampBlobs, noise: float) -> LampBlobs:
+    """Return the blobs with centroids, sigmas and radii of the circles through their rims.
+
+    Args:
+        image: shape (h, w).
+        blobs: with stripes.
+        noise: of a pixel [grey levels].
+    """
+    centroids, sigmas, radii = blobs.centroids.copy(), blobs.sigmas.copy(), blobs.radii.copy()
+    for i in range(len(blobs)):
+        points = rim_points(image, centroids[i], radii[i], blobs.backgrounds[i], 4.0 * noise)
+        circle = _fit_circle(points) if len(points) >= POINTS_MIN else np.empty(0)
+        if len(circle) == 0:
+            sigmas[i] = np.maximum(sigmas[i], np.array(UNCERTAIN) * radii[i])
+            continue
+        centroids[i], radii[i], sigmas[i] = circle[:2], circle[2], circle[3:]
+    return replace(blobs, centroids=centroids, sigmas=sigmas, radii=radii)
+
+
+@njit(cache=True)
+def rim_points(
+    image: NDArray[np.uint8], centre: NDArray[np.float64], radius: float, background: float, dimmest: float
+) -> NDArray[np.float64]:
+    """Return where bright rows end, shape (n, 2) [px].
+
+    Args:
+        image: shape (h, w).
+        centre: shape (2,), about where the lamp is [px].
+        radius: about [px].
+        background: around the lamp [grey levels].
+        dimmest: rows that are less bright over it are left out [grey levels].
+    """
+    reach = 1.8 * radius + 3.0
+    first, last = max(int(centre[1] - reach), 0), min(int(centre[1] + reach) + 1, image.shape[0] - 1)
+    left, right = max(int(centre[0] - reach), 0), min(int(centre[0] + reach) + 1, image.shape[1] - 1)
+    inner_left = max(round(centre[0] - 0.3 * radius), left)
+    inner_right = min(round(centre[0] + 0.3 * radius), right)
+    levels = np.zeros(last - first + 1)
+    for row in range(first, last + 1):
+        total = 0.0
+        for column in range(inner_left, inner_right + 1):
+            total += image[row, column]
+        levels[row - first] = total / (inner_right - inner_left + 1) - background
+    lit = max(LIT * levels.max(), dimmest)
+    points = np.empty((2 * len(levels), 2))
+    count = 0
+    for row in range(first, last + 1):
+        if levels[row - first] < lit:
+            continue
+        half = background + 0.5 * levels[row - first]
+        start = round(centre[0])
+        for sign in (-1, 1):
+            column = start
+            while left <= column + sign <= right and image[row, column + sign] >= half:
+                column += sign
+            if column + sign < left or column + sign > right or image[row, column] < half:
+                continue
+            inside, outside = float(image[row, column]), float(image[row, column + sign])
+            points[count, 0] = column + sign * (inside - half) / max(inside - outside, 1e-9)
+            points[count, 1] = row
+            count += 1
+    return points[:count]
+
+
+@njit(cache=True)
+def _fit_circle(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return u, v, radius and the sigmas of u and v [px], shape (5,); shape (0,) where the points lie on no circle."""
+    middle = np.array([points[:, 0].mean(), points[:, 1].mean()])
+    local = points - middle
+    rows = np.column_stack((2.0 * local, np.ones((len(local), 1))))
+    solution, _, rank, _ = np.linalg.lstsq(rows, (local**2).sum(axis=1))
+    squared = solution[2] + solution[0] ** 2 + solution[1] ** 2
+    if rank < 3 or squared <= 0.0:
+        return np.empty(0)
+    circle = np.array([solution[0], solution[1], math.sqrt(squared)])
+    used = np.ones(len(local), dtype=np.bool_)
+    information = np.eye(3)
+    rms = 0.0
+    for _ in range(STEPS):
+        offsets = local - circle[:2]
+        distances = np.hypot(offsets[:, 0], offsets[:, 1])
+        residuals = distances - circle[2]
+        rms = math.sqrt(np.mean(residuals[used] ** 2))
+        used = np.abs(residuals) <= max(OUTLIER * rms, 0.2)
+        ones = np.ones((len(local), 1))
+        jacobian = np.column_stack((-offsets / np.maximum(distances, 1e-9).reshape(-1, 1), -ones))[used]
+        information = jacobian.T @ jacobian
+        if len(jacobian) < POINTS_MIN or np.linalg.cond(information) > 1e6:
+            return np.empty(0)
+        circle = circle - np.linalg.solve(information, jacobian.T @ residuals[used])
+    reach = 0.5 * max(np.ptp(points[:, 0]), np.ptp(points[:, 1]))
+    if rms > ROUGH * circle[2] or circle[2] > 2.0 * reach or not circle[2] > 0.0:
+        return np.empty(0)
+    freedom = len(points) / max(len(points) - 3, 1)
+    variances = np.diag(np.linalg.inv(information))[:2] * rms**2 * freedom
+    return np.concatenate((circle[:2] + middle, circle[2:], np.sqrt(variances + SIGMA_MIN**2)))

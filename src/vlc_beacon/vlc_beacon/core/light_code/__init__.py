@@ -1,0 +1,1 @@
+"""How lamps blink: waveforms and their decoders, for global and for rolling shutters."""

@@ -1,0 +1,80 @@
+"""What a light code asks for and what it gives, computed from how it is played."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from vlc_beacon.core.light_code.manchester import SlotFormat
+from vlc_beacon.core.light_code.reed_solomon_block import slots_of_packet
+from vlc_beacon.core.light_code.rs_fsk import TONE_LOWEST, rs_fsk_code
+from vlc_beacon.core.light_code.symbol_code import SymbolCode
+from vlc_beacon.core.light_code.ufsook import UFSOOK
+from vlc_beacon.core.packet.command_packet import COMMAND_BYTES
+from vlc_beacon.core.packet.data_packet import DATA_OVERHEAD
+from vlc_beacon.core.packet.id_packet import ID_BYTES
+
+DATA_BYTES = 100
+UFSOOK_ROWS_MIN = 6
+"""Where the halves of a lamp can be told apart."""
+
+
+@dataclass(frozen=True)
+class LightProfile:
+    """A light code in numbers.
+
+    Attributes:
+        name: of the code.
+        rows_min: rows of the image that a lamp must cover.
+        id_seconds: how long an ID packet is played [s].
+        command_seconds: how long a command is played [s].
+        seconds_per_100_bytes: how long a packet with 100 bytes of data is played [s]. Who looks up in the middle of a
+            packet waits up to twice as long, and a packet that was damaged comes again.
+    """
+
+    name: str
+    rows_min: int
+    id_seconds: float
+    command_seconds: float
+    seconds_per_100_bytes: float
+
+
+def ufsook_profile() -> LightProfile:
+    """Return the profile of UFSOOK."""
+    return _symbol_profile('ufsook', UFSOOK_ROWS_MIN, UFSOOK)
+
+
+def rs_fsk_profile(frame_rate: float, row_time: float) -> LightProfile:
+    """Return the profile of RS-FSK.
+
+    Args:
+        frame_rate: of the slowest camera [1/s].
+        row_time: of the camera [s]; a lamp must show one cycle of the lowest tone.
+    """
+    rows_min = math.ceil(1.0 / (TONE_LOWEST * row_time))
+    return _symbol_profile('rs_fsk', rows_min, rs_fsk_code(frame_rate))
+
+
+def manchester_profile(slot_format: SlotFormat, row_time: float, exposure: float) -> LightProfile:
+    """Return the profile of Manchester slots for a camera's row time and exposure [s]."""
+
+    def seconds(packet_bytes: int) -> float:
+        return len(slots_of_packet(bytes(packet_bytes), slot_format.slot_bytes)) * slot_format.slot_seconds
+
+    return LightProfile(
+        'manchester',
+        slot_format.rows_min(row_time, exposure),
+        seconds(ID_BYTES),
+        seconds(COMMAND_BYTES),
+        seconds(DATA_BYTES + DATA_OVERHEAD),
+    )
+
+
+def _symbol_profile(name: str, rows_min: int, code: SymbolCode) -> LightProfile:
+    return LightProfile(
+        name,
+        rows_min,
+        code.seconds_of(ID_BYTES),
+        code.seconds_of(COMMAND_BYTES),
+        code.seconds_of(DATA_BYTES + DATA_OVERHEAD),
+    )

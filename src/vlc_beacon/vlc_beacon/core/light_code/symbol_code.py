@@ -1,0 +1,59 @@
+"""Bytes as symbols: what UFSOOK and RS-FSK have in common.
+
+A lamp plays symbols of equal length. A packet is a marker and then its bits, whitened, a fixed number of bits in
+each symbol, the last symbol filled up with zeros. The symbols between two markers are a packet.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vlc_beacon.core.light_code.whitening import whiten
+from vlc_beacon.core.packet.data_packet import DATA_OVERHEAD, PAYLOAD_MAX
+
+
+@dataclass(frozen=True)
+class SymbolCode:
+    """How bits become symbols.
+
+    Attributes:
+        bits: of a data symbol; data symbols are 0 to 2^bits - 1.
+        marker: symbols that begin a packet; none of them is a data symbol.
+        duration: of a symbol [s].
+    """
+
+    bits: int
+    marker: tuple[int, ...]
+    duration: float
+
+    @property
+    def symbols_max(self) -> int:
+        """How many data symbols the longest packet has."""
+        return -(-8 * (PAYLOAD_MAX + DATA_OVERHEAD) // self.bits)
+
+    @property
+    def data_symbols(self) -> int:
+        """How many data symbols there are."""
+        return 1 << self.bits
+
+    def symbols_of(self, packet: bytes) -> NDArray[np.int64]:
+        """Return the symbols of a packet with its marker, shape (n,)."""
+        bits = np.unpackbits(np.frombuffer(whiten(packet), np.uint8))
+        groups = np.append(bits, np.zeros(-len(bits) % self.bits, np.uint8)).reshape(-1, self.bits)
+        return np.concatenate([self.marker, groups @ (1 << np.arange(self.bits)[::-1])]).astype(np.int64)
+
+    def bytes_of(self, symbols: ArrayLike) -> bytes | None:
+        """Return the packet of the data symbols between two markers, shape (n,), or None for no whole bytes."""
+        symbols = np.asarray(symbols, np.int64)
+        bits = (symbols[:, None] >> np.arange(self.bits)[::-1] & 1).ravel()
+        filling = len(bits) % 8
+        if filling >= self.bits or bits[len(bits) - filling :].any():
+            return None
+        return whiten(np.packbits(bits[: len(bits) - filling]).tobytes())
+
+    def seconds_of(self, packet_bytes: int) -> float:
+        """Return how long a packet takes with its marker [s]."""
+        return (len(self.marker) - (-8 * packet_bytes // self.bits)) * self.duration

@@ -1,0 +1,76 @@
+"""Brightness of a lamp's halves, frame by frame, to packets (see `ufsook`)."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from vlc_beacon.core.light_code.symbol_receiver import SymbolReceiver
+from vlc_beacon.core.light_code.ufsook import UFSOOK, expected_levels
+from vlc_beacon.core.packet.packet_reader import ReceivedPacket
+
+BINS = 240
+"""Places within a symbol: steps of 0.14 ms, a thirtieth of a blink."""
+TIMING_SIGMA = 1.2e-4
+"""Uncertainty of when within its symbol a frame was taken: jitter of the stamps and of the beat [s]."""
+NOISE_SIGMA = 0.1
+"""Standard deviation of the brightness."""
+SURPRISE_MAX = 10.0
+"""A frame speaks against a symbol by no more than this log likelihood: something may have passed the lamp."""
+
+
+class UfsookDecoder:
+    """Decodes one lamp."""
+
+    def __init__(self) -> None:
+        self._receiver = SymbolReceiver(UFSOOK, symbols=4, bins=BINS, candidates=BINS)
+
+    def add_frame(self, stamp: float, brightness: ArrayLike, exposure: float) -> list[ReceivedPacket]:
+        """Take a frame and return the packets that it completes; see `add_frames`."""
+        return self.add_frames(np.array([stamp]), np.asarray(brightness, float)[None], exposure)
+
+    def add_frames(
+        self, stamps: NDArray[np.float64], brightness: NDArray[np.float64], exposure: float
+    ) -> list[ReceivedPacket]:
+        """Take frames and return the packets that they complete.
+
+        Args:
+            stamps: shape (n,), when the exposures began [s].
+            brightness: shape (n, 2), of the panel's halves, over their full brightness. A frame with a value that is
+                not a number is left out.
+            exposure: of the frames [s].
+        """
+        kept = np.isfinite(brightness).all(axis=1)
+        tables = _frame_tables(*_model(round(exposure, 6)), brightness[kept])
+        return self._receiver.add(stamps[kept], tables)
+
+
+@njit(cache=True)
+def _frame_tables(
+    means: NDArray[np.float64],
+    precisions: NDArray[np.float64],
+    constants: NDArray[np.float64],
+    brightness: NDArray[np.float64],
+) -> NDArray[np.float32]:
+    """Return the log likelihood of each frame for each bin and symbol, shape (n, BINS, symbols)."""
+    bins, symbols = constants.shape
+    tables = np.empty((len(brightness), bins, symbols), np.float32)
+    for f in range(len(brightness)):
+        for b in range(bins):
+            for s in range(symbols):
+                error_0 = precisions[b, s, 0] * (means[b, s, 0] - brightness[f, 0]) ** 2
+                error_1 = precisions[b, s, 1] * (means[b, s, 1] - brightness[f, 1]) ** 2
+                tables[f, b, s] = max(constants[b, s] - 0.5 * (error_0 + error_1), -SURPRISE_MAX)
+    return tables
+
+
+@lru_cache(maxsize=64)
+def _model(exposure: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return mean and inverse variance, shape (BINS, symbols, 2), and the constant of the log likelihood."""
+    levels = expected_levels(exposure, BINS, TIMING_SIGMA)
+    means, variances = (np.ascontiguousarray(array.swapaxes(0, 1)) for array in levels)
+    precisions = 1.0 / (variances + NOISE_SIGMA**2)
+    return means, precisions, 0.5 * np.log(precisions * NOISE_SIGMA**2).sum(axis=2)

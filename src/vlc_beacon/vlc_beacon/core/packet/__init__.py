@@ -1,0 +1,1 @@
+"""What lamps say: IDs, data and commands as bytes with checksums."""

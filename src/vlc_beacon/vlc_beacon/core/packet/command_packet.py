@@ -1,0 +1,94 @@
+"""The packet that tells a robot what to do.
+
+    kind 2 bits | one-shot 1 bit | operation 5 bits | beacon 16 bits | counter 32 bits | value 32 bits
+    | MAC 32 bits of all before | CRC-16 of all before
+
+136 bits. The CRC tells damage on the way from forgery: only what arrived whole is held against the sender. The
+packet does not know the key; see `vlc_beacon.core.trust`.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+
+from vlc_beacon.core.packet.crc import crc16
+from vlc_beacon.core.packet.id_packet import check_beacon_id
+from vlc_beacon.core.packet.packet_error import PacketError
+from vlc_beacon.core.packet.packet_kind import KIND_SHIFT, PacketKind
+
+MAC_BYTES = 4
+COMMAND_BYTES = 17
+COUNTER_MAX = (1 << 32) - 1
+VALUE_STEP = 1e-6
+"""Values are sent in whole micrometres a second or microradians."""
+_BODY = struct.Struct('>BHIi')
+_ONE_SHOT = 0x20
+_OPERATION_MAX = 0x1F
+
+
+@dataclass(frozen=True)
+class Command:
+    """What a lamp asks for.
+
+    Attributes:
+        beacon: ID of the lamp it is spoken by.
+        operation: number of what to do, 0 to 31; see `Operation`.
+        value: its argument in SI units, to the next `VALUE_STEP`.
+        counter: never decreasing number of the command, 0 to `COUNTER_MAX`.
+        is_one_shot: whether it is to be done once, or is a rule of the zone under the lamp.
+    """
+
+    beacon: int
+    operation: int
+    value: float
+    counter: int
+    is_one_shot: bool = False
+
+    def __post_init__(self) -> None:
+        check_beacon_id(self.beacon)
+        if not 0 <= self.operation <= _OPERATION_MAX:
+            raise PacketError(f'operation is {self.operation}, it must be from 0 to {_OPERATION_MAX}')
+        if not 0 <= self.counter <= COUNTER_MAX:
+            raise PacketError(f'counter is {self.counter}, it must be from 0 to {COUNTER_MAX}')
+        if not abs(self.value) < VALUE_STEP * (1 << 31):
+            raise PacketError(f'value is {self.value}, its size must be below {VALUE_STEP * (1 << 31):.0f}')
+
+    def signed_bytes(self) -> bytes:
+        """Return what the MAC is computed over."""
+        first = PacketKind.COMMAND << KIND_SHIFT | _ONE_SHOT * self.is_one_shot | self.operation
+        return _BODY.pack(first, self.beacon, self.counter, round(self.value / VALUE_STEP))
+
+
+@dataclass(frozen=True)
+class CommandPacket:
+    """A command with its code of authentication, which may be wrong.
+
+    Attributes:
+        command: what is asked for.
+        mac: `MAC_BYTES` bytes.
+    """
+
+    command: Command
+    mac: bytes
+
+    def to_bytes(self) -> bytes:
+        """Return the packet, `COMMAND_BYTES` long."""
+        body = self.command.signed_bytes() + self.mac
+        return body + crc16(body).to_bytes(2)
+
+
+def read_command_packet(data: bytes) -> CommandPacket | None:
+    """Return the packet, or None where length, kind, a field or the checksum is wrong."""
+    if len(data) != COMMAND_BYTES or data[0] >> KIND_SHIFT != PacketKind.COMMAND:
+        return None
+    if crc16(data[:-2]) != int.from_bytes(data[-2:]):
+        return None
+    first, beacon, counter, value = _BODY.unpack(data[: _BODY.size])
+    try:
+        command = Command(
+            beacon, first & _OPERATION_MAX, round(value * VALUE_STEP, 6), counter, bool(first & _ONE_SHOT)
+        )
+    except PacketError:
+        return None
+    return CommandPacket(command, data[_BODY.size : -2])

@@ -1,0 +1,53 @@
+"""The packet that tells which lamp shines.
+
+    kind 2 bits | ID 14 bits | CRC-8 of both bytes
+
+24 bits: 0.8 s at 30 bit/s and the marker's two bit times.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vlc_beacon.core.packet.crc import crc8
+from vlc_beacon.core.packet.packet_error import PacketError
+from vlc_beacon.core.packet.packet_kind import KIND_SHIFT, PacketKind
+
+BEACON_ID_MAX = (1 << 14) - 1
+ID_BYTES = 3
+
+
+@dataclass(frozen=True)
+class IdPacket:
+    """The ID of a lamp.
+
+    Attributes:
+        beacon: 0 to `BEACON_ID_MAX`.
+    """
+
+    beacon: int
+
+    def __post_init__(self) -> None:
+        check_beacon_id(self.beacon)
+
+    def to_bytes(self) -> bytes:
+        """Return the packet, `ID_BYTES` long."""
+        body = (PacketKind.ID << 14 | self.beacon).to_bytes(2)
+        return body + bytes([crc8(body)])
+
+
+def read_id_packet(data: bytes) -> IdPacket | None:
+    """Return the packet, or None where length, kind or checksum are wrong."""
+    if len(data) != ID_BYTES or data[0] >> KIND_SHIFT != PacketKind.ID or crc8(data[:2]) != data[2]:
+        return None
+    return IdPacket(int.from_bytes(data[:2]) & BEACON_ID_MAX)
+
+
+def check_beacon_id(beacon: int) -> None:
+    """Check that an ID can be sent.
+
+    Raises:
+        PacketError: it is out of range.
+    """
+    if not 0 <= beacon <= BEACON_ID_MAX:
+        raise PacketError(f'beacon ID is {beacon}, it must be from 0 to {BEACON_ID_MAX}')

@@ -1,0 +1,52 @@
+"""Bytes from the light to a packet, whatever its kind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vlc_beacon.core.packet.command_packet import COMMAND_BYTES, CommandPacket, read_command_packet
+from vlc_beacon.core.packet.data_packet import DATA_OVERHEAD, DataPacket, read_data_packet
+from vlc_beacon.core.packet.id_packet import ID_BYTES, IdPacket, read_id_packet
+from vlc_beacon.core.packet.packet_kind import KIND_SHIFT, PacketKind
+
+Packet = IdPacket | DataPacket | CommandPacket
+
+
+@dataclass(frozen=True)
+class ReceivedPacket:
+    """A packet whose checksum is right.
+
+    Attributes:
+        stamp: of the frame that completed it [s].
+        packet: what it says. One frame's checksum is no proof: see `id_confirmation` and `vlc_beacon.core.trust`.
+    """
+
+    stamp: float
+    packet: Packet
+
+
+def read_packet(data: bytes) -> Packet | None:
+    """Return the packet that the bytes are, or None where they are none."""
+    if not data:
+        return None
+    match data[0] >> KIND_SHIFT:
+        case PacketKind.ID:
+            return read_id_packet(data)
+        case PacketKind.DATA:
+            return read_data_packet(data)
+        case PacketKind.COMMAND:
+            return read_command_packet(data)
+        case _:
+            return None
+
+
+def packet_length(data: bytes) -> int | None:
+    """Return how many bytes the packet has that data begins with, or None where it begins with none."""
+    if len(data) < ID_BYTES:
+        return None
+    lengths = {
+        PacketKind.ID: ID_BYTES,
+        PacketKind.DATA: DATA_OVERHEAD + data[2],
+        PacketKind.COMMAND: COMMAND_BYTES,
+    }
+    return next((length for kind, length in lengths.items() if kind == data[0] >> KIND_SHIFT), None)

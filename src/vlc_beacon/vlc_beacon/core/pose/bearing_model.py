@@ -1,0 +1,107 @@
+"""Where lamps appear to a camera at a pose, and how that changes with the pose.
+
+The state is ``(x, y, z, yaw, tilt_x, tilt_y)``: the base in the map [m, rad], and the error of the known tilt as a
+rotation vector in the level frame [rad]. A lamp L is seen in the optical frame at
+``R_level_camera^T (exp(-tilt) l - t)`` with l the lamp in the level frame and t the camera in it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import LevelCamera, matrix_from_rpy
+
+STATES = 6
+_QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])
+
+
+def camera_points(
+    state: NDArray[np.float64],
+    lamps: NDArray[np.float64],
+    motions: NDArray[np.float64],
+    camera: LevelCamera,
+) -> NDArray[np.float64]:
+    """Return the lamps in the optical frame [m], shape (n, 3).
+
+    Args:
+        state: shape (6,).
+        lamps: shape (n, 3), in the map frame [m].
+        motions: shape (n, 3), of the base when each was seen, see `LampRays`.
+        camera: where it is on the robot.
+    """
+    tilted = _level_points(state, lamps, motions) @ _tilt_matrix(state)
+    return np.asarray((tilted - camera.position) @ camera.rotation)
+
+
+def projections_with_jacobian(
+    state: NDArray[np.float64],
+    lamps: NDArray[np.float64],
+    motions: NDArray[np.float64],
+    camera: LevelCamera,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the rays to the lamps, their derivatives and the depths; arguments as of `camera_points`.
+
+    Returns:
+        shape (n, 2), x and y of the rays with z = 1; shape (n, 2, 6), their change with the state; shape (n,), depths
+        [m], which are not positive for lamps behind the camera.
+    """
+    level = _level_points(state, lamps, motions)
+    tilt = _tilt_matrix(state)
+    tilted = level @ tilt
+    points = (tilted - camera.position) @ camera.rotation
+    moved = _level_derivatives(state, level, motions) @ tilt
+    zero = np.zeros(len(lamps))
+    turned_x = np.column_stack([zero, tilted[:, 2], -tilted[:, 1]])
+    turned_y = np.column_stack([-tilted[:, 2], zero, tilted[:, 0]])
+    changes = np.concatenate([moved, turned_x[:, None], turned_y[:, None]], axis=1) @ camera.rotation
+    depths = points[:, 2]
+    safe = np.where(np.abs(depths) > 1e-9, depths, 1e-9)
+    rays = points[:, :2] / safe[:, None]
+    jacobian = (changes[:, :, :2] - rays[:, None, :] * changes[:, :, 2:]) / safe[:, None, None]
+    return rays, jacobian.transpose(0, 2, 1), depths
+
+
+def _level_points(
+    state: NDArray[np.float64], lamps: NDArray[np.float64], motions: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the lamps in the level frame of the moment in which each was seen, shape (n, 3)."""
+    x, y, z, yaw = state[:4]
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    ahead = (lamps[:, :2] - (x, y)) @ np.array([[cos, -sin], [sin, cos]]) - motions[:, :2]
+    turn_cos, turn_sin = np.cos(motions[:, 2]), np.sin(motions[:, 2])
+    return np.column_stack(
+        [
+            turn_cos * ahead[:, 0] + turn_sin * ahead[:, 1],
+            turn_cos * ahead[:, 1] - turn_sin * ahead[:, 0],
+            lamps[:, 2] - z,
+        ]
+    )
+
+
+def _level_derivatives(
+    state: NDArray[np.float64], level: NDArray[np.float64], motions: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the derivatives of the points in the level frame by x, y, z and yaw, shape (n, 4, 3)."""
+    angles = state[3] + motions[:, 2]
+    cos, sin = np.cos(angles), np.sin(angles)
+    turn_cos, turn_sin = np.cos(motions[:, 2]), np.sin(motions[:, 2])
+    # The way to the place where the lamp was seen, in the level frame of that moment.
+    way_x = turn_cos * motions[:, 0] + turn_sin * motions[:, 1]
+    way_y = turn_cos * motions[:, 1] - turn_sin * motions[:, 0]
+    derivatives = np.zeros((len(level), 4, 3))
+    derivatives[:, 0, 0], derivatives[:, 0, 1] = -cos, sin
+    derivatives[:, 1, 0], derivatives[:, 1, 1] = -sin, -cos
+    derivatives[:, 2, 2] = -1.0
+    arm = level[:, :2] + np.column_stack([way_x, way_y])
+    derivatives[:, 3, :2] = arm @ _QUARTER
+    return derivatives
+
+
+def _tilt_matrix(state: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return ``exp(tilt)``; at the size of an error roll and pitch commute."""
+    if not state[4:].any():
+        return np.eye(3)
+    return matrix_from_rpy((state[4], state[5], 0.0))

@@ -1,0 +1,99 @@
+"""Poses from two lamps without a first guess.
+
+With complex numbers for the plane, a lamp X at height Z that is seen along the slopes s of the level frame obeys
+``X = P + k (A - z B)`` with the robot's place P, its heading ``k = exp(i yaw)``, its height z,
+``A = d + e (t + (Z - t_z) s)`` and ``B = e s``, where t is the camera in the level frame, and d and ``e = exp(i turn)``
+are the robot's motion until the lamp was seen. Two lamps leave ``X1 - X2 = k (D - z E)``: the lengths give z, a
+quadratic equation, the directions k.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import LevelCamera
+from vlc_beacon.core.pose.bearing_model import STATES
+from vlc_beacon.core.pose.known_states import KnownStates
+from vlc_beacon.core.pose.lamp_rays import LampRays
+
+SLOPE_MAX = 20.0
+"""Lamps nearer to the horizon than 3 degrees say nothing of the height."""
+
+
+class ClosedForm:
+    """The lamps of one view as numbers of the plane."""
+
+    def __init__(
+        self, rays: LampRays, lamps: NDArray[np.float64], camera: LevelCamera, known: KnownStates
+    ) -> None:
+        """Take what is seen.
+
+        Args:
+            rays: n sightings.
+            lamps: shape (n, 3), their places in the map frame [m].
+            camera: where it is on the robot.
+            known: what of the pose is given.
+        """
+        self._known = known
+        self._places = lamps[:, 0] + 1j * lamps[:, 1]
+        directions = np.column_stack([rays.rays, np.ones(len(rays))]) @ camera.rotation.T
+        upward = directions[:, 2]
+        flat = np.hypot(directions[:, 0], directions[:, 1])
+        self.usable = np.abs(upward) * SLOPE_MAX > flat
+        slopes = (directions[:, 0] + 1j * directions[:, 1]) / np.where(self.usable, upward, 1.0)
+        turns = np.exp(1j * rays.motions[:, 2])
+        arm = complex(camera.position[0], camera.position[1])
+        reach = lamps[:, 2] - camera.position[2]
+        self._A = rays.motions[:, 0] + 1j * rays.motions[:, 1] + turns * (arm + reach * slopes)
+        self._B = turns * slopes
+
+    def widest_pairs(self, count: int) -> list[tuple[int, int]]:
+        """Return up to so many pairs of different lamps, those that are seen farthest apart first."""
+        first, second = np.triu_indices(len(self._B), 1)
+        good = self.usable[first] & self.usable[second] & (self._places[first] != self._places[second])
+        first, second = first[good], second[good]
+        order = np.argsort(-np.abs(self._B[first] - self._B[second]), kind='stable')[:count]
+        return [(int(first[k]), int(second[k])) for k in order]
+
+    def states_of_pair(self, i: int, j: int) -> list[NDArray[np.float64]]:
+        """Return the states that explain two lamps, each of shape (6,); none, one or two."""
+        way = complex(self._places[i] - self._places[j])
+        D, E = complex(self._A[i] - self._A[j]), complex(self._B[i] - self._B[j])
+        if abs(E) < 1e-9:
+            return []
+        states = []
+        for z in self._heights(way, D, E):
+            seen = D - z * E
+            if abs(seen) > 0.0:
+                k = way / seen if self._known.yaw is None else cmath.rect(1.0, self._known.yaw)
+                states.append(self._state(k / abs(k), z, [i, j]))
+        return states
+
+    def state_of_one(self, i: int) -> NDArray[np.float64]:
+        """Return the state that explains one lamp where height and yaw are known, shape (6,)."""
+        height, yaw = self._known.height, self._known.yaw
+        if height is None or yaw is None:
+            raise ValueError('one lamp is not enough for height or yaw')
+        return self._state(cmath.rect(1.0, yaw), height, [i])
+
+    def _heights(self, way: complex, D: complex, E: complex) -> list[float]:
+        if self._known.height is not None:
+            return [self._known.height]
+        if self._known.yaw is not None:
+            rest = D - way * cmath.rect(1.0, -self._known.yaw)
+            return [(rest * E.conjugate()).real / abs(E) ** 2]
+        middle = (D * E.conjugate()).real / abs(E) ** 2
+        # Noise can make the squared reach negative where both solutions meet.
+        squared = middle**2 - (abs(D) ** 2 - abs(way) ** 2) / abs(E) ** 2
+        reach = math.sqrt(max(squared, 0.0))
+        return [middle - reach, middle + reach] if reach > 0.0 else [middle]
+
+    def _state(self, k: complex, z: float, which: list[int]) -> NDArray[np.float64]:
+        place = complex(np.mean(self._places[which] - k * (self._A[which] - z * self._B[which])))
+        state = np.zeros(STATES)
+        state[:4] = place.real, place.imag, z, cmath.phase(k)
+        return state

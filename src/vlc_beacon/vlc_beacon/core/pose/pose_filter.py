@@ -1,0 +1,191 @@
+"""One lamp and odometry: a filter that carries the pose on where too few lamps are in view for a pose of their own.
+
+An extended Kalman filter over x, y, z, yaw and three lasting errors of the odometry: of the way (share), of turns
+(share) and the turn for each metre. The errors are learned while lamps are in view and correct the gaps.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import LevelCamera, PlanarPose, wrap_angle
+from vlc_beacon.core.pose.bearing_model import projections_with_jacobian
+from vlc_beacon.core.pose.lamp_rays import LampRays
+from vlc_beacon.core.pose.odometry_settings import OdometrySettings
+from vlc_beacon.core.pose.pose_fix import ExpectedPose
+from vlc_beacon.core.pose.settings import PoseSettings
+
+X, Y, Z, YAW, WAY_SCALE, TURN_SCALE, WAY_TURN = range(7)
+CORRELATION_WAY = 1.0
+"""Errors of lamps, lens and tilt stay the same over about this way [m]: images from nearer say nothing new of them."""
+CORRELATED_MAX = 300.0
+"""So many images at most count as one: five seconds of a robot that stands."""
+HEIGHT_WALK = 0.001
+"""How much the floor's height changes over one metre [m]."""
+ITERATIONS = 2
+
+
+class PoseFilter:
+    """The robot's pose between and under lamps."""
+
+    def __init__(
+        self,
+        T_map_base: PlanarPose,
+        height: float,
+        covariance: NDArray[np.float64],
+        pose_settings: PoseSettings | None = None,
+        settings: OdometrySettings | None = None,
+    ) -> None:
+        """Begin at a pose.
+
+        Args:
+            T_map_base: where the robot is.
+            height: of the base in the map frame [m].
+            covariance: shape (4, 4), of x, y, z [m] and yaw [rad], as a `BeaconFix` has it.
+            pose_settings: how exactly lamps are known, None for the defaults.
+            settings: how exact the odometry is, None for the defaults.
+        """
+        self._pose_settings = pose_settings or PoseSettings()
+        self._settings = settings or OdometrySettings()
+        self._state = np.array([T_map_base.x, T_map_base.y, height, T_map_base.yaw, 0.0, 0.0, 0.0])
+        errors = [self._settings.scale_error, self._settings.scale_error, self._settings.turn_error]
+        self._lasting = np.array(errors) ** 2
+        self._P = np.zeros((7, 7))
+        self._P[:4, :4] = covariance
+        self._P[range(4, 7), range(4, 7)] = self._lasting
+        self._way = math.inf
+
+    @property
+    def pose(self) -> PlanarPose:
+        """``T_map_base``."""
+        return PlanarPose(float(self._state[X]), float(self._state[Y]), float(self._state[YAW]))
+
+    @property
+    def height(self) -> float:
+        """Height of the base in the map frame [m]."""
+        return float(self._state[Z])
+
+    @property
+    def bearing_state(self) -> NDArray[np.float64]:
+        """The pose as a state of `bearing_model`, shape (6,)."""
+        return np.append(self._state[:4], (0.0, 0.0))
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """Shape (4, 4), of x, y, z [m] and yaw [rad]."""
+        return self._P[:4, :4].copy()
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether the position is known as well as the settings ask for."""
+        spread = float(np.linalg.eigvalsh(self._P[:2, :2])[-1])
+        return math.sqrt(max(spread, 0.0)) <= self._settings.position_sigma_max
+
+    def expected(self) -> ExpectedPose:
+        """Return where the robot is, for `BeaconLocator.locate`."""
+        keep = [X, Y, YAW]
+        return ExpectedPose(self.pose, self._P[np.ix_(keep, keep)])
+
+    def move(self, T_before_after: PlanarPose) -> None:
+        """Take the robot's motion since the last call from the odometry, in the base frame of before."""
+        way = math.hypot(T_before_after.x, T_before_after.y)
+        turn = T_before_after.yaw
+        self._way += way
+        scale, turn_scale, way_turn = self._state[WAY_SCALE:]
+        step = np.array([T_before_after.x, T_before_after.y])
+        # Half of a turn that the odometry missed was there on the way already.
+        yaw = self._state[YAW] + 0.5 * (turn_scale * turn + way_turn * way)
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        heading = np.array([[cos, -sin], [sin, cos]])
+        ahead = heading @ step
+        aside = np.array([-ahead[1], ahead[0]]) * (1.0 + scale)
+        F = np.eye(7)
+        F[:2, YAW], F[:2, WAY_SCALE] = aside, ahead
+        F[:2, TURN_SCALE], F[:2, WAY_TURN] = 0.5 * turn * aside, 0.5 * way * aside
+        F[YAW, TURN_SCALE], F[YAW, WAY_TURN] = turn, way
+        self._state[:2] += (1.0 + scale) * ahead
+        self._state[YAW] = wrap_angle(float(self._state[YAW] + turn * (1.0 + turn_scale) + way_turn * way))
+        self._P = F @ self._P @ F.T + self._process_noise(way, abs(turn))
+
+    def _process_noise(self, way: float, turn: float) -> NDArray[np.float64]:
+        noise = np.zeros(7)
+        noise[[X, Y]] = self._settings.slip**2 * way
+        noise[Z] = HEIGHT_WALK**2 * way
+        noise[YAW] = self._settings.turn_slip**2 * (way + turn)
+        noise[WAY_SCALE:] = self._lasting * way / self._settings.lasting_way
+        return np.diag(noise)
+
+    def add_lamps(self, rays: LampRays, lamps: NDArray[np.float64], camera: LevelCamera) -> NDArray[np.bool_]:
+        """Take the lamps of an image at the present pose; one is enough.
+
+        Args:
+            rays: n sightings of known lamps.
+            lamps: shape (n, 3), their places in the map frame [m].
+            camera: where it is on the robot.
+
+        Returns:
+            shape (n,), which of them fit to the expected pose; the others are left out.
+        """
+        correlated = float(np.clip(CORRELATION_WAY / max(self._way, 1e-9), 1.0, CORRELATED_MAX))
+        fitting = self._fitting(rays, lamps, camera)
+        if fitting.any():
+            self._update(rays.subset(fitting), lamps[fitting], camera, correlated)
+            self._way = 0.0
+        return fitting
+
+    def _fitting(self, rays: LampRays, lamps: NDArray[np.float64], camera: LevelCamera) -> NDArray[np.bool_]:
+        residual, H, R = self._measurement(rays, lamps, camera, self._state, 1.0)
+        S = H @ self._P @ H.T + R
+        fitting = np.zeros(len(rays), dtype=np.bool_)
+        for i in range(len(rays)):
+            part = slice(2 * i, 2 * i + 2)
+            distance = residual[part] @ np.linalg.solve(S[part, part], residual[part])
+            fitting[i] = distance < self._pose_settings.gate_sigmas**2
+        return fitting
+
+    def _update(
+        self, rays: LampRays, lamps: NDArray[np.float64], camera: LevelCamera, correlated: float
+    ) -> None:
+        """Correct the state; iterated, since rays bend with the position."""
+        predicted, state = self._state, self._state
+        for _ in range(ITERATIONS):
+            residual, H, R = self._measurement(rays, lamps, camera, state, correlated)
+            S = H @ self._P @ H.T + R
+            K = np.linalg.solve(S, H @ self._P).T
+            state = predicted + K @ (residual - H @ (predicted - state))
+        self._state = state
+        self._state[YAW] = wrap_angle(float(state[YAW]))
+        rest = np.eye(7) - K @ H
+        self._P = rest @ self._P @ rest.T + K @ R @ K.T
+
+    def _measurement(
+        self,
+        rays: LampRays,
+        lamps: NDArray[np.float64],
+        camera: LevelCamera,
+        state: NDArray[np.float64],
+        correlated: float,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return residual (2n,), Jacobian (2n, 7) and noise (2n, 2n) of the rays.
+
+        So many images (``correlated``) share the errors of lamps, lens and tilt, which therefore count as often.
+        """
+        seen, jacobian, depths = projections_with_jacobian(
+            np.append(state[:4], (0.0, 0.0)), lamps, rays.motions, camera
+        )
+        count = len(rays)
+        H = np.zeros((2 * count, 7))
+        H[:, :4] = jacobian[:, :, :4].reshape(-1, 4)
+        settings = self._pose_settings
+        noise = rays.covariances(0.0)
+        lasting = rays.covariances(settings.pixel_sigma) - noise
+        lasting += ((settings.beacon_sigma / np.maximum(depths, 0.1)) ** 2)[:, None, None] * np.eye(2)
+        tilt = jacobian[:, :, 4:].reshape(-1, 2) * settings.tilt_sigma
+        R = correlated * (tilt @ tilt.T)
+        for i in range(count):
+            part = slice(2 * i, 2 * i + 2)
+            R[part, part] += noise[i] + correlated * lasting[i]
+        return (rays.rays - seen).ravel(), H, R

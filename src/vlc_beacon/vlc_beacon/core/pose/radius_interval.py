@@ -1,0 +1,112 @@
+"""The paper's positioning from the lamps' sizes, equations (2) to (7): once as it must be read, once as printed.
+
+The depth of a lamp follows from its radius in the image, the camera's place from depth and ray, and an interval for it
+from the steps in which radii are counted; the answer is the middle of what all intervals share. The yaw is given.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import LevelCamera, PinholeCamera, PlanarPose
+from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix, NoFixReason
+
+RADIUS_STEP = 0.5
+"""Steps in which the paper counts radii [px]; an error of half a step is nowhere exceeded."""
+CENTRE_SIGMAS = 3.0
+
+
+@dataclass(frozen=True)
+class LampDiscs:
+    """Lamps in an image with their sizes.
+
+    Attributes:
+        beacons: n lamps.
+        pixels: shape (n, 2), their centres [px].
+        radii: shape (n,), without blooming [px].
+        sigma: standard deviation of the centres [px].
+    """
+
+    beacons: Sequence[Beacon]
+    pixels: NDArray[np.float64]
+    radii: NDArray[np.float64]
+    sigma: float = 0.2
+
+
+def radius_interval(
+    discs: LampDiscs, camera: PinholeCamera, mounted: LevelCamera, yaw: float
+) -> BeaconFix | NoBeaconFix:
+    """Return the pose by the paper's method with its equations corrected.
+
+    Eq. (2) with the factor 2 that it lacks, which is CameraInfo; eq. (3) with the depth along the optical axis; eq. (5)
+    with a minus, since the camera is under the lamp; eq. (6) positive, half as wide and projected on the ray; eq. (7)
+    with a check that something is shared.
+
+    Args:
+        discs: the lamps in view.
+        camera: intrinsics.
+        mounted: the camera on the robot.
+        yaw: of the base [rad].
+    """
+    if len(discs.beacons) == 0:
+        return NoBeaconFix(NoFixReason.NO_LAMP, 'no lamp of the file is in view')
+    rays = camera.rays_from_pixels(discs.pixels) @ (_heading(yaw) @ mounted.rotation).T
+    sizes = np.array([beacon.radius for beacon in discs.beacons]) * math.sqrt(camera.fx * camera.fy)
+    depths = sizes / discs.radii
+    quarter = 0.5 * RADIUS_STEP
+    nearest, farthest = sizes / (discs.radii + quarter), sizes / np.maximum(discs.radii - quarter, 0.1)
+    places = _places(discs) - depths[:, None] * rays
+    reach = 0.5 * (farthest - nearest)[:, None] * np.abs(rays)
+    reach += CENTRE_SIGMAS * discs.sigma * (depths / camera.fx)[:, None]
+    low, high = (places - reach).max(axis=0), (places + reach).min(axis=0)
+    if (low > high).any():
+        apart = float((low - high).max())
+        names = ', '.join(str(beacon.id) for beacon in discs.beacons)
+        return NoBeaconFix(
+            NoFixReason.INCONSISTENT, f'the intervals of lamps {names} are {apart:.3f} m apart'
+        )
+    return _fix(0.5 * (low + high), 0.5 * (high - low), mounted, yaw, len(depths))
+
+
+def radius_interval_printed(
+    discs: LampDiscs, camera: PinholeCamera, mounted: LevelCamera, yaw: float
+) -> BeaconFix | NoBeaconFix:
+    """Return what the equations give as they are printed, for comparison only; arguments as of `radius_interval`."""
+    if len(discs.beacons) == 0:
+        return NoBeaconFix(NoFixReason.NO_LAMP, 'no lamp of the file is in view')
+    # Eq. (2): the width over the tangent of half the angle of view is twice the focal length.
+    focal = 2.0 * np.array([camera.fx, camera.fy])
+    centred = (discs.pixels - 0.5 * np.array([camera.width, camera.height])) / focal
+    rays = np.column_stack([centred, np.ones(len(centred))]) @ (_heading(yaw) @ mounted.rotation).T
+    sizes = np.array([beacon.radius for beacon in discs.beacons]) * camera.fx
+    depths = sizes / discs.radii
+    errors = sizes / (discs.radii + 0.25) - sizes / (discs.radii - 0.25)
+    places = _places(discs) + depths[:, None] * rays
+    low, high = (places - errors[:, None]).max(axis=0), (places + errors[:, None]).min(axis=0)
+    return _fix(0.5 * (low + high), 0.5 * np.abs(high - low), mounted, yaw, len(depths))
+
+
+def _places(discs: LampDiscs) -> NDArray[np.float64]:
+    return np.array([beacon.xyz for beacon in discs.beacons])
+
+
+def _heading(yaw: float) -> NDArray[np.float64]:
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _fix(
+    place: NDArray[np.float64], reach: NDArray[np.float64], mounted: LevelCamera, yaw: float, count: int
+) -> BeaconFix:
+    """Return the pose of the base for a place of the camera, shape (3,), known to ``reach`` [m]."""
+    base = place - _heading(yaw) @ mounted.position
+    covariance = np.diag([*(reach**2 / 3.0), 0.0])
+    used = np.ones(count, dtype=np.bool_)
+    pose = PlanarPose(float(base[0]), float(base[1]), yaw)
+    return BeaconFix(pose, float(base[2]), covariance, (0.0, 0.0), used, np.zeros((count, 2)))

@@ -1,0 +1,105 @@
+"""Lamps with names to the robot's pose, by the method that the settings ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, level_camera
+from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.beacon_tracker import BeaconTracker
+from vlc_beacon.core.pose.known_states import KnownStates
+from vlc_beacon.core.pose.lamp_rays import LampRays, motions_of_rows
+from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
+from vlc_beacon.core.pose.radius_interval import LampDiscs, radius_interval, radius_interval_printed
+from vlc_beacon.core.receiver.light_receiver import ReadLamp
+from vlc_beacon.core.receiver.settings import CENTROID, RADIUS_INTERVAL, ReceiverSettings
+
+_RADIUS_MIN = 0.5
+"""A lamp that is all blooming has no size to measure [px]."""
+
+
+class LampLocalizer:
+    """Finds the robot under the lamps in view.
+
+    With odometry one lamp carries the pose on; without, each image stands alone.
+    """
+
+    def __init__(self, beacons: Iterable[Beacon], mount: CameraMount, settings: ReceiverSettings) -> None:
+        """Begin without knowing where the robot is.
+
+        Args:
+            beacons: the lamps of the file.
+            mount: the camera on the robot.
+            settings: of camera and method.
+        """
+        self._settings = settings
+        self._mount = mount
+        known = KnownStates(height=0.0 if settings.camera_height_known else None)
+        self._tracker = BeaconTracker(beacons, mount, known, settings.pose, settings.odometry)
+
+    def locate(
+        self,
+        lamps: Sequence[ReadLamp],
+        camera: PinholeCamera,
+        T_odom_base: PlanarPose | None,
+        velocity: NDArray[np.float64],
+        tilt: tuple[float, float],
+    ) -> BeaconFix | NoBeaconFix:
+        """Find the pose at the stamp of an image.
+
+        Args:
+            lamps: those of the image; only lit ones with an ID count.
+            camera: intrinsics.
+            T_odom_base: odometry at the stamp, None where there is none.
+            velocity: shape (3,), of the base [m/s, m/s, rad/s].
+            tilt: roll and pitch of the base [rad].
+        """
+        named = [lamp for lamp in lamps if lamp.beacon is not None and lamp.sample.is_lit]
+        rays = self._rays(named, camera, velocity)
+        if T_odom_base is None:
+            self._tracker.forget()
+            found = self._tracker.locator.locate(rays, tilt)
+        else:
+            self._tracker.add_odometry(T_odom_base)
+            found = self._tracker.track(rays, tilt)
+        if self._settings.method == CENTROID or isinstance(found, NoBeaconFix):
+            return found
+        return self._by_radii(named, camera, tilt, found)
+
+    def _rays(
+        self, named: Sequence[ReadLamp], camera: PinholeCamera, velocity: NDArray[np.float64]
+    ) -> LampRays:
+        centres = np.array([lamp.sample.centre for lamp in named]).reshape(-1, 2)
+        sigmas = np.array([lamp.sample.sigma.max() for lamp in named])
+        row_time = self._settings.row_time if self._settings.is_rolling else 0.0
+        motions = motions_of_rows(centres[:, 1], row_time, velocity)
+        ids = [lamp.beacon for lamp in named if lamp.beacon is not None]
+        return self._tracker.locator.rays(camera, ids, centres, sigmas, motions)
+
+    def _by_radii(
+        self,
+        named: Sequence[ReadLamp],
+        camera: PinholeCamera,
+        tilt: tuple[float, float],
+        found: BeaconFix,
+    ) -> BeaconFix | NoBeaconFix:
+        """Return the pose by the lamps' sizes; the paper's methods are given the yaw, here that of the centres."""
+        radii = np.array([lamp.sample.radius for lamp in named]) - self._settings.blooming
+        beacons = self._tracker.locator.beacons
+        discs = LampDiscs(
+            [beacons[lamp.beacon] for lamp in named if lamp.beacon is not None],
+            np.array([lamp.sample.centre for lamp in named]).reshape(-1, 2),
+            np.maximum(radii, _RADIUS_MIN),
+            float(np.max([lamp.sample.sigma.max() for lamp in named], initial=0.0)),
+        )
+        method = radius_interval if self._settings.method == RADIUS_INTERVAL else radius_interval_printed
+        by_radii = method(discs, camera, level_camera(self._mount, *tilt), found.T_map_base.yaw)
+        if isinstance(by_radii, NoBeaconFix):
+            return by_radii
+        covariance = by_radii.covariance.copy()
+        covariance[3, 3] = found.covariance[3, 3]
+        return replace(by_radii, covariance=covariance, doubts=found.doubts)

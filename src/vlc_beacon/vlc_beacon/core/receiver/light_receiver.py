@@ -1,0 +1,125 @@
+"""Images to lamps with names and packets: detection, tracks, decoders, confirmed IDs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
+from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
+from vlc_beacon.core.lamp_image.lamp_tracks import LampSample, LampTracks
+from vlc_beacon.core.lamp_image.settings import LampSettings
+from vlc_beacon.core.light_code.light_profile import LightProfile, rs_fsk_profile, ufsook_profile
+from vlc_beacon.core.packet.command_packet import CommandPacket
+from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.receiver.followed_lamp import FollowedLamp, Silence
+from vlc_beacon.core.receiver.global_shutter_decoder import GlobalShutterDecoder
+from vlc_beacon.core.receiver.lamp_decoder import LampDecoder, LampView
+from vlc_beacon.core.receiver.rolling_shutter_decoder import RollingShutterDecoder
+from vlc_beacon.core.receiver.row_timing import RowTiming, row_timing
+from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+
+
+@dataclass(frozen=True)
+class ReadLamp:
+    """A lamp in the image and what is known of it.
+
+    Attributes:
+        sample: where it is.
+        beacon: its confirmed ID, None while there is none.
+        stranger: an ID that it plays twice but that is not in the beacons file, None for none.
+        heard: the command packets that this image completed.
+        silence: why it is left alone, None for a lamp that is listened to.
+        said: the text or the bytes that this image completed, None for none; nobody vouches for it.
+    """
+
+    sample: LampSample
+    beacon: int | None
+    stranger: int | None
+    heard: tuple[CommandPacket, ...]
+    silence: Silence | None = None
+    said: str | bytes | None = None
+
+
+class LightReceiver:
+    """Reads all lamps in view."""
+
+    def __init__(self, beacons: Iterable[Beacon], settings: ReceiverSettings) -> None:
+        """Begin without lamps.
+
+        Args:
+            beacons: the lamps of the file.
+            settings: of camera and lamps.
+
+        Raises:
+            VlcBeaconError: some beacons have a frequency and others none, or only one is there to be told by it.
+        """
+        known = list(beacons)
+        self._known = frozenset(beacon.id for beacon in known)
+        self._tones = _tones(known) if settings.is_rolling else {}
+        self._timing = row_timing(settings, self._tones.values())
+        self._settings = settings
+        self._readable_diameter = float(_profile(settings).rows_min)
+        self._detector = LampDetector(_lamp_settings(settings, self._timing))
+        self._tracks = LampTracks(split_lamps=not settings.is_rolling)
+        self._lamps: dict[int, FollowedLamp] = {}
+        self._backgrounds: dict[int, float] = {}
+
+    def receive(self, stamp: float, image: NDArray[np.uint8], turn: float = 0.0) -> list[ReadLamp]:
+        """Take an image and return the lamps that are followed.
+
+        Args:
+            stamp: of the image, later than the last one [s].
+            image: shape (h, w), grey.
+            turn: of the image since the last one, from u to v, where odometry tells it [rad].
+
+        Raises:
+            LampImageError: the image is of another type or too small.
+        """
+        blobs = self._detector.detect(image)
+        samples = self._tracks.update(stamp, image, blobs, turn)
+        self._follow(samples, blobs)
+        return [self._read(stamp, image, sample) for sample in samples]
+
+    def _follow(self, samples: list[LampSample], blobs: LampBlobs) -> None:
+        """Take up new lamps and drop those that are gone."""
+        lamps = {sample.key: self._lamps.get(sample.key) or self._new_lamp() for sample in samples}
+        lit = {sample.key: float(blobs.backgrounds[sample.blob]) for sample in samples if sample.is_lit}
+        self._backgrounds = {key: lit.get(key, self._backgrounds.get(key, 0.0)) for key in lamps}
+        self._lamps = lamps
+
+    def _read(self, stamp: float, image: NDArray[np.uint8], sample: LampSample) -> ReadLamp:
+        lamp = self._lamps[sample.key]
+        lamp.see(LampView(stamp, image, sample, self._backgrounds[sample.key]))
+        return ReadLamp(sample, lamp.beacon, lamp.stranger, tuple(lamp.heard), lamp.silence, lamp.said)
+
+    def _new_lamp(self) -> FollowedLamp:
+        decoder: LampDecoder = GlobalShutterDecoder(self._settings.exposure_time)
+        if self._settings.is_rolling:
+            decoder = RollingShutterDecoder(self._timing, self._tones)
+        return FollowedLamp(decoder, self._known, self._readable_diameter)
+
+
+def _tones(beacons: list[Beacon]) -> dict[int, float]:
+    tones = {beacon.id: beacon.frequency for beacon in beacons if beacon.frequency is not None}
+    if tones and (len(tones) < len(beacons) or len(tones) == 1):
+        raise VlcBeaconError(
+            f'beacons: {len(tones)} of {len(beacons)} have a frequency; '
+            'give one to all, of two or more, or to none whose lamps play their IDs'
+        )
+    return tones
+
+
+def _profile(settings: ReceiverSettings) -> LightProfile:
+    """Return the light code for the smallest lamps."""
+    if settings.is_rolling:
+        return rs_fsk_profile(settings.lamp_frame_rate, settings.row_time)
+    return ufsook_profile()
+
+
+def _lamp_settings(settings: ReceiverSettings, timing: RowTiming) -> LampSettings:
+    return replace(settings.lamps, stripe_rows=timing.stripe_rows if settings.is_rolling else 0.0)

@@ -1,0 +1,58 @@
+"""Where the odometry had the robot at the time of an image."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import PlanarPose
+
+_KEPT = 400
+_STALE = 0.25
+"""Odometry that is older than this beside an image says nothing about it [s]."""
+
+
+class OdometryTrail:
+    """The odometry of late."""
+
+    def __init__(self) -> None:
+        """Begin without odometry."""
+        self._poses: deque[tuple[float, PlanarPose]] = deque(maxlen=_KEPT)
+
+    def add(self, stamp: float, T_odom_base: PlanarPose) -> None:
+        """Take a pose at a time [s]; one that is not newer than the last is left out."""
+        if not self._poses or stamp > self._poses[-1][0]:
+            self._poses.append((stamp, T_odom_base))
+
+    def pose_at(self, stamp: float) -> PlanarPose | None:
+        """Return ``T_odom_base`` at a time [s], between poses or a little beyond them; None where there is none near.
+
+        Images are often newer than the last pose: then the robot is taken to have gone on as it did.
+        """
+        step = self._step_at(stamp)
+        if step is None:
+            return None
+        begin, pose, velocity = step
+        since = stamp - begin
+        return pose @ PlanarPose(*(velocity * since).tolist())
+
+    def velocity_at(self, stamp: float) -> NDArray[np.float64]:
+        """Return the velocity of the base along its x and y [m/s] and its turn rate [rad/s]; zeros where unknown."""
+        step = self._step_at(stamp)
+        return np.zeros(3) if step is None else step[2]
+
+    def _step_at(self, stamp: float) -> tuple[float, PlanarPose, NDArray[np.float64]] | None:
+        """Return when the motion about a time began, from where, and how fast it is; None where nothing is known."""
+        if not self._poses:
+            return None
+        k = min(max(bisect_left(self._poses, stamp, key=lambda entry: entry[0]), 1), len(self._poses) - 1)
+        (begin, before), (end, after) = self._poses[max(k - 1, 0)], self._poses[k]
+        if min(abs(stamp - begin), abs(stamp - end)) > _STALE:
+            return None
+        if end - begin > 2.0 * _STALE or end <= begin:
+            return (end, after, np.zeros(3)) if abs(stamp - end) <= _STALE else (begin, before, np.zeros(3))
+        step = before.inverse() @ after
+        return begin, before, np.array([step.x, step.y, step.yaw]) / (end - begin)

@@ -1,0 +1,1 @@
+"""Where lamps hang, from a drive with known poses."""

@@ -1,0 +1,81 @@
+"""Packets in a light code to lamp frames.
+
+All take the true clock of the lamp's timer: a board with a ceramic resonator may be wrong by 0.5 %, which no camera
+forgives, and is put right here once it was measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vlc_beacon.core.light_code.manchester import PREAMBLE, SlotFormat
+from vlc_beacon.core.light_code.reed_solomon_block import slots_of_packet
+from vlc_beacon.core.light_code.rs_fsk import rs_fsk_code, symbol_tones
+from vlc_beacon.core.light_code.symbol_code import SymbolCode
+from vlc_beacon.core.light_code.ufsook import EIGHTHS, FIRST_EIGHTH, HALVES, UFSOOK
+from vlc_beacon.core.transmitter.lamp_frame import TICK_RATE, LampFrame, Section, train_of_duration
+
+OFF, ON_A, ON_B, ON = range(4)
+"""States of the lamp: both halves, one of them, none."""
+_BLINK = tuple((HALVES @ (ON_A, ON_B)).astype(int).tolist())
+"""States of the lamp in each eighth of a cycle of UFSOOK."""
+_CHIPS = tuple(ON if chip else OFF for chip in PREAMBLE)
+_ONE_AT, _ZERO_AT, _PREAMBLE_AT = 2, 5, 0
+"""Where 10, 01 and the whole preamble begin on the wheel of the preamble's chips."""
+
+
+def ufsook_frame(packets: Sequence[bytes], plays: int = 0, tick_rate: float = TICK_RATE) -> LampFrame:
+    """Return the frame that plays packets one after the other in UFSOOK."""
+    trains = tuple(
+        train_of_duration(first, eighths, UFSOOK.duration, tick_rate)
+        for first, eighths in zip(FIRST_EIGHTH, EIGHTHS, strict=True)
+    )
+    return LampFrame(_BLINK, UFSOOK.bits, trains, UFSOOK.marker, _symbols(UFSOOK, packets), plays)
+
+
+def rs_fsk_frame(
+    packets: Sequence[bytes], frame_rate: float, plays: int = 0, tick_rate: float = TICK_RATE
+) -> LampFrame:
+    """Return the frame that plays packets one after the other in RS-FSK.
+
+    Args:
+        packets: at least one.
+        frame_rate: of the slowest camera that shall read it [1/s].
+        plays: as in `LampFrame`.
+        tick_rate: clock of the lamp's timer [1/s].
+    """
+    code = rs_fsk_code(frame_rate)
+    trains = tuple(
+        train_of_duration(0, round(2.0 * tone * code.duration), code.duration, tick_rate)
+        for tone in symbol_tones(code)
+    )
+    return LampFrame((ON, OFF), code.bits, trains, code.marker, _symbols(code, packets), plays)
+
+
+def manchester_frame(
+    packets: Sequence[bytes], slot_format: SlotFormat, plays: int = 0, tick_rate: float = TICK_RATE
+) -> LampFrame:
+    """Return the frame that plays packets one after the other in Manchester slots."""
+    chips = ((_ZERO_AT, 2), (_ONE_AT, 2), (_PREAMBLE_AT, len(PREAMBLE)))
+    trains = tuple(
+        train_of_duration(first, steps, steps * slot_format.chip_time, tick_rate) for first, steps in chips
+    )
+    sections = []
+    for packet in packets:
+        slots = slots_of_packet(packet, slot_format.slot_bytes)
+        bits = np.array([slot.chips()[len(PREAMBLE) :: 2] for slot in slots], np.int64)
+        sections.append(Section(bits, slot_format.repeats))
+    return LampFrame(_CHIPS, 1, trains, (2,), sections, plays)
+
+
+def constant_tone_frame(tone: float, tick_rate: float = TICK_RATE) -> LampFrame:
+    """Return the frame of a lamp that is told by its tone [Hz] alone."""
+    cycle = train_of_duration(0, 2, 1.0 / tone, tick_rate)
+    return LampFrame((ON, OFF), 1, (cycle, cycle), (), [Section(np.zeros((1, 1), np.int64))])
+
+
+def _symbols(code: SymbolCode, packets: Sequence[bytes]) -> list[Section]:
+    data = [code.symbols_of(packet)[len(code.marker) :] for packet in packets]
+    return [Section(symbols[None]) for symbols in data]

@@ -1,0 +1,54 @@
+"""In which light code a lamp speaks, and to which camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from shirube_settings import setting
+from vlc_beacon.core.transmitter.lamp_frame import PLAYS_MAX, TICK_RATE
+
+UFSOOK_NAME, RS_FSK_NAME, MANCHESTER_NAME = 'ufsook', 'rs_fsk', 'manchester'
+
+
+@dataclass(frozen=True)
+class EncodingSettings:
+    """How a lamp's light is encoded."""
+
+    code: str = setting(
+        UFSOOK_NAME,
+        'light code: ufsook for global shutters, rs_fsk and manchester for rolling ones',
+        choices=(UFSOOK_NAME, RS_FSK_NAME, MANCHESTER_NAME),
+    )
+    frame_rate: float = setting(
+        30.0,
+        'of the slowest camera that shall read rs_fsk or manchester; ufsook is for 60',
+        unit='1/s',
+        minimum=5.0,
+        maximum=240.0,
+    )
+    row_time: float = setting(
+        18.9e-6,
+        'of the rolling shutter, to tell how many rows a lamp must cover',
+        unit='s',
+        minimum=1e-6,
+        maximum=1e-3,
+    )
+    exposure_time: float = setting(
+        6e-5, 'of its rows, to tell the same', unit='s', minimum=1e-6, maximum=0.01
+    )
+    slot_bytes: int = setting(
+        1,
+        'bytes in a slot of manchester: more need larger lamps and waste less time',
+        minimum=1,
+        maximum=100,
+    )
+    chip_time: float = setting(1.0 / 8000.0, 'of manchester', unit='s', minimum=1e-5, maximum=1e-2)
+    tick_rate: float = setting(
+        TICK_RATE, "measured clock of the lamp's timer", unit='1/s', minimum=1e6, maximum=1e8
+    )
+    plays: int = setting(
+        0,
+        'after how many plays a frame that is not kept gives way to the one that is; 0 for never',
+        minimum=0,
+        maximum=PLAYS_MAX,
+    )

@@ -1,0 +1,64 @@
+"""Packets in turn to all that a lamp needs: its light, the frame for its firmware, and what the code asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from light_waveform import Waveform
+from vlc_beacon.core.light_code.light_profile import (
+    LightProfile,
+    manchester_profile,
+    rs_fsk_profile,
+    ufsook_profile,
+)
+from vlc_beacon.core.light_code.manchester import SlotFormat, slots_waveform
+from vlc_beacon.core.light_code.reed_solomon_block import slots_of_packet
+from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
+from vlc_beacon.core.light_code.ufsook import ufsook_waveform
+from vlc_beacon.core.transmitter.coded_frame import manchester_frame, rs_fsk_frame, ufsook_frame
+from vlc_beacon.core.transmitter.encoding_settings import RS_FSK_NAME, UFSOOK_NAME, EncodingSettings
+from vlc_beacon.core.transmitter.lamp_frame import LampFrame
+
+
+@dataclass(frozen=True)
+class LampProgram:
+    """What a lamp plays, again and again.
+
+    Attributes:
+        waveform: its light, with two parts for UFSOOK and one for the other codes.
+        frame: the same for the firmware.
+        profile: what the code asks for and gives.
+    """
+
+    waveform: Waveform
+    frame: LampFrame
+    profile: LightProfile
+
+
+def encode_packets(packets: Sequence[bytes], settings: EncodingSettings) -> LampProgram:
+    """Encode packets that a lamp plays one after the other.
+
+    Args:
+        packets: at least one, each as bytes.
+        settings: the light code and the camera.
+
+    Raises:
+        PacketError: a packet is too long for the code.
+        LampFrameError: the firmware cannot play it.
+        VlcBeaconError: slots that the code does not allow.
+    """
+    contents, rate = list(packets), settings.frame_rate
+    plays, ticks = settings.plays, settings.tick_rate
+    if settings.code == UFSOOK_NAME:
+        return LampProgram(ufsook_waveform(contents), ufsook_frame(contents, plays, ticks), ufsook_profile())
+    if settings.code == RS_FSK_NAME:
+        return LampProgram(
+            rs_fsk_waveform(contents, rate),
+            rs_fsk_frame(contents, rate, plays, ticks),
+            rs_fsk_profile(rate, settings.row_time),
+        )
+    slots = SlotFormat(settings.slot_bytes, settings.chip_time, rate)
+    light = slots_waveform([slot for c in contents for slot in slots_of_packet(c, slots.slot_bytes)], slots)
+    profile = manchester_profile(slots, settings.row_time, settings.exposure_time)
+    return LampProgram(light, manchester_frame(contents, slots, plays, ticks), profile)

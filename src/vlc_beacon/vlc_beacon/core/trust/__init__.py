@@ -1,0 +1,1 @@
+"""Which commands are obeyed: authentic, new, spoken by the right lamp at the right place, and harmless."""

@@ -1,0 +1,34 @@
+"""What a robot does at most, whoever asks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from vlc_beacon.core.packet.command_packet import Command
+from vlc_beacon.core.packet.operation import Operation
+
+TURN_MAX = 2.0 * math.pi
+"""[rad]"""
+
+
+def implausibility(command: Command) -> str | None:
+    """Return what is wrong with operation or value, or None."""
+    if command.operation not in set(Operation):
+        return f'operation {command.operation} is unknown'
+    operation = Operation(command.operation)
+    match operation:
+        case Operation.STOP | Operation.RESUME:
+            is_good = command.value == 0.0
+        case Operation.SLOW | Operation.SPEED_UP:
+            is_good = command.value > 0.0
+        case Operation.TURN:
+            is_good = abs(command.value) <= TURN_MAX
+    return None if is_good else f'{operation.word} cannot have the value {command.value:g}'
+
+
+def within_speed_limit(command: Command, speed_limit: float) -> Command:
+    """Return the command with its speed no higher than the limit [m/s]; others as they are."""
+    if command.operation in (Operation.SLOW, Operation.SPEED_UP):
+        return replace(command, value=min(command.value, speed_limit))
+    return command

@@ -1,0 +1,1 @@
+"""Files of the package: the key and the counters."""

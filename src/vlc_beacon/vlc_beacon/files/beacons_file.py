@@ -1,0 +1,134 @@
+"""Lamps at known places from a YAML file: ``beacons: [{id: 1, xyz: [x, y, z], radius: 0.0325, frequency: ...}]``."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from shirube_files import write_text
+from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX
+from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+
+_REMEDY = 'give beacons: [{id: 1, xyz: [x, y, z], radius: 0.0325}]'
+_NEEDED = ('id', 'xyz', 'radius')
+_FIELDS = (*_NEEDED, 'frequency')
+PLACE_MAX = 10000.0
+"""No building is larger [m]."""
+RADIUS_RANGE = (0.001, 1.0)
+"""[m]"""
+FREQUENCY_RANGE = (50.0, 100000.0)
+"""[Hz]"""
+APART_MIN = 0.01
+"""Two lamps nearer than this are one that was entered twice [m]."""
+
+
+class BeaconsFileError(VlcBeaconError):
+    """The beacons cannot be read; the message is one line that names file, beacon, field and remedy."""
+
+
+def load_beacons(path: Path) -> list[Beacon]:
+    """Load the lamps, in the order of the file.
+
+    Raises:
+        BeaconsFileError: a file that is missing or no YAML, an unknown field, an id that is missing or there twice, or
+            numbers that are not finite or not plausible.
+    """
+    content = _read_yaml(path)
+    _check_fields(f'{path}', content, ('beacons',), ('beacons',))
+    entries = content['beacons']
+    if not isinstance(entries, list) or not entries:
+        raise BeaconsFileError(f'{path}: beacons holds no lamps; {_REMEDY}')
+    beacons = [_beacon(path, k, entry) for k, entry in enumerate(entries, start=1)]
+    _check_together(path, beacons)
+    return beacons
+
+
+def save_beacons(path: Path, beacons: Sequence[Beacon]) -> None:
+    """Write lamps, places to the tenth of a millimetre, whole or not at all.
+
+    Raises:
+        OSError: the place cannot be written to.
+    """
+    entries = []
+    for beacon in beacons:
+        entry = {'id': beacon.id, 'xyz': [round(x, 4) for x in beacon.xyz], 'radius': beacon.radius}
+        entries.append(entry if beacon.frequency is None else {**entry, 'frequency': beacon.frequency})
+    write_text(path, yaml.safe_dump({'beacons': entries}, sort_keys=False, default_flow_style=None))
+
+
+def _read_yaml(path: Path) -> dict[str, Any]:
+    try:
+        content = yaml.safe_load(path.read_text(encoding='utf-8'))
+    except OSError as fault:
+        raise BeaconsFileError(f'{path}: cannot be read ({fault.strerror}); {_REMEDY}') from fault
+    except (UnicodeDecodeError, yaml.YAMLError) as fault:
+        raise BeaconsFileError(f'{path}: is no YAML; {_REMEDY}') from fault
+    if not isinstance(content, dict):
+        raise BeaconsFileError(f'{path}: holds no fields; {_REMEDY}')
+    return content
+
+
+def _check_fields(
+    where: str, content: dict[str, Any], needed: tuple[str, ...], allowed: tuple[str, ...]
+) -> None:
+    for name in content:
+        if name not in allowed:
+            close = get_close_matches(str(name), allowed, n=1)
+            remedy = f'did you mean {close[0]}?' if close else f'there are {", ".join(allowed)}'
+            raise BeaconsFileError(f'{where}: field {name} does not exist, {remedy}')
+    for name in needed:
+        if name not in content:
+            raise BeaconsFileError(f'{where}: {name} is missing; {_REMEDY}')
+
+
+def _beacon(path: Path, number: int, entry: object) -> Beacon:
+    """Return a lamp; ``number`` is its place in the list, from 1."""
+    where = f'{path}: beacon number {number}'
+    if not isinstance(entry, dict):
+        raise BeaconsFileError(f'{where} is {entry!r}; {_REMEDY}')
+    _check_fields(where, entry, _NEEDED, _FIELDS)
+    id_ = entry['id']
+    if isinstance(id_, bool) or not isinstance(id_, int) or not 0 <= id_ <= BEACON_ID_MAX:
+        raise BeaconsFileError(f'{where}: id is {id_!r}, it must be a whole number from 0 to {BEACON_ID_MAX}')
+    where = f'{path}: beacon {id_}'
+    xyz = entry['xyz']
+    if not isinstance(xyz, list) or len(xyz) != 3:
+        raise BeaconsFileError(f'{where}: xyz is {xyz!r}, it must be three numbers [x, y, z] in metres')
+    x, y, z = (_number(where, 'xyz', value, -PLACE_MAX, PLACE_MAX, 'm') for value in xyz)
+    radius = _number(where, 'radius', entry['radius'], *RADIUS_RANGE, 'm')
+    frequency = entry.get('frequency')
+    if frequency is not None:
+        frequency = _number(where, 'frequency', frequency, *FREQUENCY_RANGE, 'Hz')
+    return Beacon(id_, (x, y, z), radius, frequency)
+
+
+def _number(where: str, field: str, value: object, low: float, high: float, unit: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise BeaconsFileError(f'{where}: {field} holds {value!r}, which is no finite number')
+    if not low <= value <= high:
+        raise BeaconsFileError(
+            f'{where}: {field} holds {value:g} {unit}, it must be between {low:g} and {high:g}; is it in {unit}?'
+        )
+    return float(value)
+
+
+def _check_together(path: Path, beacons: list[Beacon]) -> None:
+    counts = Counter(beacon.id for beacon in beacons)
+    twice = sorted(id_ for id_, count in counts.items() if count > 1)
+    if twice:
+        raise BeaconsFileError(
+            f'{path}: id {twice[0]} is there {counts[twice[0]]} times; give each lamp its own'
+        )
+    for k, beacon in enumerate(beacons):
+        for other in beacons[:k]:
+            if math.dist(beacon.xyz, other.xyz) < APART_MIN:
+                raise BeaconsFileError(
+                    f'{path}: beacons {other.id} and {beacon.id} have the same xyz; correct one of them'
+                )

@@ -1,0 +1,46 @@
+"""How lamps bloom in a camera, as YAML: ``blooming: {alpha: ..., beta: ..., gamma: ..., beta_sigma: ...}``."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, fields
+from pathlib import Path
+
+import yaml
+
+from shirube_files import write_text
+from vlc_beacon.core.lamp_image.blooming import BloomingCalibration
+from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+
+_NAMES = tuple(field.name for field in fields(BloomingCalibration))
+_REMEDY = 'make it with calibrate'
+
+
+def save_blooming(path: Path, blooming: BloomingCalibration) -> None:
+    """Write a calibration, whole or not at all.
+
+    Raises:
+        OSError: the place cannot be written to.
+    """
+    write_text(path, yaml.safe_dump({'blooming': asdict(blooming)}, sort_keys=False))
+
+
+def load_blooming(path: Path) -> BloomingCalibration:
+    """Load a calibration.
+
+    Raises:
+        VlcBeaconError: the file is missing, no YAML, lacks a field or holds a value that is no number.
+    """
+    try:
+        content = yaml.safe_load(path.read_text(encoding='utf-8'))
+    except OSError as fault:
+        raise VlcBeaconError(f'{path}: cannot be read ({fault.strerror}); {_REMEDY}') from fault
+    except (UnicodeDecodeError, yaml.YAMLError) as fault:
+        raise VlcBeaconError(f'{path}: is no YAML; {_REMEDY}') from fault
+    entries = content.get('blooming') if isinstance(content, dict) else None
+    if not isinstance(entries, dict) or set(entries) != set(_NAMES):
+        raise VlcBeaconError(f'{path}: blooming must have {", ".join(_NAMES)}; {_REMEDY}')
+    for name, value in entries.items():
+        if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
+            raise VlcBeaconError(f'{path}: {name} is {value!r}, which is no number; {_REMEDY}')
+    return BloomingCalibration(**{name: float(entries[name]) for name in _NAMES})

@@ -1,0 +1,61 @@
+"""The key file: hexadecimal digits in a file that only its owner may read."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import stat
+from pathlib import Path
+
+from vlc_beacon.core.trust.command_key import KEY_BYTES_MAX, KEY_BYTES_MIN, CommandKey
+from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+
+_OTHERS = stat.S_IRWXG | stat.S_IRWXO
+_SIZE_MAX = 4096
+
+
+def read_key(path: Path) -> CommandKey:
+    """Return the key in a file.
+
+    Raises:
+        VlcBeaconError: it cannot be read, others may read it, or it holds no key.
+    """
+    try:
+        # Without O_NONBLOCK a pipe in the file's place would hold the robot up for ever.
+        handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+        try:
+            status = os.fstat(handle)
+            content = os.read(handle, _SIZE_MAX) if stat.S_ISREG(status.st_mode) else b''
+        finally:
+            os.close(handle)
+    except OSError as error:
+        raise VlcBeaconError(f'key file {path} cannot be read: {error.strerror}') from error
+    if not stat.S_ISREG(status.st_mode):
+        raise VlcBeaconError(f'key file {path} is not a file')
+    if status.st_mode & _OTHERS:
+        raise VlcBeaconError(f'key file {path} can be used by others than its owner; run: chmod 600 {path}')
+    if status.st_uid not in (os.geteuid(), 0):
+        raise VlcBeaconError(f'key file {path} belongs to another user; run: chown {os.geteuid()} {path}')
+    return _key_of(content, path)
+
+
+def make_key_file(path: Path) -> None:
+    """Write a new key to a file that does not exist yet and that only its owner may read.
+
+    Raises:
+        VlcBeaconError: it exists or cannot be written.
+    """
+    try:
+        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
+    except OSError as error:
+        raise VlcBeaconError(f'key file {path} cannot be made: {error.strerror}') from error
+    with os.fdopen(handle, 'w') as file:
+        file.write(secrets.token_hex(KEY_BYTES_MAX) + '\n')
+
+
+def _key_of(content: bytes, path: Path) -> CommandKey:
+    remedy = f'it must hold {2 * KEY_BYTES_MIN} to {2 * KEY_BYTES_MAX} hexadecimal digits and nothing else'
+    try:
+        return CommandKey(bytes.fromhex(content.decode('ascii')))
+    except ValueError as error:
+        raise VlcBeaconError(f'key file {path} holds no key: {remedy}') from error

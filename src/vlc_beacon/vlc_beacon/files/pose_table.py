@@ -1,0 +1,48 @@
+"""The poses of located images as a CSV, with the reason where there is none."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from shirube_bags.stamps import text_from_stamp
+from shirube_files import written_beside
+from vlc_beacon.core.receiver.beacon_receiver import Reception
+from vlc_beacon.located_image import LocatedImage
+
+_POSE = ('x', 'y', 'z', 'yaw', 'sigma_x', 'sigma_y', 'sigma_z', 'sigma_yaw')
+COLUMNS = ('image', 'stamp', *_POSE, 'lamps', 'beacons', 'used', 'doubts', 'reason', 'detail')
+
+
+def save_pose_table(path: Path, images: Sequence[LocatedImage]) -> None:
+    """Write a line an image, in metres and radians; it is whole or not there.
+
+    Raises:
+        OSError: the place cannot be written to.
+    """
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator='\n')
+    table.writerow(COLUMNS)
+    for image in images:
+        table.writerow([image.name, text_from_stamp(image.stamp_ns), *_fields(image)])
+    with written_beside(path) as file:
+        file.write(text.getvalue().encode())
+
+
+def _fields(image: LocatedImage) -> list[str]:
+    if not isinstance(image.result, Reception):
+        return [*[''] * (len(_POSE) + 4), image.failure, '']
+    lamps, fix = image.result.lamps, image.fix
+    names = ' '.join(str(name) for name in sorted(lamp.beacon for lamp in lamps if lamp.beacon is not None))
+    doubts = ' '.join(f'{doubt.id}:{doubt.kind.value}' for doubt in image.result.result.doubts)
+    if fix is None:
+        detail = getattr(image.result.result, 'detail', '')
+        return [*[''] * len(_POSE), str(len(lamps)), names, '', doubts, image.failure, detail]
+    pose, sigmas = fix.T_map_base, np.sqrt(np.diag(fix.covariance))
+    numbers = (pose.x, pose.y, fix.height, pose.yaw, *sigmas.tolist())
+    poses = [f'{number:.6f}' for number in numbers]
+    return [*poses, str(len(lamps)), names, str(int(fix.used.sum())), doubts, '', '']

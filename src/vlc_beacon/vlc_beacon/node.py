@@ -1,0 +1,256 @@
+"""The ROS node: images of the ceiling in, the robot's pose and the lamps' commands out."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, QuaternionStamped, TwistStamped
+from nav_msgs.msg import Odometry
+from numpy.typing import NDArray
+from rclpy.node import Node
+from sensor_msgs.msg import Image, Imu
+from std_msgs.msg import Header, String
+from visualization_msgs.msg import MarkerArray
+
+from shirube_geometry import CameraMount, PinholeCamera
+from shirube_ros.diagnostics import Diagnostics
+from shirube_ros.image_conversion import image_from_array
+from shirube_ros.image_input import ImageInput
+from shirube_ros.message_error import PoseError
+from shirube_ros.message_guard import MessageGuard
+from shirube_ros.parameters import declare_parameters, refuse_misspelled_parameters
+from shirube_ros.pose_conversion import planar_pose, pose_stamped, pose_with_covariance_stamped
+from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
+from shirube_ros.safe_main import run_node
+from shirube_ros.stamp_order import StampOrder
+from vlc_beacon.beacon_markers import beacon_markers
+from vlc_beacon.core.drive.command_executor import CommandExecutor
+from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
+from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, Reception
+from vlc_beacon.core.receiver.command_hearing import Verdict
+from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.receiver.warm_up import warm_up
+from vlc_beacon.core.trust.command_judge import CommandJudge
+from vlc_beacon.core.trust.trust_settings import TrustSettings
+from vlc_beacon.core.trust.verdict import Accepted
+from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+from vlc_beacon.debug_picture import debug_picture
+from vlc_beacon.node_settings import NodeSettings
+from vlc_beacon.receiver_from_files import beacons_of, judge_of
+from vlc_beacon.receiver_report import ReceiverReport, messages_of
+from vlc_beacon.tilt_of_message import tilt_of_imu, tilt_of_quaternion
+
+_TELL_INTERVAL = 1.0
+"""Between lines about found and lost poses [s]."""
+_DRIVE_PERIOD = 0.05
+"""Between velocities [s]."""
+
+CreateReceiver = Callable[[list[Beacon], CameraMount, CommandJudge, ReceiverSettings], BeaconReceiver]
+
+
+def warm_receiver(
+    beacons: list[Beacon], mount: CameraMount, judge: CommandJudge, settings: ReceiverSettings
+) -> BeaconReceiver:
+    """Return a receiver whose first image takes no longer than the others."""
+    receiver = BeaconReceiver(beacons, mount, judge, settings)
+    warm_up(settings)
+    return receiver
+
+
+class VlcBeaconNode(Node):
+    """Publishes where the robot is and what it is told, from the lamps that its upward camera sees.
+
+    =========================  ============================  =============================================
+    subscribed                 type                          use
+    =========================  ============================  =============================================
+    ``image_raw``              Image or CompressedImage      the ceiling (``image_transport``)
+    ``camera_info``            CameraInfo                    its calibration
+    ``imu``                    Imu                           optional: tilt of ``base_frame``
+    ``attitude``               QuaternionStamped             optional: the same
+    ``odom``                   Odometry                      optional: carries the pose between lamps
+    =========================  ============================  =============================================
+
+    =========================  ============================  =============================================
+    published                  type                          when
+    =========================  ============================  =============================================
+    ``~/pose``                 PoseStamped                   each image with a fix
+    ``~/pose_with_covariance`` PoseWithCovarianceStamped     each image with a fix
+    ``~/command``              String                        each command that is accepted, as JSON
+    ``~/cmd_vel``              TwistStamped                  with ``drive``, 20 times a second
+    ``~/beacons``              MarkerArray                   while somebody listens
+    ``~/debug_image``          Image                         while somebody listens
+    ``/diagnostics``           DiagnosticArray               once a second
+    =========================  ============================  =============================================
+    """
+
+    def __init__(self, create_receiver: CreateReceiver = warm_receiver, **options: Any) -> None:
+        """Load the lamps, the key and the counters, and subscribe.
+
+        Args:
+            create_receiver: makes the state between images, at start and after a jump back in time.
+            options: passed on to ``rclpy.node.Node``.
+
+        Raises:
+            SettingsError: a bad parameter.
+            VlcBeaconError: a bad file.
+        """
+        super().__init__('vlc_beacon', **options)
+        self._settings = declare_parameters(self, NodeSettings)
+        self._receiver_settings = declare_parameters(self, ReceiverSettings)
+        trust = declare_parameters(self, TrustSettings)
+        refuse_misspelled_parameters(self)
+        self._beacons = beacons_of(self._settings)
+        self._judge = judge_of(self._settings, trust, self._beacons)
+        self._create_receiver = create_receiver
+        self._receiver = self._new_receiver()
+        self._had_fix: bool | None = None
+        self._executor_of_commands: CommandExecutor | None = None
+        self._report = ReceiverReport(self._settings.beacons_file, self._judge)
+        self._stamps = StampOrder(self._start_again)
+        self._guard = MessageGuard(self, (VlcBeaconError,))
+        self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
+        self._advertise()
+        if self._settings.drive:
+            self._drive(CommandExecutor(self._settings.driving, trust.speed_limit))
+        self._subscribe()
+        standing = self._judge.standing_refusal
+        if standing is not None:
+            self.get_logger().warning(standing.message)
+
+    def _new_receiver(self) -> BeaconReceiver:
+        return self._create_receiver(
+            self._beacons, self._settings.mount, self._judge, self._receiver_settings
+        )
+
+    def _advertise(self) -> None:
+        self._pose = self.create_publisher(PoseStamped, '~/pose', pose_profile())
+        self._pose_with_covariance = self.create_publisher(
+            PoseWithCovarianceStamped, '~/pose_with_covariance', pose_profile()
+        )
+        self._command = self.create_publisher(String, '~/command', pose_profile())
+        self._markers = self.create_publisher(MarkerArray, '~/beacons', pose_profile())
+        self._debug_image = self.create_publisher(Image, '~/debug_image', pose_profile())
+
+    def _drive(self, executor: CommandExecutor) -> None:
+        self._executor_of_commands = executor
+        publisher = self.create_publisher(TwistStamped, '~/cmd_vel', pose_profile())
+
+        def publish() -> None:
+            now = self.get_clock().now()
+            velocity = executor.velocity(now.nanoseconds * 1e-9)
+            if velocity is None:
+                return
+            message = TwistStamped(header=Header(stamp=now.to_msg(), frame_id=self._settings.base_frame))
+            message.twist.linear.x = velocity.forward
+            message.twist.angular.z = velocity.turn_rate
+            publisher.publish(message)
+
+        self.create_timer(_DRIVE_PERIOD, publish)
+
+    def _subscribe(self) -> None:
+        transport = self._settings.image_transport
+        ImageInput(self, self._guard, ('image_raw', 'camera_info'), transport, self._take_image)
+        for kind, topic, take in (
+            (Odometry, 'odom', self._take_odometry),
+            (Imu, 'imu', self._take_imu),
+            (QuaternionStamped, 'attitude', self._take_attitude),
+        ):
+            self.create_subscription(
+                kind,
+                topic,
+                self._guard.guard(topic, take),
+                odometry_profile(),
+                qos_overriding_options=overridable(),
+            )
+
+    def _take_image(self, header: Header, pixels: NDArray[np.uint8], camera: PinholeCamera) -> None:
+        stamp = self._stamps.check(header, 'image_raw')
+        started = perf_counter()
+        reception = self._receiver.receive(stamp, pixels, camera)
+        self._report.add(reception, perf_counter() - started)
+        self._tell_change(reception.result)
+        map_header = Header(stamp=header.stamp, frame_id=self._settings.map_frame)
+        self._publish(stamp, map_header, reception)
+        for speaker, words in messages_of(reception):
+            self.get_logger().info(f'{speaker} says {words}')
+        for verdict in reception.verdicts:
+            self._take_verdict(verdict)
+        if self._debug_image.get_subscription_count() > 0:
+            self._debug_image.publish(image_from_array(debug_picture(pixels, reception), header))
+
+    def _tell_change(self, result: BeaconFix | NoBeaconFix) -> None:
+        """Say a line when the pose is found or lost; the diagnostics tell the rest."""
+        has_fix = isinstance(result, BeaconFix)
+        if has_fix == self._had_fix:
+            return
+        self._had_fix = has_fix
+        line = (
+            f'no pose: {result.reason.value} ({result.detail})'
+            if isinstance(result, NoBeaconFix)
+            else (
+                f'found: x {result.T_map_base.x:.3f} m, y {result.T_map_base.y:.3f} m, '
+                f'yaw {result.T_map_base.yaw:.3f} rad by {int(result.used.sum())} lamps'
+            )
+        )
+        self.get_logger().info(line, throttle_duration_sec=_TELL_INTERVAL)
+
+    def _publish(self, stamp: float, header: Header, reception: Reception) -> None:
+        result = reception.result
+        if isinstance(result, BeaconFix):
+            self._pose.publish(pose_stamped(result.T_map_base, header))
+            self._pose_with_covariance.publish(
+                pose_with_covariance_stamped(result.T_map_base, result.planar_covariance, header)
+            )
+            if self._executor_of_commands is not None:
+                self._executor_of_commands.robot_at(stamp, result.T_map_base)
+        if self._markers.get_subscription_count() > 0:
+            self._markers.publish(beacon_markers(self._beacons, reception, header))
+
+    def _take_verdict(self, verdict: Verdict) -> None:
+        answer = verdict.answer
+        if not isinstance(answer, Accepted):
+            tell = self.get_logger().warning if answer.reason.is_suspicious else self.get_logger().info
+            tell(f'refused: {answer.message}')
+            return
+        self.get_logger().info(f'accepted: {answer.to_json()}')
+        self._command.publish(String(data=answer.to_json()))
+        if self._executor_of_commands is not None:
+            self._executor_of_commands.obey(Operation(answer.command.operation), answer.command.value)
+
+    def _take_odometry(self, message: Odometry) -> None:
+        base_frame = self._settings.base_frame
+        if message.child_frame_id not in ('', base_frame):
+            raise PoseError(
+                f'odom is of {message.child_frame_id!r}, base_frame is {base_frame!r}; make them the same'
+            )
+        T_odom_base = planar_pose(message.pose.pose, 'odom')
+        self._receiver.add_odometry(self._stamps.check(message.header, 'odom'), T_odom_base)
+
+    def _take_imu(self, message: Imu) -> None:
+        tilt = tilt_of_imu(message, 'imu')
+        self._receiver.add_tilt(self._stamps.check(message.header, 'imu'), *tilt)
+
+    def _take_attitude(self, message: QuaternionStamped) -> None:
+        tilt = tilt_of_quaternion(message.quaternion, 'attitude')
+        self._receiver.add_tilt(self._stamps.check(message.header, 'attitude'), *tilt)
+
+    def _start_again(self) -> None:
+        self.get_logger().warning(
+            'time jumped back: the lamps, the pose and the odometry so far are forgotten'
+        )
+        self._receiver = self._new_receiver()
+
+
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM."""
+    return run_node('vlc_beacon', VlcBeaconNode, (VlcBeaconError,))
+
+
+if __name__ == '__main__':
+    sys.exit(main())

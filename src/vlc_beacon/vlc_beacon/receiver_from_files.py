@@ -1,0 +1,44 @@
+"""Loads the lamps, the key and the counters that the settings name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.trust.command_judge import CommandJudge
+from vlc_beacon.core.trust.trust_settings import TrustSettings
+from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+from vlc_beacon.files.beacons_file import load_beacons
+from vlc_beacon.files.counter_file import CounterFile
+from vlc_beacon.files.key_file import read_key
+from vlc_beacon.node_settings import NodeSettings
+
+
+def beacons_of(settings: NodeSettings) -> list[Beacon]:
+    """Return the lamps.
+
+    Raises:
+        VlcBeaconError: no file is named, or it is bad.
+    """
+    if not settings.beacons_file:
+        raise VlcBeaconError(
+            'beacons_file is not set; give the YAML file of your lamps, see config/beacons.yaml'
+        )
+    return load_beacons(Path(settings.beacons_file).expanduser())
+
+
+def judge_of(settings: NodeSettings, trust: TrustSettings, beacons: Iterable[Beacon]) -> CommandJudge:
+    """Return who decides on commands; without a key it refuses all.
+
+    Raises:
+        VlcBeaconError: a key that cannot be used, or one without a counter file.
+    """
+    if settings.key_file and not settings.counter_file:
+        raise VlcBeaconError(
+            'counter_file is not set; commands with a key need a file that keeps their counters'
+        )
+    key = read_key(Path(settings.key_file).expanduser()) if settings.key_file else None
+    store = CounterFile(Path(settings.counter_file).expanduser())
+    places = {beacon.id: (beacon.xyz[0], beacon.xyz[1]) for beacon in beacons}
+    return CommandJudge(key, store, places, trust)

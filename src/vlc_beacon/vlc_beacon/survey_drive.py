@@ -1,0 +1,143 @@
+"""A recorded drive with known poses, image by image with the camera's pose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from shirube_bags.bag_reader import BagReader
+from shirube_bags.bag_trajectory import load_bag_trajectory, load_header_stamps
+from shirube_bags.errors import BagError
+from shirube_bags.trajectory import can_interpolate, interpolate
+from shirube_geometry import CameraMount, PinholeCamera
+from shirube_ros.camera_info_conversion import camera_from_camera_info, check_image_size
+from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
+
+_NANOSECONDS = 1e9
+_GAP_MAX_NS = 200_000_000
+"""Between two poses that are further apart nothing is known."""
+
+
+@dataclass(frozen=True)
+class DriveTopics:
+    """Which topics of a bag are used.
+
+    Attributes:
+        image: raw or compressed.
+        camera_info: its calibration.
+        pose: of the base in the map.
+        imu: whose orientation tells roll and pitch; empty where the pose tells them.
+    """
+
+    image: str
+    camera_info: str
+    pose: str
+    imu: str
+
+
+@dataclass(frozen=True)
+class DriveImage:
+    """An image from a known place.
+
+    Attributes:
+        stamp: since the first image [s].
+        pixels: shape (h, w), grey.
+        position: shape (3,), of the camera in the map [m].
+        rotation: shape (3, 3), ``R_map_camera``.
+    """
+
+    stamp: float
+    pixels: NDArray[np.uint8]
+    position: NDArray[np.float64]
+    rotation: NDArray[np.float64]
+
+
+def load_camera(bag: BagReader, topic: str) -> PinholeCamera:
+    """Return the calibration of a bag's images.
+
+    Raises:
+        BagError: there is none in the bag.
+        CameraInfoError: it is none.
+    """
+    for raw in bag.messages([topic]):
+        return camera_from_camera_info(bag.decode(raw), topic)
+    raise BagError(f'{bag.path}: {topic} is empty; record the calibration too')
+
+
+def drive_images(
+    bag: BagReader, topics: DriveTopics, mount: CameraMount, camera: PinholeCamera
+) -> Iterator[DriveImage]:
+    """Yield the images whose poses are known.
+
+    Args:
+        bag: an open bag.
+        topics: which of its topics are used.
+        mount: the camera on the robot.
+        camera: intrinsics.
+
+    Raises:
+        BagError: a topic is missing or damaged, or no image has a pose.
+        MessageError: an image cannot be read.
+    """
+    stamps = load_header_stamps(bag, topics.image)
+    known, positions, rotations = _base_poses(bag, topics, stamps)
+    if not known.any():
+        raise BagError(
+            f'{bag.path}: {topics.pose} tells no pose at the stamp of any image; name another topic'
+        )
+    places = positions + rotations @ np.array(mount.xyz)
+    turns = rotations @ mount.rotation
+    indices = np.cumsum(known) - 1
+    for number, raw in enumerate(bag.messages([topics.image])):
+        if known[number]:
+            k = indices[number]
+            seconds = float((stamps[number] - stamps[0]) / _NANOSECONDS)
+            pixels = _grey(bag.decode(raw), raw.msgtype, topics.image)
+            check_image_size(camera, pixels.shape, topics.image, topics.camera_info)
+            yield DriveImage(seconds, pixels, places[k], turns[k])
+
+
+def _base_poses(
+    bag: BagReader, topics: DriveTopics, stamps: NDArray[np.int64]
+) -> tuple[NDArray[np.bool_], NDArray[np.float64], NDArray[np.float64]]:
+    """Return at which stamps the base's pose is known, and positions (n, 3) and ``R_map_base`` (n, 3, 3) there."""
+    trajectory = load_bag_trajectory(bag, topics.pose)
+    known = can_interpolate(trajectory, stamps, _GAP_MAX_NS)
+    tilts = _load_tilts(bag, topics.imu) if topics.imu else None
+    if tilts is not None:
+        known &= (tilts[0][0] <= stamps) & (stamps <= tilts[0][-1])
+    poses = interpolate(trajectory, stamps[known])
+    turns = Rotation.from_quat(poses.quaternions)
+    if tilts is not None and known.any():
+        # The unit knows nothing of the heading, and a pose on the floor nothing of the tilt.
+        times = (stamps[known] - tilts[0][0]) / _NANOSECONDS
+        own = (tilts[0] - tilts[0][0]) / _NANOSECONDS
+        roll, pitch = (np.interp(times, own, axis) for axis in tilts[1].T)
+        yaws = turns.as_euler('xyz')[:, 2]
+        turns = Rotation.from_euler('xyz', np.column_stack([roll, pitch, yaws]))
+    return known, poses.positions, turns.as_matrix()
+
+
+def _load_tilts(bag: BagReader, topic: str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return stamps (n,) [ns] and roll and pitch (n, 2) [rad]."""
+    stamps = load_header_stamps(bag, topic)
+    turns = [bag.decode(raw).orientation for raw in bag.messages([topic])]
+    if not turns:
+        raise BagError(f'{bag.path}: {topic} is empty; name another topic')
+    quaternions = np.array([(turn.x, turn.y, turn.z, turn.w) for turn in turns])
+    if not (np.isfinite(quaternions).all() and np.abs(quaternions).max(axis=1).min() > 0.0):
+        raise BagError(f'{bag.path}: {topic} has no orientation; name another topic, or none with ""')
+    return stamps, Rotation.from_quat(quaternions).as_euler('xyz')[:, :2]
+
+
+def _grey(message: object, msgtype: str, topic: str) -> NDArray[np.uint8]:
+    convert = array_from_compressed_image if msgtype.endswith('CompressedImage') else array_from_image
+    pixels = convert(message, topic)
+    return (
+        pixels if pixels.ndim == 2 else np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+    )

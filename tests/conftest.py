@@ -1,0 +1,30 @@
+"""Lets tests import the modules that lie beside them, and the light channel of the beacon's tests."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE), str(HERE.parent / 'src/vlc_beacon/test')]
+
+
+@pytest.fixture(scope='session')
+def firmware(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the lamp's firmware and its simulator."""
+    from simulated_lamp import build_firmware, missing_tools  # noqa: PLC0415
+
+    missing = missing_tools()
+    if missing and os.environ.get('CI') != 'true':
+        packages = 'gcc gcc-avr avr-libc libc6-dev libsimavr-dev make'
+        pytest.skip(f'the firmware needs {", ".join(missing)}: apt-get install {packages}')
+    folder = tmp_path_factory.mktemp('firmware')
+    build_firmware(folder)
+    return folder
+
+
+@pytest.fixture
+def eeprom(tmp_path: Path) -> Path:
+    """What a simulated lamp keeps; blank at first."""
+    return tmp_path / 'eeprom.bin'

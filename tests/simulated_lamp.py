@@ -1,0 +1,169 @@
+"""The firmware of the LED beacon in simavr: built, powered, spoken to, and its light recorded."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from light_waveform import Waveform
+from vlc_beacon.core.transmitter.serial_protocol import upload_requests
+
+FIRMWARE = Path(__file__).resolve().parents[1] / 'firmware/led_beacon'
+TOOLS = ('make', 'avr-gcc', 'gcc')
+HEADERS = ('/usr/include/simavr/sim_avr.h', '/usr/lib/avr/include/avr/io.h')
+TICK_RATE = 16_000_000
+ANSWER_US = 3_000_000
+
+
+def missing_tools() -> list[str]:
+    """Return what lacks to build and run the firmware."""
+    return [tool for tool in TOOLS if not shutil.which(tool)] + [h for h in HEADERS if not Path(h).exists()]
+
+
+def build_firmware(folder: Path) -> None:
+    """Build the firmware and its simulator in a folder."""
+    targets = [f'{folder}/{name}' for name in ('led_beacon.hex', 'simulator')]
+    environment = {k: v for k, v in os.environ.items() if k not in ('MAKEFLAGS', 'MAKELEVEL')}
+    make = ['make', '-s', '-C', str(FIRMWARE), f'BUILD={folder}', *targets]
+    built = subprocess.run(make, check=False, capture_output=True, text=True, env=environment)
+    assert built.returncode == 0, built.stderr
+
+
+class SimulatedLamp:
+    """A lamp from power on to power off; its EEPROM lasts.
+
+    Args:
+        build: folder of `build_firmware`.
+        eeprom: file of its EEPROM; it need not exist.
+    """
+
+    def __init__(self, build: Path, eeprom: Path) -> None:
+        self._pins = eeprom.with_suffix('.vcd')
+        command = [build / 'simulator', build / 'led_beacon.elf', eeprom, self._pins]
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+    def send(self, data: bytes) -> None:
+        """Send bytes that are not waited for."""
+        self._command(f's {data.hex()}')
+
+    def run(self, seconds: float) -> bytes:
+        """Let time pass and return what the lamp sent."""
+        self._command(f'r {round(seconds * 1e6)}')
+        return self._sent()
+
+    def write_eeprom(self, count: int) -> None:
+        """Let time pass until so many bytes of the EEPROM have been written, or a second."""
+        self._command(f'e {count}')
+        self._sent()
+
+    def ask(self, request: str) -> str:
+        """Send a line and return the lamp's answer."""
+        self.send(request.encode() + b'\r')
+        self._command(f'l {ANSWER_US}')
+        answer = self._sent().decode()
+        assert answer.endswith('\r\n'), f'{request} was answered {answer!r}'
+        return answer.strip()
+
+    def load(self, frame: bytes, *, keep: bool = True) -> list[str]:
+        """Send a frame and return all answers."""
+        return [self.ask(request) for request in upload_requests(frame, keep=keep)]
+
+    def power_off(self) -> Light:
+        """End it and return how it shone."""
+        assert self._process.stdin is not None
+        self._process.stdin.close()
+        assert self._process.wait(10) == 0
+        return light_of_vcd(self._pins.read_text())
+
+    def _command(self, command: str) -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.write(command + '\n')
+        self._process.stdin.flush()
+
+    def _sent(self) -> bytes:
+        assert self._process.stdout is not None
+        answer = self._process.stdout.readline()
+        assert answer.endswith('\n'), 'the simulator died'
+        return bytes.fromhex(answer)
+
+
+@dataclass(frozen=True)
+class Light:
+    """How a lamp shone.
+
+    Attributes:
+        ticks: shape (n,), when the pins changed, of the controller's clock, from its start on.
+        states: shape (n,), from then on; bit 0 is half A, bit 1 half B.
+        preparation: longest time from a change to the end of the interrupt that prepares the next one [ticks].
+    """
+
+    ticks: NDArray[np.int64]
+    states: NDArray[np.int64]
+    preparation: int
+
+    def waveform(self, start: int, period: float, periods: int) -> Waveform:
+        """Return whole periods [ticks] of it as a waveform."""
+        end = start + round(periods * period)
+        assert self.ticks[-1] >= end - period, 'not recorded for so long'
+        inside = (self.ticks > start) & (self.ticks < end)
+        first = int(self.states[np.searchsorted(self.ticks, start, side='right') - 1])
+        states = np.append(first, self.states[inside])
+        times = np.append(0, self.ticks[inside] - start) / TICK_RATE
+        return Waveform(
+            times, (states[:, None] >> np.arange(2) & 1).astype(float), periods * period / TICK_RATE
+        )
+
+    def first_dark(self) -> int:
+        """Return when it first changed after shining steadily, at which every code's first blink ends [ticks]."""
+        return int(self.ticks[2])
+
+    def tones(self) -> list[int]:
+        """Return the tones that were played one after the other, to 100 Hz, steady light left out."""
+        steps = np.diff(self.ticks[2:])
+        tones = np.round(0.5 * TICK_RATE / steps[steps < TICK_RATE // 1000], -2).astype(int).tolist()
+        return [tone for i, tone in enumerate(tones) if i == 0 or tone != tones[i - 1]]
+
+
+def light_of_vcd(text: str) -> Light:
+    """Return what the simulator's value change dump recorded."""
+    signals = _signals_of_vcd(text)
+    ticks = np.unique(np.concatenate([signals['half_a'][0], signals['half_b'][0]]))
+    half_a, half_b = (_levels_at(ticks, *signals[name]) for name in ('half_a', 'half_b'))
+    states = half_a | half_b << 1
+    changed = np.append(True, states[1:] != states[:-1])
+    busy, running = signals['preparing']
+    ends = busy[running == 0]
+    ticks, states = ticks[changed], states[changed]
+    begins = ticks[2:][ticks[2:] < ends.max(initial=0)]
+    preparation = ends[np.searchsorted(ends, begins, side='right')] - begins
+    return Light(ticks, states, int(preparation.max(initial=0)))
+
+
+def _signals_of_vcd(text: str) -> dict[str, tuple[NDArray[np.int64], NDArray[np.int64]]]:
+    """Return times [ticks] and values of each signal, unknown ones as 0."""
+    head, _, body = text.partition('$enddefinitions $end')
+    words = [line.split() for line in head.splitlines()]
+    name_of_alias = {w[3]: w[4] for w in words if w[:1] == ['$var']}
+    unit = next(w[1] for w in words if w[:1] == ['$timescale'])
+    assert unit.endswith('ps')
+    ticks_of_unit = float(unit[:-2]) * 1e-12 * TICK_RATE
+    changes: dict[str, dict[int, int]] = {name: {0: 0} for name in name_of_alias.values()}
+    now = 0
+    for line in body.partition('$end')[2].split():
+        if line[0] == '#':
+            now = round(int(line[1:]) * ticks_of_unit)
+        else:
+            changes[name_of_alias[line[1:]]][now] = int(line[0] == '1')
+    return {name: (np.array(list(c)), np.array(list(c.values()))) for name, c in changes.items()}
+
+
+def _levels_at(
+    ticks: NDArray[np.int64], changes: NDArray[np.int64], levels: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    return levels[np.searchsorted(changes, ticks, side='right') - 1]

@@ -1,0 +1,139 @@
+"""The light of the lamp's firmware in a simulated ATmega328P: tick by tick, and read by the receivers."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from light_channel import seen_by_global_shutter, seen_by_rolling_shutter
+from simulated_lamp import TICK_RATE, Light, SimulatedLamp
+
+from light_waveform import Waveform
+from vlc_beacon.core.light_code.manchester import SlotFormat, slots_waveform
+from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
+from vlc_beacon.core.light_code.reed_solomon_block import slots_of_packet
+from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_waveform
+from vlc_beacon.core.light_code.rs_fsk_decoder import RsFskDecoder
+from vlc_beacon.core.light_code.ufsook import ufsook_waveform
+from vlc_beacon.core.light_code.ufsook_decoder import UfsookDecoder
+from vlc_beacon.core.packet.command_packet import Command, CommandPacket
+from vlc_beacon.core.packet.data_packet import DataPacket
+from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.packet_reader import Packet
+from vlc_beacon.core.transmitter.coded_frame import (
+    constant_tone_frame,
+    manchester_frame,
+    rs_fsk_frame,
+    ufsook_frame,
+)
+from vlc_beacon.core.transmitter.lamp_frame import STEP_FRACTION, STEP_TICKS_MIN, LampFrame, Section, Train
+from vlc_beacon.core.transmitter.lamp_frame_bytes import bytes_of_frame
+from vlc_beacon.core.transmitter.lamp_frame_waveform import waveform_of_frame
+
+ID = IdPacket(4711)
+COMMAND = CommandPacket(Command(3, 5, -1.570796, 77), b'abcd')
+TEXT = DataPacket('曲がる'.encode(), is_text=True)
+HUNDRED = DataPacket(np.random.default_rng(0).bytes(100))
+SLOTS = SlotFormat(1)
+
+
+def bytes_of(*packets: Packet) -> list[bytes]:
+    return [packet.to_bytes() for packet in packets]
+
+
+def slots_of(packets: list[bytes]) -> Waveform:
+    return slots_waveform(
+        [slot for packet in packets for slot in slots_of_packet(packet, SLOTS.slot_bytes)], SLOTS
+    )
+
+
+def light_of(firmware: Path, eeprom: Path, frame: LampFrame, periods: int = 1) -> Light:
+    """Return how a lamp shines that is given a frame."""
+    lamp = SimulatedLamp(firmware, eeprom)
+    assert set(lamp.load(bytes_of_frame(frame))) == {'OK'}
+    lamp.run(periods * waveform_of_frame(frame).period + 0.01)
+    return lamp.power_off()
+
+
+def played(light: Light, frame: LampFrame, periods: int) -> Waveform:
+    """Return whole periods of a light that began with a frame."""
+    expected = waveform_of_frame(frame)
+    start = light.first_dark() - round(float(expected.times[1]) * TICK_RATE)
+    return light.waveform(start, expected.period * TICK_RATE, periods)
+
+
+def switches(waveform: Waveform, periods: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return when and to what both halves change, from the first change on [ticks]."""
+    halves = np.broadcast_to(waveform.levels, (len(waveform.levels), 2))
+    times = np.concatenate([waveform.times + i * waveform.period for i in range(periods)]) * TICK_RATE
+    states = np.tile(halves @ [1, 2], periods).astype(int)
+    changes = np.flatnonzero(states[1:] != states[:-1]) + 1
+    return times[changes] - times[changes[0]], states[changes]
+
+
+CODES = {
+    'ufsook': (ufsook_frame(bytes_of(ID, TEXT)), ufsook_waveform(bytes_of(ID, TEXT)), 2),
+    'rs_fsk': (rs_fsk_frame(bytes_of(ID, TEXT), 30.0), rs_fsk_waveform(bytes_of(ID, TEXT), 30.0), 2),
+    'manchester': (manchester_frame(bytes_of(ID, HUNDRED), SLOTS), slots_of(bytes_of(ID, HUNDRED)), 1),
+    'tone': (constant_tone_frame(3333.0), constant_tone_waveform(3333.0), 100),
+}
+
+
+@pytest.mark.parametrize('code', CODES)
+def test_light_is_the_codes_waveform_within_a_tick(firmware: Path, eeprom: Path, code: str) -> None:
+    frame, waveform, periods = CODES[code]
+    light = light_of(firmware, eeprom, frame, periods)
+    times, states = switches(waveform, periods)
+    first = np.flatnonzero(light.ticks == light.first_dark())[0]
+    seen = slice(first, first + len(times))
+    assert light.states[seen].tolist() == states.tolist()
+    late = light.ticks[seen] - light.first_dark() - times
+    assert np.abs(late - late.mean()).max() <= 1.0
+
+
+def test_nothing_on_the_line_moves_the_light(firmware: Path, eeprom: Path) -> None:
+    """Steps as short as they may be, a packet in each, frames that take turns, and a line that never rests."""
+    step = STEP_TICKS_MIN * STEP_FRACTION
+    frame = LampFrame(
+        wheel=(0, 3) * 4,
+        bits=3,
+        trains=tuple(Train(6 + i % 2, 1, step) for i in range(8)),
+        marker=(),
+        sections=[Section(np.array([[i % 2]])) for i in range(4)],
+    )
+    lamp = SimulatedLamp(firmware, eeprom)
+    lamp.load(bytes_of_frame(frame))
+    for _ in range(10):
+        assert set(lamp.load(bytes_of_frame(replace(frame, plays=1)), keep=False)) == {'OK'}
+        lamp.send(b's\rv\rd 0 00\r' * 20)
+        lamp.run(0.2)
+    light = lamp.power_off()
+    steps = np.diff(light.ticks[2:])
+    # Where frames take turns after an odd section, its level comes twice.
+    assert set(steps.tolist()) <= {STEP_TICKS_MIN, 2 * STEP_TICKS_MIN}
+    assert (steps == STEP_TICKS_MIN).sum() > 10_000
+    assert light.preparation < 0.8 * STEP_TICKS_MIN
+
+
+def test_global_shutter_reads_the_light(firmware: Path, eeprom: Path) -> None:
+    frame = ufsook_frame(bytes_of(ID, COMMAND, TEXT))
+    light = played(light_of(firmware, eeprom, frame, 2), frame, 2)
+    seen = seen_by_global_shutter(light, 40.0, np.random.default_rng(1))
+    got = [received.packet for received in UfsookDecoder().add_frames(*seen, 5e-4)]
+    assert set(got) == {ID, COMMAND, TEXT}
+
+
+def test_rolling_shutter_reads_tones(firmware: Path, eeprom: Path) -> None:
+    frame = rs_fsk_frame(bytes_of(ID, COMMAND, TEXT), 30.0)
+    light = played(light_of(firmware, eeprom, frame), frame, 1)
+    seen = seen_by_rolling_shutter(light, 40.0, np.random.default_rng(2))
+    got = [received.packet for received in RsFskDecoder(30.0).add_frames(seen)]
+    assert set(got) == {ID, COMMAND, TEXT}
+
+
+def test_rolling_shutter_reads_a_hundred_bytes_in_chips(firmware: Path, eeprom: Path) -> None:
+    frame = manchester_frame(bytes_of(ID, HUNDRED), SLOTS)
+    light = played(light_of(firmware, eeprom, frame), frame, 1)
+    seen = seen_by_rolling_shutter(light, 20.0, np.random.default_rng(3), rows=304)
+    got = [received.packet for received in ManchesterDecoder(SLOTS).add_frames(seen)]
+    assert set(got) == {ID, HUNDRED}

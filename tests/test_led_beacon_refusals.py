@@ -1,0 +1,131 @@
+"""What the lamp's firmware refuses on its serial line, and that it plays on all the same."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from simulated_lamp import SimulatedLamp
+
+from vlc_beacon.core.packet.crc import crc16
+from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.transmitter.coded_frame import constant_tone_frame, ufsook_frame
+from vlc_beacon.core.transmitter.lamp_frame_bytes import LENGTH_MAX, bytes_of_frame, frame_of_bytes
+from vlc_beacon.core.transmitter.lamp_frame_error import LampFrameError
+
+ID = IdPacket(4711).to_bytes()
+TONE = bytes_of_frame(constant_tone_frame(2000.0))
+
+
+def with_crc(body: bytes) -> bytes:
+    return body + crc16(body).to_bytes(2)
+
+
+def edited(at: int, *values: int) -> bytes:
+    body = bytearray(TONE[:-2])
+    body[at : at + len(values)] = bytes(values)
+    return with_crc(bytes(body))
+
+
+REFUSED = {
+    'a wrong checksum': (TONE[:-1] + bytes([TONE[-1] ^ 1]), 'crc'),
+    'another version': (edited(0, 2), 'version'),
+    'another length': (edited(2, len(TONE) - 1), 'length'),
+    'no wheel': (edited(6, 0), 'header'),
+    'a large wheel': (edited(6, 9), 'header'),
+    'no bits': (edited(7, 0), 'header'),
+    'more bits than symbols': (edited(7, 2), 'header'),
+    'more symbols than bytes': (edited(8, 12), 'trains'),
+    'too many symbols': (edited(8, 200), 'header'),
+    'a long marker': (edited(9, 3), 'header'),
+    'a marker that is no symbol': (edited(9, 1, 2), 'header'),
+    'a short step': (edited(12, 0, 0, 0xE7, 0x03), 'trains'),
+    'a long step': (edited(12, 0, 0, 0xFF, 0xFF), 'trains'),
+    'no steps': (edited(16, 0, 0), 'trains'),
+    'a place off the wheel': (edited(18, 2), 'trains'),
+    'no groups': (edited(26, 0), 'sections'),
+    'no repeats': (edited(27, 0), 'sections'),
+    'no symbols': (edited(28, 0, 0), 'sections'),
+    'more symbols than there are': (edited(28, 9, 0), 'sections'),
+    'very many symbols': (edited(26, 255, 1, 255, 255), 'sections'),
+    'no packet': (with_crc(TONE[:2] + bytes([28]) + TONE[3:26]), 'sections'),
+    'half a packet': (with_crc(TONE[:2] + bytes([30]) + TONE[3:28]), 'sections'),
+    'a header only': (with_crc(TONE[:10]), 'length'),
+}
+
+
+@pytest.fixture(scope='module')
+def lamp(firmware: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimulatedLamp]:
+    """A lamp that plays a tone and goes on doing so whatever happens."""
+    lamp = SimulatedLamp(firmware, tmp_path_factory.mktemp('lamp') / 'eeprom.bin')
+    lamp.load(TONE)
+    lamp.run(0.01)
+    yield lamp
+    lamp.run(0.01)
+    assert lamp.ask('s') == f'playing kept {len(TONE)} {TONE[-2:].hex()} 0'
+    assert lamp.power_off().tones() == [2000]
+
+
+@pytest.mark.parametrize('fault', REFUSED)
+def test_bad_frame_is_refused_with_a_reason(lamp: SimulatedLamp, fault: str) -> None:
+    frame, reason = REFUSED[fault]
+    for keep in (False, True):
+        *others, last = lamp.load(frame, keep=keep)
+        assert set(others) == {'OK'}
+        assert last == f'ERR {reason}'
+
+
+def test_damaged_frames_are_refused(lamp: SimulatedLamp) -> None:
+    rng = np.random.default_rng(4)
+    frame = np.frombuffer(bytes_of_frame(ufsook_frame([ID])), np.uint8)
+    for _ in range(20):
+        damage = np.packbits(rng.random(8 * len(frame)) < rng.choice([0.003, 0.03, 0.5]))
+        if damage.any():
+            assert lamp.load((frame ^ damage).tobytes())[-1].startswith('ERR')
+
+
+def test_frame_too_long_is_refused(lamp: SimulatedLamp) -> None:
+    assert lamp.ask(f'b {LENGTH_MAX + 1}') == 'ERR length'
+    assert lamp.ask(f'b {0x10000 + len(TONE)}') == 'ERR length'
+    assert lamp.ask('b 0') == 'ERR length'
+    assert lamp.ask('b 4') == 'OK'
+    assert lamp.ask('d 0 0102030405') == 'ERR length'
+
+
+def test_bad_lines_are_refused(lamp: SimulatedLamp) -> None:
+    assert lamp.ask('x') == 'ERR command'
+    assert lamp.ask('d' * 200) == 'ERR line'
+    assert lamp.ask('v') == f'led_beacon 1 {LENGTH_MAX}'
+    assert lamp.ask('b 8') == 'OK'
+    assert lamp.ask('d 1 00') == 'ERR offset'
+    assert lamp.ask(f'd {0x10000} 00') == 'ERR offset'
+    assert lamp.ask('d 0') == 'ERR offset'
+    assert lamp.ask('d 0 0g') == 'ERR hex'
+    assert lamp.ask('d 0 012') == 'ERR hex'
+    assert lamp.ask('d 0 0102') == 'OK'
+    assert lamp.ask('d 0 0102') == 'OK'
+    assert lamp.ask('k') == 'ERR length'
+    assert lamp.ask('k') == 'ERR begin'
+    assert lamp.ask('d 0 00') == 'ERR begin'
+
+
+def test_lamp_and_host_refuse_the_same_frames(firmware: Path, eeprom: Path) -> None:
+    rng = np.random.default_rng(6)
+    body = bytes_of_frame(ufsook_frame([ID]))[:-2]
+    lamp = SimulatedLamp(firmware, eeprom)
+    answers = []
+    for _ in range(150):
+        changed = bytearray(body)
+        changed[rng.integers(44)] = rng.choice([0, 1, 2, 3, 4, 64, 255])
+        frame = with_crc(bytes(changed))
+        try:
+            frame_of_bytes(frame)
+            expected = 'OK'
+        except LampFrameError:
+            expected = 'ERR'
+        # What is accepted goes out of the way of the next one.
+        lamp.ask('h')
+        answers.append(lamp.load(frame, keep=False)[-1].split()[0])
+        assert answers[-1] == expected, frame.hex()
+    lamp.power_off()
+    assert min(answers.count('OK'), answers.count('ERR')) > 30

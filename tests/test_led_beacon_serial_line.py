@@ -1,0 +1,190 @@
+"""What the lamp's firmware does when it is asked on its serial line."""
+
+import os
+import pty
+import select
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from simulated_lamp import TICK_RATE, SimulatedLamp
+
+from vlc_beacon.core.light_code.ufsook_decoder import UfsookDecoder
+from vlc_beacon.core.packet.command_packet import Command, CommandPacket
+from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.transmitter.coded_frame import constant_tone_frame, ufsook_frame
+from vlc_beacon.core.transmitter.lamp_frame import LampFrame, Section
+from vlc_beacon.core.transmitter.lamp_frame_bytes import bytes_of_frame
+from vlc_beacon.core.transmitter.serial_protocol import LampStatus, upload_requests
+from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+from vlc_beacon.lamp_port import LampPort
+
+ID = IdPacket(4711).to_bytes()
+TONE = bytes_of_frame(constant_tone_frame(2000.0))
+
+
+def test_new_lamp_shines_steadily(firmware: Path, eeprom: Path) -> None:
+    lamp = SimulatedLamp(firmware, eeprom)
+    assert lamp.ask('s') == 'steady none 0 0000 0'
+    assert lamp.ask('p') == 'ERR none'
+    lamp.run(0.1)
+    assert lamp.power_off().states.tolist() == [0, 3]
+
+
+def test_lamp_stops_and_plays_again(firmware: Path, eeprom: Path) -> None:
+    lamp = SimulatedLamp(firmware, eeprom)
+    lamp.load(TONE)
+    lamp.run(0.1)
+    assert lamp.ask('h') == 'OK'
+    assert lamp.ask('s') == f'steady kept {len(TONE)} {TONE[-2:].hex()} 0'
+    lamp.run(0.5)
+    assert lamp.ask('p') == 'OK'
+    lamp.run(0.1)
+    light = lamp.power_off()
+    pauses = np.flatnonzero(np.diff(light.ticks) > TICK_RATE // 2)
+    assert [int(light.states[i]) for i in pauses] == [3]
+    assert len(light.ticks) > 700
+
+
+def test_temporary_frame_gives_way_to_the_kept_one(firmware: Path, eeprom: Path) -> None:
+    lamp = SimulatedLamp(firmware, eeprom)
+    lamp.load(TONE)
+    ten_times = bytes_of_frame(replace(constant_tone_frame(4000.0), plays=10))
+    assert lamp.load(ten_times, keep=False)[-1] == 'OK'
+    lamp.run(0.1)
+    assert lamp.ask('s').startswith('playing kept')
+    light = lamp.power_off()
+    assert light.tones() == [2000, 4000, 2000]
+    assert (np.diff(light.ticks[2:]) == 2000).sum() >= 2 * 10 - 1
+
+    lamp = SimulatedLamp(firmware, eeprom)
+    lamp.load(bytes_of_frame(constant_tone_frame(4000.0)), keep=False)
+    assert lamp.ask('s').startswith('playing temporary')
+    lamp.power_off()
+    lamp = SimulatedLamp(firmware, eeprom)
+    assert lamp.ask('s') == f'playing kept {len(TONE)} {TONE[-2:].hex()} 0'
+    lamp.power_off()
+
+
+def test_temporary_frame_is_played_to_its_end(firmware: Path, eeprom: Path) -> None:
+    tones = [constant_tone_frame(tone) for tone in (3000.0, 4000.0)]
+    both = LampFrame(
+        wheel=tones[0].wheel,
+        bits=1,
+        trains=tuple(replace(tone.trains[0], steps=20) for tone in tones),
+        marker=(),
+        sections=[Section(np.array([[0]])), Section(np.array([[1]]))],
+        plays=1,
+    )
+    lamp = SimulatedLamp(firmware, eeprom)
+    lamp.load(TONE)
+    lamp.load(bytes_of_frame(both), keep=False)
+    lamp.run(0.1)
+    light = lamp.power_off()
+    assert light.tones() == [2000, 3000, 4000, 2000]
+    assert (np.diff(light.ticks[2:]) == 2000).sum() == pytest.approx(20, abs=1)
+
+
+def test_upload_that_rests_gives_way_to_the_kept_frame(firmware: Path, eeprom: Path) -> None:
+    lamp = SimulatedLamp(firmware, eeprom)
+    lamp.load(TONE)
+    lamp.load(bytes_of_frame(replace(constant_tone_frame(4000.0), plays=200)), keep=False)
+    requests = upload_requests(TONE, keep=False)
+    lamp.ask(requests[0])
+    lamp.run(0.1)
+    assert lamp.ask('s').startswith('playing kept')
+    assert lamp.ask(requests[1]) == 'ERR begin'
+    lamp.power_off()
+
+
+def test_frame_that_waits_is_told_apart_from_the_one_that_plays(firmware: Path, eeprom: Path) -> None:
+    slow, next_one = (bytes_of_frame(ufsook_frame([packet])) for packet in (ID, bytes(20)))
+    lamp = SimulatedLamp(firmware, eeprom)
+    lamp.load(slow)
+    lamp.load(next_one, keep=False)
+    assert lamp.ask('s') == f'playing kept {len(slow)} {slow[-2:].hex()} 1'
+    lamp.run(1.0)
+    assert lamp.ask('s') == f'playing temporary {len(next_one)} {next_one[-2:].hex()} 0'
+    lamp.load(slow)
+    assert lamp.ask('s').startswith('playing temporary')
+    assert lamp.ask('b 40') == 'ERR busy'
+    assert lamp.ask('h') == 'OK'
+    assert lamp.ask('s') == f'steady kept {len(slow)} {slow[-2:].hex()} 0'
+    assert lamp.ask('b 40') == 'OK'
+    assert lamp.ask('p') == 'OK'
+    lamp.run(1.0)
+    assert lamp.ask('s').startswith('playing kept')
+    lamp.power_off()
+
+
+def test_commands_are_streamed_with_a_rising_counter(firmware: Path, eeprom: Path) -> None:
+    commands = [CommandPacket(Command(3, 5, 1.570796, 100 + i, is_one_shot=True), b'abcd') for i in range(3)]
+    lamp = SimulatedLamp(firmware, eeprom)
+    lamp.load(bytes_of_frame(ufsook_frame([ID])))
+    for command in commands:
+        while lamp.ask('s').endswith(' 1'):
+            lamp.run(0.2)
+        assert (
+            lamp.load(bytes_of_frame(ufsook_frame([command.to_bytes(), ID], plays=2)), keep=False)[-1] == 'OK'
+        )
+        refused = lamp.ask('b 40')
+        assert refused == 'ERR busy'
+        lamp.run(8.0)
+    lamp.run(30.0)
+    light = lamp.power_off()
+    assert np.diff(light.ticks[2:]).max() < 0.005 * TICK_RATE
+    seconds = int(light.ticks[-1] / TICK_RATE)
+    whole = light.waveform(light.first_dark(), seconds * TICK_RATE - light.first_dark(), 1)
+    stamps = np.arange(0.0, whole.period - 0.1, 1.0 / 60.0)
+    got = [
+        received.packet for received in UfsookDecoder().add_frames(stamps, whole.exposed(stamps, 5e-4), 5e-4)
+    ]
+    heard = [packet for packet in got if packet != IdPacket(4711)]
+    assert list(dict.fromkeys(heard)) == commands
+    assert heard == sorted(heard, key=lambda packet: packet.command.counter)
+    assert got[-1] == IdPacket(4711)
+
+
+def test_host_speaks_with_the_lamp(firmware: Path, eeprom: Path) -> None:
+    frame = bytes_of_frame(ufsook_frame([ID]))
+    streamed = [bytes_of_frame(constant_tone_frame(tone)) for tone in (3000.0, 4000.0)]
+    lamp = SimulatedLamp(firmware, eeprom)
+    with terminal_of(lamp) as path, LampPort(path) as port:
+        assert port.status() == LampStatus(False, 'none', 0, 0, False)
+        port.load(frame, keep=True)
+        assert port.status() == LampStatus(True, 'kept', len(frame), int.from_bytes(frame[-2:]), False)
+        port.load(TONE, keep=True)
+        port.stream(streamed)
+        port.shine_steadily()
+        assert not port.status().is_playing
+        port.play()
+        with pytest.raises(VlcBeaconError, match="answers 'ERR crc' to 'k'"):
+            port.load(frame[:-1], keep=True)
+    assert [tone for tone in lamp.power_off().tones() if tone >= 2000] == [2000, 3000, 4000]
+
+
+@contextmanager
+def terminal_of(lamp: SimulatedLamp) -> Iterator[Path]:
+    """Connect a lamp to a pseudo-terminal."""
+    master, slave = pty.openpty()
+    over = threading.Event()
+
+    def serve() -> None:
+        while not over.is_set():
+            if select.select([master], [], [], 0.001)[0]:
+                lamp.send(os.read(master, 256))
+            os.write(master, lamp.run(0.02))
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    try:
+        yield Path(os.ttyname(slave))
+    finally:
+        over.set()
+        thread.join()
+        os.close(master)
+        os.close(slave)
