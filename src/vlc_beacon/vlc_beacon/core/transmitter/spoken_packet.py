@@ -45,12 +45,19 @@ def packets_of_words(words: Sequence[str], speaker: Speaker) -> list[bytes]:
     """Return the packets that words stand for, in their order.
 
     Raises:
-        VlcBeaconError: a word that means nothing, a command without a key or a value, or two different one-shot
-            commands: they share the counter, so the robot would take the second for a replay.
+        VlcBeaconError: a word that means nothing, a command without a key or a value, one operation with two
+            values, or two different one-shot commands: they share the counter, so the robot would take the second for
+            a replay.
     """
     commands = {word for word in words if word.partition(':')[0] in OPERATIONS}
     if speaker.is_one_shot and len(commands) > 1:
         raise VlcBeaconError(f'{" and ".join(sorted(commands))}: only one of them can be one-shot; choose it')
+    operations = [word.partition(':')[0] for word in sorted(commands)]
+    for operation in operations:
+        if operations.count(operation) > 1:
+            raise VlcBeaconError(
+                f'{operation} is there with two values, but a robot does each rule once a visit; choose one'
+            )
     packets = [packet for word in words for packet in _packets(word, speaker)]
     if not packets:
         raise VlcBeaconError(f'the lamp has nothing to say; {_REMEDY}')
