@@ -116,6 +116,10 @@ def test_it_tells_how_large_the_lamp_must_be_and_how_long_it_takes(
         ((3, '--code', 'manchester', '--slot-bytes', 9), 'slot_bytes'),
         ((3, 'turn:1', 'turn:-1', '--key-file', '{key}'), 'turn is there with two values'),
         (
+            (3, 'slow:-1', '--key-file', '{key}'),
+            'slow:-1: slow cannot have the value -1, so no robot would obey it',
+        ),
+        (
             (3, 'text:hello', '--code', 'tone'),
             'a tone says nothing but which lamp it is; leave out text:hello',
         ),

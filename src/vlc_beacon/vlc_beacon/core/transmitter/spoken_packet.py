@@ -17,6 +17,7 @@ from vlc_beacon.core.packet.data_packet import packets_of_message
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.packet.operation import Operation
 from vlc_beacon.core.trust.command_key import CommandKey
+from vlc_beacon.core.trust.plausibility import implausibility
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 OPERATIONS = {operation.word: operation for operation in Operation}
@@ -89,6 +90,9 @@ def _command(word: str, operation: Operation, value: str | None, speaker: Speake
         raise VlcBeaconError(f'{word}: a command must be signed; give --key-file')
     number = _value(word, operation, value)
     command = Command(speaker.beacon, operation, number, speaker.counter, speaker.is_one_shot)
+    flaw = implausibility(command)
+    if flaw is not None:
+        raise VlcBeaconError(f'{word}: {flaw}, so no robot would obey it; choose another value')
     return speaker.key.sign(command).to_bytes()
 
 
