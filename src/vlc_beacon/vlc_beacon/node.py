@@ -215,8 +215,11 @@ class VlcBeaconNode(Node):
     def _take_verdict(self, verdict: Verdict) -> None:
         answer = verdict.answer
         if not isinstance(answer, Accepted):
-            tell = self.get_logger().warning if answer.reason.is_suspicious else self.get_logger().info
-            tell(f'refused: {answer.message}')
+            # Two calls: rclpy lets one line of code log with one severity only.
+            if answer.reason.is_suspicious:
+                self.get_logger().warning(f'refused: {answer.message}')
+            else:
+                self.get_logger().info(f'refused: {answer.message}')
             return
         self.get_logger().info(f'accepted: {answer.to_json()}')
         self._command.publish(String(data=answer.to_json()))
