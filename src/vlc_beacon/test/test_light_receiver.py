@@ -45,6 +45,17 @@ def test_frequencies_must_be_given_to_all_lamps_or_none(number: int) -> None:
         LightReceiver(beacons, SETTINGS)
 
 
+@pytest.mark.parametrize('close', [3000.0, 3199.0])
+def test_frequencies_that_cannot_be_told_apart_are_refused(close: float) -> None:
+    tones = (3000.0, 5000.0, close, 4000.0)
+    beacons = [replace(beacon, frequency=tone) for beacon, tone in zip(BEACONS, tones, strict=True)]
+    with pytest.raises(
+        VlcBeaconError, match=f'1 and 3 have the frequencies 3000 Hz and {close:g} Hz; set them 200'
+    ):
+        LightReceiver(beacons, SETTINGS)
+    LightReceiver([*beacons[:2], replace(beacons[2], frequency=3200.0)], SETTINGS)
+
+
 def film(diameter: float, seconds: float, *, rolling: bool) -> Iterator[tuple[float, np.ndarray]]:
     """Yield stamps and images of four sharp discs without a halo that play their IDs [px, s]."""
     rng, rate = np.random.default_rng(1), 30.003 if rolling else 60.004

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.lamp_image.lamp_tracks import LampSample, LampTracks
 from vlc_beacon.core.lamp_image.settings import LampSettings
 from vlc_beacon.core.light_code.light_profile import LightProfile, rs_fsk_profile, ufsook_profile
+from vlc_beacon.core.light_code.rs_fsk_decoder import TONES_APART
 from vlc_beacon.core.packet.command_packet import CommandPacket
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.receiver.followed_lamp import FollowedLamp, Silence
@@ -56,7 +58,8 @@ class LightReceiver:
             settings: of camera and lamps.
 
         Raises:
-            VlcBeaconError: some beacons have a frequency and others none, or only one is there to be told by it.
+            VlcBeaconError: some beacons have a frequency and others none, only one is there to be told by it, or two
+                are too close.
         """
         known = list(beacons)
         self._known = frozenset(beacon.id for beacon in known)
@@ -98,10 +101,12 @@ class LightReceiver:
         return ReadLamp(sample, lamp.beacon, lamp.stranger, tuple(lamp.heard), lamp.silence, lamp.said)
 
     def _new_lamp(self) -> FollowedLamp:
-        decoder: LampDecoder = GlobalShutterDecoder(self._settings.exposure_time)
+        return FollowedLamp(self._new_decoder(), self._known, self._readable_diameter)
+
+    def _new_decoder(self) -> LampDecoder:
         if self._settings.is_rolling:
-            decoder = RollingShutterDecoder(self._timing, self._tones)
-        return FollowedLamp(decoder, self._known, self._readable_diameter)
+            return RollingShutterDecoder(self._timing, self._tones)
+        return GlobalShutterDecoder(self._settings.exposure_time)
 
 
 def _tones(beacons: list[Beacon]) -> dict[int, float]:
@@ -111,6 +116,13 @@ def _tones(beacons: list[Beacon]) -> dict[int, float]:
             f'beacons: {len(tones)} of {len(beacons)} have a frequency; '
             'give one to all, of two or more, or to none whose lamps play their IDs'
         )
+    ordered = sorted(tones, key=lambda id_: tones[id_])
+    for one, other in pairwise(ordered):
+        if tones[other] - tones[one] < TONES_APART:
+            raise VlcBeaconError(
+                f'beacons: {one} and {other} have the frequencies {tones[one]:g} Hz and {tones[other]:g} Hz; '
+                f'set them {TONES_APART:g} Hz apart or more'
+            )
     return tones
 
 
