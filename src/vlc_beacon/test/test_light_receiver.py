@@ -16,6 +16,7 @@ from light_waveform import Waveform
 from scene_simulator.shutter import Shutter
 from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
+from vlc_beacon.core.packet.data_packet import packets_of_message
 from vlc_beacon.core.receiver.light_receiver import LightReceiver
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
@@ -88,3 +89,15 @@ def test_the_smallest_lamps_that_are_promised_get_their_ids(
     for stamp, image in film(diameter, seconds, rolling=rolling):
         lamps = receiver.receive(stamp, image)
     assert sorted(str(lamp.beacon) for lamp in lamps) == ['1', '2', '3', '4']
+
+
+def test_a_long_packet_of_a_lamp_without_a_name_is_heard() -> None:
+    (packet,) = packets_of_message('x' * 60)
+    waveform = ufsook_waveform([packet.to_bytes()])
+    receiver, rng, said = LightReceiver(BEACONS, ReceiverSettings()), np.random.default_rng(1), []
+    for stamp in np.arange(0.0, waveform.period + 1.0, 1.0 / 60.004).tolist():
+        halves = waveform.exposed(stamp - 0.377, 5e-4)
+        picture = draw_lamp(room(64, 64), (32.0, 32.0), 8.0, 200.0, halves=halves)
+        said += [lamp.said for lamp in receiver.receive(stamp, photograph(picture, 1.0, rng)) if lamp.said]
+    assert waveform.period > 15.0
+    assert said == ['x' * 60]

@@ -35,18 +35,21 @@ class FollowedLamp:
         silence: why it is left alone, None for a lamp that is listened to.
     """
 
-    def __init__(self, decoder: LampDecoder, known: AbstractSet[int], readable_diameter: float) -> None:
+    def __init__(
+        self, decoder: LampDecoder, known: AbstractSet[int], readable_diameter: float, patience: float
+    ) -> None:
         """Begin with a lamp that was just found.
 
         Args:
             decoder: of this lamp alone.
             known: the IDs in the beacons file.
             readable_diameter: lamps that are smaller may be too small to be read [px].
+            patience: an unnamed lamp that tells nothing for so long is left alone for a while [s].
         """
         self._decoder = decoder
         self._known = known
         self._readable_diameter = readable_diameter
-        self._patience = Patience()
+        self._patience = Patience(patience)
         self._confirmation = IdConfirmation(_ALL_IDS)
         self.beacon: int | None = None
         self.stranger: int | None = None

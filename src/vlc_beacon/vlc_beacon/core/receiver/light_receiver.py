@@ -66,7 +66,10 @@ class LightReceiver:
         self._tones = _tones(known) if settings.is_rolling else {}
         self._timing = row_timing(settings, self._tones.values())
         self._settings = settings
-        self._readable_diameter = float(_profile(settings).rows_min)
+        profile = _profile(settings)
+        self._readable_diameter = float(profile.rows_min)
+        # Who looks up in the middle of the longest packet has heard it after twice its length.
+        self._patience = 2.0 * profile.seconds_per_100_bytes
         self._detector = LampDetector(_lamp_settings(settings, self._timing))
         self._tracks = LampTracks(split_lamps=not settings.is_rolling)
         self._lamps: dict[int, FollowedLamp] = {}
@@ -101,7 +104,7 @@ class LightReceiver:
         return ReadLamp(sample, lamp.beacon, lamp.stranger, tuple(lamp.heard), lamp.silence, lamp.said)
 
     def _new_lamp(self) -> FollowedLamp:
-        return FollowedLamp(self._new_decoder(), self._known, self._readable_diameter)
+        return FollowedLamp(self._new_decoder(), self._known, self._readable_diameter, self._patience)
 
     def _new_decoder(self) -> LampDecoder:
         if self._settings.is_rolling:
