@@ -8,13 +8,11 @@ from enum import Enum
 from vlc_beacon.core.packet.command_packet import CommandPacket
 from vlc_beacon.core.packet.data_packet import DataPacket
 from vlc_beacon.core.packet.id_confirmation import IdConfirmation
-from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX, IdPacket
+from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.packet.message_assembly import MessageAssembly
 from vlc_beacon.core.packet.packet_reader import ReceivedPacket
 from vlc_beacon.core.receiver.lamp_decoder import LampDecoder, LampView
 from vlc_beacon.core.receiver.patience import Patience
-
-_ALL_IDS = frozenset(range(BEACON_ID_MAX + 1))
 
 
 class Silence(Enum):
@@ -50,7 +48,7 @@ class FollowedLamp:
         self._known = known
         self._readable_diameter = readable_diameter
         self._patience = Patience(patience)
-        self._confirmation = IdConfirmation(_ALL_IDS)
+        self._confirmation = IdConfirmation()
         self.beacon: int | None = None
         self.stranger: int | None = None
         self._assembly = MessageAssembly()
