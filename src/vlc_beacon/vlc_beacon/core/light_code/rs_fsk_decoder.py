@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from itertools import pairwise
 
 import numpy as np
 
@@ -68,7 +69,9 @@ class ToneDecoder:
 
 
 def _foreign_tones(known: Collection[float]) -> tuple[float, ...]:
-    """Return tones every `TONE_SPACING` that are no nearer than that to a known one [Hz]."""
-    grid = np.arange(TONE_SPACING, max(FOREIGN_HIGHEST, *known) + 2.0 * TONE_SPACING, TONE_SPACING)
-    apart = np.abs(grid[:, None] - np.array(list(known))).min(axis=1)
-    return tuple(grid[apart >= TONE_SPACING].tolist())
+    """Return tones in the gaps between known ones, `TONE_SPACING` or more from each other and from those [Hz]."""
+    edges = [0.0, *sorted(known), max(FOREIGN_HIGHEST, *known) + 2.0 * TONE_SPACING]
+    gaps = [
+        np.linspace(low, high, max(int((high - low) / TONE_SPACING), 1) + 1) for low, high in pairwise(edges)
+    ]
+    return tuple(np.concatenate([gap[1:-1] for gap in gaps]).tolist())
