@@ -21,7 +21,8 @@ class CommandExecutor:
 
     The robot follows a line, straight ahead from where it began. A turn is made on the spot: brake, turn, go on along
     the new line. While there is no fresh pose it brakes; once it stands no velocity is given at all, so that whoever
-    drives next, or the `cmd_vel` timeout of the motors, has its way.
+    drives next, or the `cmd_vel` timeout of the motors, has its way. The next pose then begins a new line, and a turn
+    that was under way is not resumed.
 
     Args:
         settings: how to drive.
@@ -55,7 +56,7 @@ class CommandExecutor:
                 self._is_turning = True
 
     def robot_at(self, stamp: float, T_map_base: PlanarPose) -> None:
-        """Take the robot's pose in the map [s]; the first one is on the line and along it."""
+        """Take the robot's pose in the map [s]; the first one, and that after a rest, is on the line and along it."""
         if self._course is None:
             self._course = Course(T_map_base)
         self._course.robot_at(T_map_base)
@@ -70,7 +71,10 @@ class CommandExecutor:
         settings = self._settings
         velocity = last.toward(given, settings.acceleration * step, settings.turn_acceleration * step)
         self._last = (stamp, velocity)
-        return None if wanted is None and velocity.is_standing else velocity
+        if wanted is None and velocity.is_standing:
+            self._course, self._is_turning = None, False
+            return None
+        return velocity
 
     def _wanted(self, stamp: float, last: Velocity) -> Velocity | None:
         course, settings = self._course, self._settings
