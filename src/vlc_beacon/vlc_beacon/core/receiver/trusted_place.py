@@ -2,7 +2,8 @@
 
 Three copied lamps can move the pose of a robot, and with it the place where a command is obeyed; its wheels they cannot
 turn. Without odometry a pose must not be farther from the last one than a robot can drive: copied lamps make it jump,
-too. Small steps do not add up: a pose must agree with one of long ago as well. A robot that was carried elsewhere is believed after a while.
+too. Small steps do not add up: a pose must agree with one of long ago as well. A robot that was carried elsewhere is
+believed after a while.
 """
 
 from __future__ import annotations
