@@ -35,6 +35,7 @@ class CommandExecutor:
         self._speed = min(settings.cruise_speed, speed_limit)
         self._is_stopped = False
         self._is_turning = False
+        self._is_left = False
         self._course: Course | None = None
         self._pose_stamp = -math.inf
         self._last: tuple[float, Velocity] | None = None
@@ -57,8 +58,9 @@ class CommandExecutor:
 
     def robot_at(self, stamp: float, T_map_base: PlanarPose) -> None:
         """Take the robot's pose in the map [s]; the first one, and that after a rest, is on the line and along it."""
-        if self._course is None:
+        if self._course is None or self._is_left:
             self._course = Course(T_map_base)
+            self._is_turning = self._is_left = False
         self._course.robot_at(T_map_base)
         self._pose_stamp = stamp
 
@@ -71,10 +73,8 @@ class CommandExecutor:
         settings = self._settings
         velocity = last.toward(given, settings.acceleration * step, settings.turn_acceleration * step)
         self._last = (stamp, velocity)
-        if wanted is None and velocity.is_standing:
-            self._course, self._is_turning = None, False
-            return None
-        return velocity
+        self._is_left = wanted is None and velocity.is_standing
+        return None if self._is_left else velocity
 
     def _wanted(self, stamp: float, last: Velocity) -> Velocity | None:
         course, settings = self._course, self._settings
