@@ -29,7 +29,6 @@ from shirube_geometry import PinholeCamera, PlanarPose
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.isolated_graph import IsolatedGraph
 from shirube_ros.pose_conversion import odometry_message, planar_pose
-from vlc_beacon.core.packet.operation import Operation
 from vlc_beacon.core.receiver.beacon_receiver import Reception
 from vlc_beacon.node import VlcBeaconNode
 
@@ -255,56 +254,6 @@ def test_a_jump_back_in_time_starts_a_new_receiver(graph: IsolatedGraph, beacons
         [('receive', 100.0)],
         [('receive', 5.0)],
     ]
-
-
-def test_odometry_and_tilt_that_tell_of_a_jump_back_go_to_the_new_receiver(
-    graph: IsolatedGraph, beacons_file: Path
-) -> None:
-    robot = Robot(graph, beacons_file)
-    robot.send('odom', odometry(100.0))
-    robot.send('odom', odometry(50.0))
-    robot.send('imu', Imu(header=header(60.0, 'base_link'), orientation=LEANING))
-    robot.send('imu', Imu(header=header(20.0, 'base_link'), orientation=LEANING))
-    robot.send('attitude', QuaternionStamped(header=header(30.0, 'base_link'), quaternion=LEANING))
-    robot.send('attitude', QuaternionStamped(header=header(5.0, 'base_link'), quaternion=LEANING))
-    assert [[call[:2] for call in receiver.calls] for receiver in robot.receivers] == [
-        [('odometry', 100.0)],
-        [('odometry', 50.0), ('tilt', 60.0)],
-        [('tilt', 20.0), ('tilt', 30.0)],
-        [('tilt', 5.0)],
-    ]
-
-
-def test_after_a_jump_back_the_line_begins_where_the_robot_is_then(
-    graph: IsolatedGraph, beacons_file: Path
-) -> None:
-    robot = Robot(graph, beacons_file, drive=True)
-    before = robot.node._executor_of_commands
-    before.obey(Operation.STOP, 0.0)
-    robot.send_image(100.0)
-    robot.send_image(5.0)
-    after = robot.node._executor_of_commands
-    assert after is not before
-    after.robot_at(5.1, POSE)
-    assert max(after.velocity(5.1 + 0.1 * k).forward for k in range(3)) > 0.0
-
-
-def test_a_pose_that_is_lost_at_once_is_told_when_the_line_may_be_said(
-    graph: IsolatedGraph, beacons_file: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    robot = Robot(graph, beacons_file)
-    lines, may_speak = [], [True, False, True, True]
-
-    class Logger:
-        def info(self, line: str, **_: object) -> bool:
-            said = may_speak.pop(0)
-            lines.extend([line[:7]] if said else [])
-            return said
-
-    monkeypatch.setattr(robot.node, 'get_logger', Logger)
-    for answer in (with_fix(), without_fix(), without_fix(), without_fix()):
-        robot.node._tell_change(answer.result)
-    assert lines == ['found: ', 'no pose']
 
 
 def test_pictures_and_markers_are_made_for_listeners(graph: IsolatedGraph, beacons_file: Path) -> None:
