@@ -44,13 +44,23 @@ def test_after_a_jump_back_the_line_begins_where_the_robot_is_then(
 ) -> None:
     robot = Robot(graph, beacons_file, drive=True)
     before = robot.node._executor_of_commands
-    before.obey(Operation.STOP, 0.0)
     robot.send_image(100.0)
+    before.obey(Operation.TURN, 1.0)
     robot.send_image(5.0)
     after = robot.node._executor_of_commands
     assert after is not before
     after.robot_at(5.1, POSE)
     assert max(after.velocity(5.1 + 0.1 * k).forward for k in range(3)) > 0.0
+
+
+def test_a_stop_outlives_a_jump_back(graph: IsolatedGraph, beacons_file: Path) -> None:
+    robot = Robot(graph, beacons_file, drive=True)
+    robot.send_image(100.0)
+    robot.node._executor_of_commands.obey(Operation.STOP, 0.0)
+    robot.send_image(5.0)
+    executor = robot.node._executor_of_commands
+    executor.robot_at(5.1, POSE)
+    assert all(executor.velocity(5.1 + 0.1 * k).is_standing for k in range(3))
 
 
 def test_a_pose_that_is_lost_at_once_is_told_when_the_line_may_be_said(

@@ -257,7 +257,10 @@ class VlcBeaconNode(Node):
         )
         self._judge.forget_place()
         self._receiver = self._new_receiver()
-        self._executor_of_commands = self._new_executor()
+        before, self._executor_of_commands = self._executor_of_commands, self._new_executor()
+        if before is not None and before.is_stopped and self._executor_of_commands is not None:
+            # Who said stop did not mean until the clock is set.
+            self._executor_of_commands.obey(Operation.STOP, 0.0)
 
 
 def main() -> int:

@@ -40,6 +40,11 @@ class CommandExecutor:
         self._pose_stamp = -math.inf
         self._last: tuple[float, Velocity] | None = None
 
+    @property
+    def is_stopped(self) -> bool:
+        """Whether a lamp said stop, and none has said resume since."""
+        return self._is_stopped
+
     def obey(self, operation: Operation, value: float) -> None:
         """Take an accepted command; see `Operation`. A turn before the first pose is not made."""
         match operation:
