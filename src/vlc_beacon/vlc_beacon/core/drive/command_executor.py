@@ -78,7 +78,8 @@ class CommandExecutor:
         settings = self._settings
         velocity = last.toward(given, settings.acceleration * step, settings.turn_acceleration * step)
         self._last = (stamp, velocity)
-        self._is_left = wanted is None and velocity.is_standing
+        # The zero is said once, or the motors would keep the last step above it until their timeout.
+        self._is_left = wanted is None and last.is_standing
         return None if self._is_left else velocity
 
     def _wanted(self, stamp: float, last: Velocity) -> Velocity | None:
