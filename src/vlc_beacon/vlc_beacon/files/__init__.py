@@ -1,1 +1,1 @@
-"""Files of the package: lamps, key, counters, blooming, poses, images."""
+"""Files of the package: lamps, key, counters, blooming, poses."""
