@@ -54,14 +54,14 @@ def _draw_track(axes: Axes, drive: LampDrive) -> None:
         axes.annotate(
             '\n'.join(words),
             (place[0] / 5.0, place[1] / 5.0),
-            (14, -26),
+            (-92, -34),
             textcoords='offset points',
             fontsize='small',
         )
     axes.set(
         aspect='equal', xlabel='x [m]', ylabel='y [m]', title='Commands of the lamps are obeyed at the stars'
     )
-    axes.margins(0.15)
+    axes.margins(0.12)
     axes.legend(loc='center', fontsize='small')
 
 

@@ -48,7 +48,7 @@ def likelihoods(image: NDArray[np.uint8], blobs: LampBlobs) -> NDArray[np.float6
     """Return the log likelihoods of the tones, shape (lamps, tones)."""
     noise, table = noise_sigma(image), []
     for centre, radius, background in zip(blobs.centroids, blobs.radii, blobs.backgrounds, strict=True):
-        first, brightness = row_profile(image, centre, radius, background, LONGEST_STRIPE, noise)
+        first, brightness = row_profile(image, centre, radius, background, noise)
         rows = rows_of_frame(0.0, first, brightness, 1.0 / ROWS_A_SECOND, EXPOSURE)
         table.append(tone_likelihoods(rows, TONES)[0])
     return np.array(table)

@@ -12,10 +12,13 @@ import numpy as np
 import pytest
 
 from shirube_bags.bag_reader import BagReader
+from shirube_bags.bag_trajectory import load_bag_trajectory
+from shirube_bags.trajectory_errors import compare_trajectories
+from shirube_bags.tum_file import load_tum
 from shirube_geometry import PlanarPose
 from shirube_ros.pose_conversion import planar_pose
 from vlc_beacon.bag_localization import BagLocalization, choose_topics
-from vlc_beacon.commands import survey
+from vlc_beacon.commands import locate, survey
 from vlc_beacon.core.packet.operation import Operation
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, Reception
 from vlc_beacon.core.trust.trust_settings import TrustSettings
@@ -27,8 +30,8 @@ from vlc_beacon.node_settings import NodeSettings
 from vlc_beacon.receiver_from_files import beacons_of, judge_of
 
 BAG = Path(__file__).parents[1] / 'bags' / 'lamp_drive'
-IMAGES = 1200
-"""The first 20 s: both commands of both lamps are heard where they count."""
+IMAGES = 1500
+"""The first 25 s: both commands of both lamps are heard where they count."""
 LAMP_A, LAMP_B = 4, 3
 
 
@@ -125,7 +128,8 @@ def test_poses_are_as_good_as_they_say(run: Run) -> None:
 
 def test_a_survey_finds_the_lamps_of_the_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / 'beacons.yaml'
-    assert survey.main([str(BAG), '--lamp-radius', '0.0325', '--out', str(out)]) == 0
+    arguments = [str(BAG), '--lamp-radius', '0.0325', '--out', str(out)]
+    assert survey.main([*arguments, '--camera-xyz', '0', '0', '0']) == 0
     found, true = load_beacons(out), load_beacons(BAG / 'beacons.yaml')
     assert [beacon.id for beacon in found] == [beacon.id for beacon in true] == [1, 2, 3, 4]
     errors = np.array([beacon.xyz for beacon in found]) - [beacon.xyz for beacon in true]
@@ -138,3 +142,17 @@ def test_a_survey_finds_the_lamps_of_the_bag(tmp_path: Path, capsys: pytest.Capt
     )
     assert np.abs(errors).max() < 0.005
     assert (np.abs(errors) < 3.0 * sigmas + 0.0001).all()
+
+
+def test_a_rolling_shutter_finds_the_same_way(tmp_path: Path) -> None:
+    bag = BAG.with_name('lamp_drive_rolling')
+    arguments = ['--beacons', str(bag / 'beacons.yaml'), '--bag', str(bag), '--out', str(tmp_path)]
+    camera = ['--shutter', 'rolling', '--exposure-time', '60e-6', '--camera-xyz', '0', '0', '0']
+    assert locate.main([*arguments, *camera]) == 0
+    with BagReader(bag) as reader:
+        truth = load_bag_trajectory(reader, '/ground_truth')
+    errors = compare_trajectories(load_tum(tmp_path / 'poses.tum'), truth, longest_gap=0.1)
+    assert len(errors.position) > 330
+    assert np.median(errors.position) < 0.004
+    assert errors.position.max() < 0.02
+    assert np.abs(errors.heading).max() < math.radians(0.5)
