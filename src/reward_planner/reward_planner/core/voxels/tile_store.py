@@ -66,6 +66,8 @@ class TileStore:
             stamp: now [s].
         """
         missing = np.argwhere(needed & (slots == NO_TILE))
+        if len(missing) == 0:
+            return
         self._make_room(window, len(missing))
         free = np.setdiff1d(np.arange(len(self.values)), np.fromiter(self._slots.values(), dtype=np.int64))
         for (i, j), slot in zip(missing.tolist(), free.tolist(), strict=False):
