@@ -3,7 +3,7 @@
 from setuptools import find_packages, setup
 
 NAME = 'scene_simulator'
-COMMANDS = ('generate_floor', 'record_floor_bag', 'record_lamp_bag', 'render_floor_view')
+COMMANDS = ('generate_floor', 'record_floor_bag', 'record_lamp_bag', 'record_room_bag', 'render_floor_view')
 
 setup(
     name=NAME,

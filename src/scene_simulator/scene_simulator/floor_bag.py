@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from scene_simulator.demo_scene import DemoScene
 from scene_simulator.scene_error import SceneError
 from scene_simulator.wheel_odometry import WheelErrors, measure_odometry
 from shirube_bags.bag_writer import BagWriter
+from shirube_geometry import PlanarPose
 
 CAMERA_FRAME = 'belly_camera_optical_frame'
 
@@ -44,7 +45,8 @@ def record_drive(scene: DemoScene, path: Path, seconds: float) -> Iterator[int]:
     """
     times = _image_times(seconds)
     with BagWriter(path) as bag:
-        odometry = _odometry_messages(scene, seconds)
+        rng = np.random.default_rng((scene.seed, _WHEEL_NOISE))
+        odometry = odometry_messages(scene.pose_at, seconds, rng)
         waiting = next(odometry, None)
         for index, time_ns in enumerate(times):
             while waiting is not None and waiting[0] <= time_ns:
@@ -87,11 +89,18 @@ def _write_image(bag: BagWriter, scene: DemoScene, index: int, time_ns: int) -> 
     bag.write('/image_raw/compressed', 'sensor_msgs/msg/CompressedImage', image, stamp)
 
 
-def _odometry_messages(scene: DemoScene, seconds: float) -> Iterator[tuple[int, object]]:
-    """Yield wheel odometry, each message with its time since the start [ns]."""
+def odometry_messages(
+    pose_at: Callable[[float], PlanarPose], seconds: float, rng: np.random.Generator
+) -> Iterator[tuple[int, object]]:
+    """Yield wheel odometry, each message with its time since the start [ns].
+
+    Args:
+        pose_at: gives ``T_map_base`` at a time since the start [s].
+        seconds: length of the recording [s].
+        rng: source of the wheels' slip.
+    """
     times_ns = range(0, round(seconds * 1e9), _ODOMETRY_PERIOD_NS)
-    rng = np.random.default_rng((scene.seed, _WHEEL_NOISE))
-    true_poses = [scene.pose_at(time_ns / 1e9) for time_ns in times_ns]
+    true_poses = [pose_at(time_ns / 1e9) for time_ns in times_ns]
     before = None
     for time_ns, pose in zip(times_ns, measure_odometry(true_poses, WheelErrors(), rng), strict=True):
         motion = (before or pose).inverse() @ pose

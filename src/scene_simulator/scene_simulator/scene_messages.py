@@ -43,9 +43,18 @@ def compressed_image(
     )
 
 
-def camera_info(camera: PinholeCamera, frame: str, stamp_ns: int) -> object:
-    """Return the calibration of the camera of a frame as sensor_msgs/CameraInfo."""
-    projection = np.column_stack([camera.matrix, np.zeros(3)])
+def camera_info(
+    camera: PinholeCamera, frame: str, stamp_ns: int, place: tuple[float, float] = (0.0, 0.0)
+) -> object:
+    """Return the calibration of the camera of a frame as sensor_msgs/CameraInfo.
+
+    Args:
+        camera: the calibration.
+        frame: of the camera.
+        stamp_ns: stamp [ns].
+        place: x and y in the optical frame of the camera to which it is rectified [m].
+    """
+    projection = np.column_stack([camera.matrix, 0.0 - camera.matrix @ (*place, 0.0)])
     whole_image = _message(
         'sensor_msgs/msg/RegionOfInterest', x_offset=0, y_offset=0, height=0, width=0, do_rectify=False
     )
@@ -109,6 +118,29 @@ def imu(reading: TiltReading, frame: str, stamp_ns: int) -> object:
         linear_acceleration=_vector(0.0, 0.0, 0.0),
         linear_acceleration_covariance=nothing,
     )
+
+
+def occupancy_grid(
+    cells: NDArray[np.int8], origin: tuple[float, float], resolution: float, stamp_ns: int
+) -> object:
+    """Return cells, shape (rows, columns), as nav_msgs/OccupancyGrid in the frame map.
+
+    Args:
+        cells: 0 free, 100 occupied.
+        origin: x and y of the lower left corner of cell (0, 0) [m].
+        resolution: side of a cell [m].
+        stamp_ns: stamp [ns].
+    """
+    header = _header('map', stamp_ns)
+    info = _message(
+        'nav_msgs/msg/MapMetaData',
+        map_load_time=_message('builtin_interfaces/msg/Time', sec=0, nanosec=0),
+        resolution=resolution,
+        width=cells.shape[1],
+        height=cells.shape[0],
+        origin=_pose(PlanarPose(*origin, 0.0)),
+    )
+    return _message('nav_msgs/msg/OccupancyGrid', header=header, info=info, data=cells.ravel())
 
 
 def flag(value: bool) -> object:

@@ -1,0 +1,42 @@
+"""Three cameras in an L: the left one, one to its right, one above it; all look the same way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_simulator.camera_motion import camera_pose
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+
+
+@dataclass(frozen=True)
+class CameraRig:
+    """An L of rectified cameras.
+
+    Attributes:
+        camera: all are alike, without distortion.
+        mount: of the left camera's optical frame in ``base_link``.
+        baseline: from the left camera to each of the others [m].
+    """
+
+    camera: PinholeCamera
+    mount: CameraMount
+    baseline: float
+
+    @property
+    def places(self) -> dict[str, tuple[float, float]]:
+        """Where the cameras are in the left one's optical frame, x to the right and y down [m], by name."""
+        return {'left': (0.0, 0.0), 'right': (self.baseline, 0.0), 'top': (0.0, -self.baseline)}
+
+    def views(self, T_map_base: PlanarPose) -> dict[str, NDArray[np.float64]]:
+        """Return ``T_map_camera`` of each camera, shape (4, 4), by name."""
+        pose = camera_pose(T_map_base, self.mount)
+        views = {}
+        for name, (x, y) in self.places.items():
+            view = np.eye(4)
+            view[:3, :3] = pose.rotation
+            view[:3, 3] = pose.position + pose.rotation @ (x, y, 0.0)
+            views[name] = view
+        return views
