@@ -53,16 +53,24 @@ def crate(size_x: float, size_y: float, height: float) -> Furniture:
 
 def table(size_x: float, size_y: float, height: float) -> Furniture:
     """Return a table top on four legs [m]."""
-    legs = ((x, y, 0.0, x + _LEG, y + _LEG, height) for x in (0.0, size_x - _LEG) for y in (0.0, size_y - _LEG))
+    legs = (
+        (x, y, 0.0, x + _LEG, y + _LEG, height) for x in (0.0, size_x - _LEG) for y in (0.0, size_y - _LEG)
+    )
     return Furniture('table', ((0.0, 0.0, height - _BOARD, size_x, size_y, height), *legs))
 
 
 def shelf(size_x: float, size_y: float, height: float, boards: int) -> Furniture:
     """Return an open shelf: boards between two panels at the ends of its longer side, nothing behind [m]."""
     if size_x >= size_y:
-        panels = ((0.0, 0.0, 0.0, _BOARD, size_y, height), (size_x - _BOARD, 0.0, 0.0, size_x, size_y, height))
+        panels = (
+            (0.0, 0.0, 0.0, _BOARD, size_y, height),
+            (size_x - _BOARD, 0.0, 0.0, size_x, size_y, height),
+        )
     else:
-        panels = ((0.0, 0.0, 0.0, size_x, _BOARD, height), (0.0, size_y - _BOARD, 0.0, size_x, size_y, height))
+        panels = (
+            (0.0, 0.0, 0.0, size_x, _BOARD, height),
+            (0.0, size_y - _BOARD, 0.0, size_x, size_y, height),
+        )
     levels = np.linspace(0.1, height - _BOARD, boards).tolist()
     return Furniture('shelf', (*panels, *((0.0, 0.0, z, size_x, size_y, z + _BOARD) for z in levels)))
 

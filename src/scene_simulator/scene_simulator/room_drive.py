@@ -20,7 +20,23 @@ _PICTURE_NOISE, _POSE_NOISE = 1, 2
 _FREE_WAY = 0.02
 """Time between the places of the drive that stay free [s]."""
 _SPEED = 0.55
-_CORNERS = ((-2.6, -1.1), (-1.5, -1.7), (0.3, -1.3), (2.1, -1.6), (2.7, -0.3), (2.2, 1.4), (0.5, 1.7), (-1.6, 1.5))
+_CORNERS = (
+    (-2.6, -1.1),
+    (-1.5, -1.7),
+    (0.3, -1.3),
+    (2.1, -1.6),
+    (2.7, -0.3),
+    (2.2, 1.4),
+    (0.5, 1.7),
+    (-1.6, 1.5),
+)
+
+RIG = CameraRig(
+    PinholeCamera(320, 240, 262.5, 262.5, 159.5, 119.5),
+    CameraMount((0.1, 0.05, 0.4), (-math.pi / 2.0, 0.0, -math.pi / 2.0)),
+    0.1,
+)
+"""Level, looking ahead."""
 
 
 def around_the_room() -> RobotDrive:
@@ -46,11 +62,7 @@ class RoomDrive:
     seed: int = 1
     size: Box = (-4.03, -3.02, 0.0, 4.02, 3.03, 2.5)
     furnishing: Furnishing = field(default_factory=Furnishing)
-    rig: CameraRig = CameraRig(
-        PinholeCamera(320, 240, 262.5, 262.5, 159.5, 119.5),
-        CameraMount((0.1, 0.05, 0.4), (-math.pi / 2.0, 0.0, -math.pi / 2.0)),
-        0.1,
-    )
+    rig: CameraRig = RIG
     keep_free: float = 0.5
     picture_noise: float = 2.0
     pose_noise: tuple[float, float] = (0.003, 0.002)
@@ -81,9 +93,7 @@ class RoomDrive:
         rng = np.random.default_rng((self.seed, _PICTURE_NOISE, index))
         boxes, noise = self.room.boxes, self.picture_noise
         views = self.rig.views(self.drive.pose_at(time))
-        return {
-            name: picture_of(boxes, self.rig.camera, view, noise, rng) for name, view in views.items()
-        }
+        return {name: picture_of(boxes, self.rig.camera, view, noise, rng) for name, view in views.items()}
 
     def located(self, index: int, time: float) -> PlanarPose:
         """Return ``T_map_base`` as a localizer tells it, with noise; arguments as of `pictures`."""

@@ -1,0 +1,229 @@
+"""The recorded drive through a room: its bag, its replay through the mapper, and the map against the truth."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from reward_planner.core.depth.depth_points import points_from_depth_image
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.grid.footprint import clearance
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import FREE, OccupancyMap
+from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
+from reward_planner.core.planner_settings import PlannerSettings
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from scene_simulator.box_room import points_from_depth
+from scene_simulator.room_bag import HEIGHTS
+from scene_simulator.room_drive import RoomDrive
+from shirube_bags.bag_reader import BagReader
+from shirube_geometry import PlanarPose
+from shirube_ros.image_conversion import array_from_compressed_image
+from shirube_ros.pose_conversion import planar_pose
+
+Image = NDArray[np.uint8]
+BAG = Path(__file__).parents[1] / 'bags' / 'room_drive'
+CAMERAS = ('left', 'right', 'top')
+SEEN_FRAMES = 3
+"""A cell counts as seen where so many instants show a surface in it."""
+
+
+@dataclass(frozen=True)
+class Instant:
+    """What the bag holds for one instant.
+
+    Attributes:
+        stamp: [s].
+        images: of the left, the right and the top camera.
+        truth: ``T_map_base``.
+    """
+
+    stamp: float
+    images: tuple[Image, Image, Image]
+    truth: PlanarPose
+
+
+@dataclass
+class RoomBag:
+    """The bag's contents.
+
+    Attributes:
+        instants: in their order.
+        poses: of the localizer, with their stamps [s].
+        projections: P of the cameras, shape (3, 4), by name.
+        truth: the true map.
+    """
+
+    instants: list[Instant] = field(default_factory=list)
+    poses: list[tuple[float, PlanarPose]] = field(default_factory=list)
+    projections: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    truth: OccupancyMap | None = None
+
+
+def load_room_bag(path: Path = BAG) -> RoomBag:
+    """Read a bag of `scene_simulator record_room_bag`; the true pose comes last at each instant."""
+    bag, images = RoomBag(), dict[str, Image]()
+    with BagReader(path) as reader:
+        for raw in reader.messages():
+            message, stamp = reader.decode(raw), 1e-9 * raw.stamp_ns
+            name = raw.topic.split('/')[1]
+            if raw.topic.endswith('/image_rect/compressed'):
+                images[name] = array_from_compressed_image(message, raw.topic)
+            elif raw.topic.endswith('/camera_info'):
+                bag.projections[name] = message.p.reshape(3, 4)
+            elif raw.topic == '/pose':
+                bag.poses.append((stamp, planar_pose(message.pose, raw.topic)))
+            elif raw.topic == '/truth/map':
+                bag.truth = occupancy_of(message)
+            elif raw.topic == '/ground_truth':
+                left, right, top = (images[name] for name in CAMERAS)
+                bag.instants.append(Instant(stamp, (left, right, top), planar_pose(message.pose, raw.topic)))
+    return bag
+
+
+def occupancy_of(message: object) -> OccupancyMap:
+    """Return the map of a decoded OccupancyGrid."""
+    info = message.info  # type: ignore[attr-defined]
+    corner = info.origin.position
+    frame = GridFrame(corner.x, corner.y, round(info.resolution, 6), info.width, info.height)
+    return OccupancyMap(frame, message.data.reshape(info.height, info.width))  # type: ignore[attr-defined]
+
+
+DepthOf = Callable[[Instant], NDArray[np.float32]]
+"""Gives the depth of an instant, shape (height, width) [m], NaN for none."""
+
+
+@dataclass(frozen=True)
+class Replay:
+    """What came of a replay.
+
+    Attributes:
+        occupancy: int8, on the cells of the true map.
+        seconds: CPU time by stage [s].
+        frames: that were mapped.
+    """
+
+    occupancy: NDArray[np.int8]
+    seconds: Counter[str]
+    frames: int
+
+
+def replay(bag: RoomBag, truth: OccupancyMap, scene: RoomDrive, depth_of: DepthOf) -> Replay:
+    """Send the bag through depth, mapper and global map, as the node does."""
+    navigator = Navigator(scene.rig.mount, NavigatorSettings())
+    seconds, frames = Counter[str](), 0
+    poses = iter([*bag.poses, (np.inf, PlanarPose(0.0, 0.0, 0.0))])
+    pose = next(poses)
+    for instant in bag.instants:
+        start = time.process_time()
+        depth = depth_of(instant)
+        matched = time.process_time()
+        points = points_from_depth_image(depth, scene.rig.camera)
+        while pose[0] <= instant.stamp:
+            navigator.add_pose(*pose)
+            pose = next(poses)
+        navigator.add_frame(instant.stamp, instant.stamp, SensorFrame(points, scene.rig.camera.fx))
+        frames += len(navigator.work(instant.stamp))
+        seconds.update(depth=matched - start, mapping=time.process_time() - matched)
+    return Replay(navigator.mapper.map.occupancy_in(truth.frame), seconds, frames)
+
+
+def seen_cells(bag: RoomBag, truth: OccupancyMap, scene: RoomDrive) -> NDArray[np.bool_]:
+    """Return the solid cells of which the left camera saw a surface, from the true room and poses.
+
+    Args:
+        bag: for the true poses.
+        truth: the true map.
+        scene: the room and the cameras.
+    """
+    (low, high), reach = HEIGHTS, VoxelSettings().range_max
+    counts = np.zeros(truth.frame.shape, dtype=np.int64)
+    room = scene.room.boxes
+    for instant in bag.instants:
+        T = scene.rig.views(instant.truth)['left']
+        points = points_from_depth(room.depth_image(scene.rig.camera, T), scene.rig.camera)
+        near = points[np.hypot(np.hypot(points[:, 0], points[:, 1]), points[:, 2]) < reach]
+        places = near @ T[:3, :3].T + T[:3, 3]
+        places = places[(places[:, 2] > low) & (places[:, 2] < high)]
+        cells = truth.frame.cell_of(places[:, :2])
+        cells = np.unique(cells[truth.frame.contains(cells)], axis=0)
+        counts[cells[:, 0], cells[:, 1]] += 1
+    return np.asarray((counts >= SEEN_FRAMES) & truth.occupied())
+
+
+@dataclass(frozen=True)
+class Score:
+    """A map against the truth.
+
+    Attributes:
+        precision: share of the occupied cells that have a solid one no farther than 0, 1 and 2 cells.
+        recall: share of the seen solid cells that have an occupied one no farther than that.
+        false_free: cells said to be free that are solid, and of these those deeper inside than one cell.
+        free: number of cells said to be free.
+        overlap: how deep the robot would be in something, at worst, where the map says that all ground under it is free
+            and the planner's margin is kept [m].
+    """
+
+    precision: tuple[float, float, float]
+    recall: tuple[float, float, float]
+    false_free: tuple[int, int]
+    free: int
+    overlap: float
+
+
+def score(
+    occupancy: NDArray[np.int8], truth: OccupancyMap, seen: NDArray[np.bool_], scene: RoomDrive
+) -> Score:
+    """Compare a map with the truth.
+
+    Args:
+        occupancy: on the cells of the truth.
+        truth: the true map.
+        seen: its solid cells that were seen.
+        scene: the room.
+    """
+    known, solid = OccupancyMap(truth.frame, occupancy).occupied(), truth.occupied()
+    free = occupancy == FREE
+    radius = PlannerSettings().robot_radius
+    keep_away = radius + DrivingSettings().clearance_margin
+    resolution = truth.frame.resolution
+    lets = (clearance(known, resolution) > keep_away) & (clearance(~free, resolution) > radius)
+    gaps = distances_to_solid(truth.frame.centre_of(np.argwhere(lets)), scene)
+    deep = solid & ~grown(~solid, 1)
+    return Score(
+        (share(known, solid, 0), share(known, solid, 1), share(known, solid, 2)),
+        (share(seen, known, 0), share(seen, known, 1), share(seen, known, 2)),
+        (int((free & solid).sum()), int((free & deep).sum())),
+        int(free.sum()),
+        max(0.0, radius - float(gaps.min(initial=radius))),
+    )
+
+
+def distances_to_solid(points_map: NDArray[np.float64], scene: RoomDrive) -> NDArray[np.float64]:
+    """Return how far points, shape (n, 2), are from walls and from what is at the robot's heights, shape (n,) [m]."""
+    low, high = HEIGHTS
+    (x0, y0, _, x1, y1, _), points = scene.size, points_map
+    distances = np.minimum(points - (x0, y0), (x1, y1) - points).min(axis=1)
+    for box in scene.room.boxes.boxes:
+        if box[2] < high and box[5] > low:
+            nearest = np.clip(points, box[:2], box[3:5])
+            distances = np.minimum(distances, np.hypot(*(nearest - points).T))
+    return np.asarray(distances)
+
+
+def share(cells: NDArray[np.bool_], others: NDArray[np.bool_], reach: int) -> float:
+    """Return the share of cells that have one of the others within a square of this reach [cells]."""
+    return float((cells & grown(others, reach)).sum() / max(cells.sum(), 1))
+
+
+def grown(cells: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
+    """Return the cells and all around them within a square of this reach [cells]."""
+    square = np.ones((2 * reach + 1, 2 * reach + 1), dtype=np.uint8)
+    return np.asarray(cv2.dilate(cells.astype(np.uint8), square) > 0)

@@ -1,0 +1,32 @@
+"""The drive keeps away from furniture, and equal fields give equal pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from scene_simulator.room_drive import RoomDrive
+
+
+@pytest.mark.parametrize('seed', [1, 2, 3])
+def test_the_drive_hits_nothing(seed):
+    scene = RoomDrive(seed)
+    poses = [scene.drive.pose_at(t) for t in np.arange(0.0, scene.drive.duration, 0.05)]
+    way = np.array([(pose.x, pose.y) for pose in poses])
+    assert min(piece.distances_to(way).min() for piece in scene.room.furniture) > 0.45
+    low, high = np.array(scene.size[:2]), np.array(scene.size[3:5])
+    assert np.minimum(way - low, high - way).min() > 0.45
+
+
+def test_pictures_are_the_same_for_the_same_seed_and_the_noise_differs():
+    one, same = RoomDrive(1).pictures(4, 2.0), RoomDrive(1).pictures(4, 2.0)
+    other = RoomDrive(1).pictures(5, 2.0)
+    for name in ('left', 'right', 'top'):
+        np.testing.assert_array_equal(one[name], same[name])
+        assert 0.5 < np.abs(one[name].astype(float) - other[name]).mean() < 5.0
+
+
+def test_the_localizer_is_a_little_off():
+    scene = RoomDrive(1)
+    errors = [scene.located(k, 0.1 * k).distance_to(scene.drive.pose_at(0.1 * k)) for k in range(200)]
+    assert np.sqrt(np.mean(np.square(errors)) / 2.0) == pytest.approx(scene.pose_noise[0], rel=0.15)

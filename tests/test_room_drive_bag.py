@@ -1,0 +1,122 @@
+"""The recorded drive through a room is the simulator's, and the map that is made of it is the room."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from reward_planner.core.depth.depth_settings import DepthSettings
+from reward_planner.core.depth.stereo_pair import pair_from_projections
+from reward_planner.core.depth.trinocular_depth import TrinocularDepth
+from reward_planner.node import RewardPlannerNode
+from scene_simulator.room_bag import RESOLUTION, true_map
+from scene_simulator.room_drive import RoomDrive
+from shirube_bags.bag_reader import BagReader
+from shirube_bags.lockstep import replay_in_lockstep
+from shirube_ros.isolated_graph import isolated_graph
+
+ROOT = Path(__file__).resolve().parents[1]
+SCENE = RoomDrive()
+CAMERA_TOPICS = ('image_rect/compressed', 'camera_info')
+TOPICS = ['/pose', *(f'/{name}/{topic}' for name in ('left', 'right', 'top') for topic in CAMERA_TOPICS)]
+
+
+@pytest.fixture(scope='module')
+def bench() -> Iterator[ModuleType]:
+    sys.path.insert(0, str(ROOT / 'benchmarks'))
+    yield importlib.import_module('_room_drive')
+    sys.path.remove(str(ROOT / 'benchmarks'))
+
+
+@pytest.fixture(scope='module')
+def bag(bench: ModuleType) -> Any:
+    return bench.load_room_bag()
+
+
+@pytest.fixture(scope='module')
+def run(bench: ModuleType, bag: Any) -> Any:
+    pairs = (pair_from_projections(bag.projections['left'], bag.projections[n]) for n in ('right', 'top'))
+    matcher = TrinocularDepth(*pairs, DepthSettings())
+    return bench.replay(bag, bag.truth, SCENE, lambda instant: matcher.compute(*instant.images).depth)
+
+
+@pytest.fixture(scope='module')
+def score(bench: ModuleType, bag: Any, run: Any) -> Any:
+    assert run.frames == len(bag.instants)
+    return bench.score(run.occupancy, bag.truth, bench.seen_cells(bag, bag.truth, SCENE), SCENE)
+
+
+def test_the_bag_is_small(bench: ModuleType) -> None:
+    assert sum(file.stat().st_size for file in bench.BAG.iterdir()) < 6_000_000
+
+
+def test_truth_pictures_and_calibration_are_those_of_the_scene(bag: Any) -> None:
+    cells, corner = true_map(SCENE)
+    np.testing.assert_array_equal(bag.truth.occupancy, cells)
+    assert (bag.truth.frame.origin_x, bag.truth.frame.origin_y) == pytest.approx(corner)
+    start = bag.instants[0].stamp
+    for index in (0, 70, 139):
+        instant = bag.instants[index]
+        true = SCENE.drive.pose_at(instant.stamp - start)
+        assert (instant.truth.x, instant.truth.y, instant.truth.yaw) == pytest.approx(
+            (true.x, true.y, true.yaw), abs=1e-5
+        )
+        rendered = SCENE.pictures(index, index / 5.0)
+        for picture, view in zip(instant.images, rendered.values(), strict=True):
+            assert cv2.absdiff(picture, view).mean() < 6.0
+    right, top = (
+        pair_from_projections(bag.projections['left'], bag.projections[n]) for n in ('right', 'top')
+    )
+    assert (right.axis, right.baseline, top.axis, top.baseline) == pytest.approx((0, 0.1, 1, -0.1))
+
+
+def test_the_poses_are_a_localizers(bag: Any) -> None:
+    start = bag.poses[0][0]
+    errors = np.array([pose.distance_to(SCENE.drive.pose_at(stamp - start)) for stamp, pose in bag.poses])
+    assert 0.001 < errors.mean() < 0.01
+
+
+def test_what_is_occupied_in_the_map_is_solid(score: Any) -> None:
+    """A depth of 3 m is off by 0.05 m for a sixth of a pixel: a cell or two."""
+    assert score.precision[1] > 0.9
+    assert score.precision[2] > 0.98
+
+
+def test_what_was_seen_and_is_solid_is_in_the_map(score: Any) -> None:
+    assert score.recall[1] > 0.93
+    assert score.recall[2] > 0.97
+
+
+def test_where_the_map_is_free_the_robot_does_not_collide(score: Any) -> None:
+    """Half a cell is what the map can tell; under table tops some cells are free, but not their edges."""
+    assert score.overlap <= 0.5 * RESOLUTION
+    assert score.false_free[0] < 0.01 * score.free
+
+
+def test_the_node_makes_the_same_map(bench: ModuleType, bag: Any, run: Any) -> None:
+    parameters = {
+        'use_sim_time': True,
+        'source': 'trinocular',
+        'image_transport': 'compressed',
+        'camera_xyz': list(SCENE.rig.mount.xyz),
+    }
+    with isolated_graph() as graph, BagReader(bench.BAG) as reader:
+        node = graph.add(RewardPlannerNode, **parameters)
+        player = graph.add(lambda **options: Node('player', **options))
+        executor = SingleThreadedExecutor(context=graph.context)
+        for each in (node, player):
+            executor.add_node(each)
+        replay_in_lockstep(reader, player, executor, TOPICS)
+        executor.shutdown()
+        occupancy = node._navigator.mapper.map.occupancy_in(bag.truth.frame)
+    assert (occupancy != run.occupancy).mean() < 0.002
