@@ -26,6 +26,7 @@ from scene_simulator.box_room import with_phantoms
 from scene_simulator.room_drive import RoomDrive
 
 PHANTOMS, PATCH, PHANTOM_DEPTHS = 0.03, 3, (0.4, 6.0)
+TOLERANCES = '0, 1, 2 cells'
 CELL_PIXELS = 5
 COLOURS = {
     'unknown': (200, 200, 200),
@@ -62,7 +63,8 @@ def methods(bag: RoomBag, scene: RoomDrive) -> dict[str, DepthOf]:
 def print_scores(results: dict[str, tuple[Replay, Score]]) -> None:
     """Print a line a method."""
     print(
-        '| depth by | precision: 0, 1, 2 cells | recall: 0, 1, 2 cells | free cells | of them solid (deeper than a cell) | overlap |'
+        f'| depth by | precision: {TOLERANCES} | recall: {TOLERANCES} | free cells '
+        '| of them solid (deeper than a cell) | overlap |'
     )
     print('|---|---|---|---|---|---|')
     for name, (_, result) in results.items():
