@@ -37,3 +37,27 @@ def test_what_cannot_be_reached_is_told():
     walls = FREE.copy()
     walls[:, 20] = True
     assert reward_route(walls, (3, 3), (3, 30), COUNTED) == NoRoute(NoRouteReason.UNREACHABLE)
+
+
+def dead_end():
+    """A corridor of one cell that ends before the goal, with its way in at the left."""
+    walls = FREE.copy()
+    walls[[11, 13], 5:25] = walls[11:14, 24] = True
+    return walls
+
+
+def test_a_piece_of_the_way_has_no_loops():
+    whole = reward_route(dead_end(), (12, 8), (12, 35), COUNTED)
+    assert len(np.unique(whole.cells, axis=0)) < len(whole.cells)
+    for steps in range(2, 40):
+        piece = reward_route(dead_end(), (12, 8), (12, 35), COUNTED, steps_max=steps)
+        assert len(np.unique(piece.cells, axis=0)) == len(piece.cells)
+        assert len(piece.cells) == steps + 1 or (piece.cells[-1] == (12, 35)).all()
+        assert is_driveable(dead_end(), piece.cells)
+
+
+def test_where_visits_count_once_the_rule_may_give_up_and_says_so():
+    once = RewardSettings(visits='once', virtual_steps_max=0)
+    walls = FREE.copy()
+    walls[5:25, 25] = walls[5, 5:25] = walls[24, 5:25] = True
+    assert reward_route(walls, (12, 18), (12, 35), once) == NoRoute(NoRouteReason.GAVE_UP)

@@ -48,6 +48,13 @@ def test_where_no_point_is_seen_it_is_the_next_one():
     assert waypoint.tolist() == [0.1, 0.0]
 
 
+def test_a_route_that_comes_back_to_the_robot_leads_it_away_first():
+    there = [(0.1 * k, 0.0) for k in range(4)]
+    back = [*there, (0.3, 0.1), (0.2, 0.1), (0.1, 0.1), (0.02, 0.01)]
+    waypoint = next_waypoint(area_with([]), PlanarPose(0.02, 0.01, 0.0), np.array(back), 1.6)
+    assert np.hypot(*(waypoint - (0.02, 0.01))) >= 0.1
+
+
 def test_free_ahead_ends_before_the_obstacle():
     area = area_with([(1.5, -1.0, 1.8, 1.0)])
     free, least = free_ahead(area, PlanarPose(0.0, 0.0, 0.0), 0.3, 2.5)

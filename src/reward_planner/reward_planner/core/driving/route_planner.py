@@ -32,7 +32,8 @@ class RewardPlanner:
         area: in which routes are sought; it is read whenever a route is asked for.
         goal: row and column.
         settings: of the rule.
-        driven: shape (n, 2), where the robot was before [m]; all cells under it there count as visited.
+        driven: shape (n, 2), where the robot was before [m]; places from which it would stand on the same ground again
+            count as visited.
         radius: of the robot [m].
         steps_max: so many steps are decided at a time; what is seen meanwhile counts for the next ones.
     """
@@ -55,7 +56,8 @@ class RewardPlanner:
     def route_from(self, start: tuple[int, int]) -> Route | NoRoute:
         """Return the way by the rule from a cell, row and column."""
         frame = self._area.frame
-        places = np.array(self._driven).reshape(-1, 1, 2) + disc(self._radius, frame.resolution)
+        offsets = disc(2.0 * self._radius, frame.resolution)
+        places = np.array(self._driven).reshape(-1, 1, 2) + offsets
         earlier = frame.cell_of(places.reshape(-1, 2))
         earlier = earlier[frame.contains(earlier)]
         return reward_route(self._area.blocked, start, self._goal, self._settings, earlier, self._steps_max)

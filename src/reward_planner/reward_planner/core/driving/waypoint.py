@@ -33,7 +33,9 @@ def next_waypoint(
     share = np.linspace(0.0, 1.0, _samples(area, lookahead + float(np.hypot(*(near[0] - start)))))
     lines = start + share[:, None] * (near - start)[:, None]
     least = min(area.keep_away, float(area.clearance_at(start)))
-    seen = area.clearance_at(lines).min(axis=1) >= least
+    # A point where the robot is gives no direction: a route that comes back there would let it spin.
+    is_apart = np.hypot(*(near - start).T) >= area.frame.resolution
+    seen = is_apart & (area.clearance_at(lines).min(axis=1) >= least)
     nearest = min(1, len(near) - 1)
     return np.asarray(near[int(np.flatnonzero(seen)[-1]) if seen[nearest:].any() else nearest])
 

@@ -22,7 +22,7 @@ def reward_route(
     earlier: NDArray[np.int64] | None = None,
     steps_max: int | None = None,
 ) -> Route | NoRoute:
-    """Return the way by the rule; it may cross itself.
+    """Return the way by the rule.
 
     Args:
         blocked: shape (rows, columns), the cells that the robot cannot enter.
@@ -30,16 +30,20 @@ def reward_route(
         goal: row and column.
         settings: of the rule.
         earlier: shape (n, 2), cells where the robot was before, which the rule makes it avoid.
-        steps_max: the route ends after so many steps, there or not; None for a route to the goal.
+        steps_max: the route ends after so many steps, there or not, and loops are left out, as a robot that is on its
+            way sees nothing new in them; None for the whole way to the goal, which may cross itself.
     """
     shortest = shortest_route(blocked, start, goal)
     if isinstance(shortest, NoRoute):
         return shortest
     walk = RewardWalk(blocked.shape, start, goal, settings, earlier)
-    cells = [start]
+    cells, steps = [start], 0
     while not walk.is_at_goal and (steps_max is None or len(cells) <= steps_max):
-        if len(cells) > _DETOUR_MAX * len(shortest.cells) or not walk.advance(blocked):
+        steps += 1
+        if steps > _DETOUR_MAX * len(shortest.cells) or not walk.advance(blocked):
             return NoRoute(NoRouteReason.GAVE_UP)
+        if steps_max is not None and walk.cell in cells:
+            del cells[cells.index(walk.cell) :]
         cells.append(walk.cell)
     way = np.array(cells, dtype=np.int64)
     return Route(way, route_length(way))
