@@ -27,7 +27,7 @@ from reward_planner.inputs.depth_input import DepthInput
 from reward_planner.inputs.points_input import PointsInput
 from reward_planner.inputs.trinocular_input import TrinocularInput
 from reward_planner.map_service import load_known_map, save_known_map
-from reward_planner.node_settings import NodeSettings
+from reward_planner.node_settings import NodeSettings, check_rule_fits_source
 from reward_planner.planner_report import PlannerReport
 from shirube_geometry import PlanarPose
 from shirube_ros.diagnostics import Diagnostics
@@ -94,6 +94,7 @@ class RewardPlannerNode(Node):
             declare_parameters(self, DrivingSettings),
         )
         refuse_misspelled_parameters(self)
+        check_rule_fits_source(method.voxels, self._settings)
         self._navigator = Navigator(self._settings.mount, method)
         load_known_map(self._navigator, self._settings)
         warm_up(self._settings.mount, method)
@@ -172,7 +173,7 @@ class RewardPlannerNode(Node):
     def _take_goal(self, message: PoseStamped) -> None:
         self._navigator.pilot.forget_goal()  # a goal that is refused must not leave the robot on its way to another
         goal = self._in_map(message, 'goal_pose')
-        self._navigator.pilot.set_goal(goal)
+        self._navigator.set_goal(goal)
         self._goal_yaw = goal.yaw
 
     def _in_map(self, message: PoseStamped, topic: str) -> PlanarPose:

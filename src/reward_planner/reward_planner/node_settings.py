@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, field
 
 from reward_planner.core.depth.depth_settings import DepthSettings
+from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from shirube_ros.camera_settings import CameraSettings
 from shirube_settings import setting
 
@@ -37,3 +39,16 @@ class NodeSettings(CameraSettings):
     save_file: str = setting('', 'where ~/save_map writes (YAML, with a PGM beside it); empty takes map_file')
     drive: bool = setting(False, 'whether the node drives the robot, on cmd_vel')
     depth: DepthSettings = field(default_factory=DepthSettings)
+
+
+def check_rule_fits_source(voxels: VoxelSettings, node: NodeSettings) -> None:
+    """Refuse a rule that needs the density of the points where the source does not tell it.
+
+    Raises:
+        RewardPlannerError: ``range_normalised`` with point clouds, under which each single point were an obstacle.
+    """
+    if voxels.rule == 'range_normalised' and node.source == 'points':
+        raise RewardPlannerError(
+            'rule range_normalised needs the focal length of a camera, which source points does not tell; '
+            'set rule to log_odds or count, or source to depth or trinocular'
+        )

@@ -21,7 +21,14 @@ from shirube_geometry import CameraMount, PlanarPose
 from shirube_ros.pose_conversion import pose_stamped
 
 HEADER = Header(frame_id='map')
-CODES = {'UNKNOWN': 200, 'START_OCCUPIED': 205, 'GOAL_OCCUPIED': 206, 'NO_VALID_PATH': 208}
+CODES = {
+    'UNKNOWN': 200,
+    'START_OUTSIDE_MAP': 203,
+    'GOAL_OUTSIDE_MAP': 204,
+    'START_OCCUPIED': 205,
+    'GOAL_OCCUPIED': 206,
+    'NO_VALID_PATH': 208,
+}
 
 
 def navigator():
@@ -66,6 +73,11 @@ def test_what_is_wrong_is_told_by_line_and_code():
     assert (result.error_code, problem) == (206, NoRouteReason.GOAL_BLOCKED.value)
     result, problem = ask(planner, PlanarPose(5.0, 3.0, 0.0), start, frame='odom')
     assert (result.error_code, problem) == (200, "start is in the frame 'odom'; give it in 'map'")
+    result, problem = ask(planner, PlanarPose(9.0, 3.0, 0.0), start)
+    assert (result.error_code, problem) == (204, NoRouteReason.GOAL_OUTSIDE.value)
+    result, problem = ask(planner, start, PlanarPose(9.0, 3.0, 0.0))
+    assert (result.error_code, problem) == (203, NoRouteReason.START_OUTSIDE.value)
+    planner.clear_map()
     with pytest.raises(DrivingError, match='give a nearer goal'):
         planner.route_between(start, PlanarPose(1e7, 0.0, 0.0))
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.grid.footprint import INSCRIBED, LETHAL, blocked_cells, clearance, inflated_costs
+from reward_planner.core.grid.footprint import blocked_cells, clearance
 
 
 def distances_one_by_one(occupied: np.ndarray) -> np.ndarray:
@@ -28,11 +28,3 @@ def test_cells_within_the_radius_are_blocked_and_no_others(radius_cells: float) 
 
 def test_nothing_is_blocked_where_nothing_is_occupied() -> None:
     assert not blocked_cells(np.zeros((5, 5), dtype=bool), 0.05, 0.5).any()
-
-
-def test_costs_are_those_of_nav2() -> None:
-    distances = np.array([[0.0, 0.1, 0.2, 0.3, 0.7, np.inf]], dtype=np.float32)
-    costs = inflated_costs(distances, robot_radius=0.2, scaling=5.0)
-    assert costs.tolist() == [
-        [LETHAL, INSCRIBED, INSCRIBED, int(252 * math.exp(-0.5)), int(252 * math.exp(-2.5)), 0]
-    ]

@@ -8,10 +8,14 @@ import numpy as np
 import pytest
 
 from reward_planner.core.driving.drive import DriveState
+from reward_planner.core.driving.driving_error import DrivingError
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import OccupancyMap
 from reward_planner.core.mapping.mapping_error import MappingError
 from reward_planner.core.mapping.pose_trail import PoseVerdict
 from reward_planner.core.mapping.waiting_frames import DropReason
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
+from reward_planner.core.route.route import NoRouteReason
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.box_room import BoxRoom, forward_camera, noisy_depth, points_from_depth
 from scene_simulator.driven_robot import DrivenRobot, MotorLimits
@@ -129,3 +133,38 @@ def test_when_time_jumps_back_goal_and_frames_are_forgotten():
     assert drive.navigator.pilot.step(1.0).state is DriveState.IDLE
     drive.navigator.add_frame(1.0, 1.0, SensorFrame(drive.points(), CAMERA.fx))
     assert len(drive.navigator.work(1.0)) == 1
+
+
+def test_goals_must_be_on_a_known_map_or_where_something_was_seen_since():
+    drive = RoomDrive(())
+    navigator = drive.navigator
+    navigator.set_goal(PlanarPose(40.0, 0.0, 0.0))  # without a known map everything is one's own ground
+    cells = np.zeros((20, 20), dtype=np.int8)
+    navigator.use_map(OccupancyMap(GridFrame(-1.0, -1.0, 0.1, 20, 20), cells))
+    navigator.set_goal(PlanarPose(0.9, 0.9, 0.0))
+    with pytest.raises(DrivingError, match=r'outside of the map, which reaches from x -1\.00 to 1\.00 m'):
+        navigator.set_goal(PlanarPose(2.0, 0.0, 0.0))
+    assert navigator.pilot.keeper is None
+    here = PlanarPose(0.0, 0.0, 0.0)
+    assert navigator.route_between(here, PlanarPose(2.0, 0.0, 0.0)) is NoRouteReason.GOAL_OUTSIDE
+    assert navigator.route_between(PlanarPose(2.0, 0.0, 0.0), here) is NoRouteReason.START_OUTSIDE
+    for _ in range(5):
+        drive.tick()
+    navigator.set_goal(PlanarPose(2.0, 0.0, 0.0))
+    navigator.clear_map()
+    navigator.set_goal(PlanarPose(40.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize('bad', [np.nan, np.inf, -np.inf])
+def test_points_that_are_not_finite_change_nothing_in_the_map(bad):
+    clean, dirty = RoomDrive(ROOMS['box']), RoomDrive(ROOMS['box'])
+    points = clean.points()
+    more = np.concatenate([points, np.full((500, 3), bad, dtype=np.float32)])
+    for drive, cloud in ((clean, points), (dirty, more)):
+        for k in range(3):
+            drive.navigator.add_pose(1.0 + 0.1 * k, PlanarPose(0.0, 0.0, 0.0))
+            drive.navigator.add_frame(1.0 + 0.1 * k, 1.0 + 0.1 * k, SensorFrame(cloud, CAMERA.fx))
+            drive.navigator.work(1.0 + 0.1 * k)
+    (_, one), (_, other) = clean.navigator.mapper.map.occupancy(), dirty.navigator.mapper.map.occupancy()
+    np.testing.assert_array_equal(one, other)
+    assert (one == 100).any()

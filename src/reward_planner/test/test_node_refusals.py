@@ -87,9 +87,10 @@ def test_frames_of_nan_do_not_keep_the_robot_driving(graph):
     assert 'the map is not up to date' in robot.message().message
 
 
-def test_some_nan_points_do_no_harm(graph):
+@pytest.mark.parametrize('bad', [np.nan, np.inf, -np.inf])
+def test_some_points_that_are_not_finite_do_no_harm(graph, bad):
     robot = Robot(graph)
-    points = np.full((40, 3), np.nan, dtype=np.float32)
+    points = np.full((40, 3), bad, dtype=np.float32)
     points[::2] = (0.0, 0.0, 2.0)
     robot.send_pose()
     robot.send('points', cloud_from_points(points, robot.header('camera_optical_frame')))
@@ -144,6 +145,7 @@ def test_goals_that_cannot_be_reached_are_told(graph):
         ({'resolution': 0.2}, 'resolution is 0.1 m, 0.2 m is asked for'),
         ({'map_file': '/no/such/map.yaml'}, '/no/such/map.yaml: cannot be read'),
         ({'height_min': 2.0}, 'height'),
+        ({'rule': 'range_normalised'}, 'range_normalised needs the focal length'),
     ],
 )
 def test_maps_and_heights_that_do_not_fit_are_refused(graph, tmp_path, parameters, words):
@@ -152,6 +154,37 @@ def test_maps_and_heights_that_do_not_fit_are_refused(graph, tmp_path, parameter
     save_occupancy_map(path, OccupancyMap(GridFrame(0.0, 0.0, 0.1, 8, 8), cells))
     with pytest.raises(RewardPlannerError, match=words):
         graph.add(RewardPlannerNode, **({'map_file': str(path), 'resolution': 0.1} | parameters))
+
+
+def test_a_map_whose_image_has_a_wrong_size_is_refused(graph, tmp_path):
+    path = tmp_path / 'hall.yaml'
+    cells = np.zeros((8, 8), dtype=np.int8)
+    save_occupancy_map(path, OccupancyMap(GridFrame(0.0, 0.0, 0.1, 8, 8), cells))
+    image = tmp_path / 'hall.pgm'
+    image.write_bytes(image.read_bytes()[:-5])
+    with pytest.raises(RewardPlannerError, match=r'hall\.pgm') as refusal:
+        graph.add(RewardPlannerNode, map_file=str(path), resolution=0.1)
+    assert '\n' not in str(refusal.value)
+
+
+def test_a_goal_outside_of_the_known_map_is_refused_and_the_robot_stands(graph, tmp_path):
+    path = tmp_path / 'hall.yaml'
+    cells = np.zeros((20, 40), dtype=np.int8)
+    save_occupancy_map(path, OccupancyMap(GridFrame(-1.0, -1.0, 0.1, 40, 20), cells))
+    robot = Robot(graph, drive=True, map_file=str(path))
+    robot.drive(0.3)
+    robot.send_goal(PlanarPose(2.5, 0.0, 0.0))
+    robot.drive(1.0)
+    assert robot.speed > 0.0
+    robot.send_goal(PlanarPose(30.0, 0.0, 0.0))
+    (line,) = robot.refusals('goal_pose')
+    assert line.startswith(
+        'the goal at x 30.00 m, y 0.00 m is outside of the map, which reaches from x -1.00 to 3.00 m'
+    )
+    assert '\n' not in line
+    robot.drive(2.5)
+    assert graph.spin_until(lambda: abs(robot.speed) < 1e-3)
+    assert robot.node._navigator.pilot.keeper is None
 
 
 def test_a_bad_start_is_one_line_and_exit_code_1():

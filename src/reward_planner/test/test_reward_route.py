@@ -54,10 +54,3 @@ def test_a_piece_of_the_way_has_no_loops():
         assert len(np.unique(piece.cells, axis=0)) == len(piece.cells)
         assert len(piece.cells) == steps + 1 or (piece.cells[-1] == (12, 35)).all()
         assert is_driveable(dead_end(), piece.cells)
-
-
-def test_where_visits_count_once_the_rule_may_give_up_and_says_so():
-    once = RewardSettings(visits='once', virtual_steps_max=0)
-    walls = FREE.copy()
-    walls[5:25, 25] = walls[5, 5:25] = walls[24, 5:25] = True
-    assert reward_route(walls, (12, 18), (12, 35), once) == NoRoute(NoRouteReason.GAVE_UP)

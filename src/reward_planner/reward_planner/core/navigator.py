@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from dataclasses import dataclass, field, replace
 
@@ -12,6 +13,7 @@ from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.pilot import Pilot
 from reward_planner.core.driving.route_keeper import RouteKeeper
+from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.grid.occupancy_map import UNKNOWN, OccupancyMap
 from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.mapping.mapping_error import MappingError
@@ -92,15 +94,45 @@ class Navigator:
         self.frames: WaitingFrames[SensorFrame] = WaitingFrames(settings.mapping.pose_wait)
         self.verdicts: Counter[PoseVerdict] = Counter()
         self._trail = PoseTrail(settings.mapping)
+        self._known_frame: GridFrame | None = None
 
     def use_map(self, known: OccupancyMap) -> None:
-        """Go on with a map that was made before.
+        """Go on with a map that was made before; from now on goals must be on it, or where something was seen since.
 
         Raises:
             MappingError: its cells have another size.
         """
         observed = known.occupancy != UNKNOWN
         self.mapper.map.write(LocalMap(known.frame, known.occupancy, observed))
+        self._known_frame = known.frame
+
+    def set_goal(self, T_map_goal: PlanarPose) -> None:
+        """Take a goal; the one before is forgotten, also if this one is refused.
+
+        Raises:
+            DrivingError: a number that is not finite, or a goal outside of the known map.
+        """
+        self.pilot.forget_goal()
+        self.pilot.set_goal(T_map_goal)
+        frame = self._known_frame
+        if frame is not None and self._is_outside(frame, T_map_goal):
+            self.pilot.forget_goal()
+            end_x = frame.origin_x + frame.columns * frame.resolution
+            end_y = frame.origin_y + frame.rows * frame.resolution
+            raise DrivingError(
+                f'the goal at x {T_map_goal.x:.2f} m, y {T_map_goal.y:.2f} m is outside of the map, which reaches from '
+                f'x {frame.origin_x:.2f} to {end_x:.2f} m and y {frame.origin_y:.2f} to {end_y:.2f} m; give one on it'
+            )
+
+    def _is_outside(self, frame: GridFrame, place: PlanarPose) -> bool:
+        """Return whether a place is neither on the known map nor where something was seen since."""
+        point = (place.x, place.y)
+        if bool(frame.contains(frame.cell_of(point))):
+            return False
+        resolution = self.mapper.map.resolution
+        x, y = (resolution * math.floor(number / resolution) for number in point)
+        cell = self.mapper.map.occupancy_in(GridFrame(x, y, resolution, 1, 1))
+        return bool(cell[0, 0] == UNKNOWN)
 
     def add_pose(self, stamp: float, T_map_base: PlanarPose) -> PoseVerdict:
         """Take the robot's pose at a time [s], and say what became of it; while poses jump the robot stands."""
@@ -157,6 +189,11 @@ class Navigator:
         begin = start or self.pilot.robot
         if begin is None:
             raise DrivingError("the robot's pose is not known; give a start")
+        frame = self._known_frame
+        if frame is not None:
+            for place, reason in ((goal, NoRouteReason.GOAL_OUTSIDE), (begin, NoRouteReason.START_OUTSIDE)):
+                if self._is_outside(frame, place):
+                    return reason
         planner = replace(self._settings.planner, mode='optimal')
         settings = self._settings
         keeper = RouteKeeper(self.mapper.map, (goal.x, goal.y), planner, settings.reward, settings.driving)
@@ -166,6 +203,7 @@ class Navigator:
     def clear_map(self) -> None:
         """Forget the map, the known one too; the goal stays."""
         self.mapper.clear()
+        self._known_frame = None
         self.pilot.map_cleared()
 
     def time_jumped(self) -> None:

@@ -1,13 +1,10 @@
-"""What the size of the robot makes of a map: cells that it cannot enter, and cells that it had better not."""
+"""What the size of the robot makes of a map: how far obstacles are, and cells that it cannot enter."""
 
 from __future__ import annotations
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-
-LETHAL = 254  # costs of Nav2: an obstacle is here
-INSCRIBED = 253  # the robot touches an obstacle, however it is turned
 
 _ROUNDING = 1e-4  # distances are computed in single precision [cells]
 
@@ -40,16 +37,3 @@ def blocked_cells(occupied: NDArray[np.bool_], resolution: float, robot_radius: 
     if robot_radius < resolution:
         return occupied.copy()
     return clearance(occupied, resolution) <= robot_radius + _ROUNDING * resolution
-
-
-def inflated_costs(clearances: NDArray[np.float32], robot_radius: float, scaling: float) -> NDArray[np.uint8]:
-    """Return the costs that Nav2's inflation layer gives: 254 and 253, then 252 exp(-k (d - r)).
-
-    Args:
-        clearances: shape (rows, columns), as `clearance` returns them [m].
-        robot_radius: r [m].
-        scaling: k, how fast costs fall with distance [1/m].
-    """
-    costs = (INSCRIBED - 1) * np.exp(-scaling * (clearances - robot_radius))
-    costs = np.where(clearances <= robot_radius, INSCRIBED, costs)
-    return np.where(clearances == 0.0, LETHAL, costs).astype(np.uint8)
