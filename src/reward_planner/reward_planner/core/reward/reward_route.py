@@ -37,10 +37,11 @@ def reward_route(
     if isinstance(shortest, NoRoute):
         return shortest
     walk = RewardWalk(blocked.shape, start, goal, settings, earlier)
+    thoughts_max = _DETOUR_MAX * min(len(shortest.cells), steps_max or len(shortest.cells))
     cells, steps = [start], 0
     while not walk.is_at_goal and (steps_max is None or len(cells) <= steps_max):
         steps += 1
-        if steps > _DETOUR_MAX * len(shortest.cells) or not walk.advance(blocked):
+        if steps > thoughts_max or not walk.advance(blocked):
             return NoRoute(NoRouteReason.GAVE_UP)
         if steps_max is not None and walk.cell in cells:
             del cells[cells.index(walk.cell) :]
