@@ -48,6 +48,6 @@ def test_the_seed_decides():
 
 def test_what_does_not_fit_is_told():
     with pytest.raises(SceneError, match='no place for another piece'):
-        furnish(SIZE, Furnishing(crates=200), 1, WAY, 0.5)
+        furnish((-1.0, -1.0, 0.0, 1.0, 1.0, 2.5), Furnishing(crates=20), 1, [], 0.5)
     with pytest.raises(SceneError, match='seed'):
         furnish(SIZE, Furnishing(), -1, WAY, 0.5)
