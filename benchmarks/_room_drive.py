@@ -169,6 +169,7 @@ class Score:
         free: number of cells said to be free.
         overlap: how deep the robot would be in something, at worst, where the map says that all ground under it is free
             and the planner's margin is kept [m].
+        unseen_overlap: the same where only its middle need be free and the rest may be unknown, as for the planner [m].
     """
 
     precision: tuple[float, float, float]
@@ -176,6 +177,7 @@ class Score:
     false_free: tuple[int, int]
     free: int
     overlap: float
+    unseen_overlap: float
 
 
 def score(
@@ -194,7 +196,8 @@ def score(
     radius = PlannerSettings().robot_radius
     keep_away = radius + DrivingSettings().clearance_margin
     resolution = truth.frame.resolution
-    lets = (clearance(known, resolution) > keep_away) & (clearance(~free, resolution) > radius)
+    lets = free & (clearance(known, resolution) > keep_away)
+    knows = clearance(~free, resolution)[lets] > radius
     gaps = distances_to_solid(truth.frame.centre_of(np.argwhere(lets)), scene)
     deep = solid & ~grown(~solid, 1)
     return Score(
@@ -202,7 +205,8 @@ def score(
         (share(seen, known, 0), share(seen, known, 1), share(seen, known, 2)),
         (int((free & solid).sum()), int((free & deep).sum())),
         int(free.sum()),
-        max(0.0, radius - float(gaps.min(initial=radius))),
+        radius - float(gaps[knows].min(initial=radius)),
+        radius - float(gaps.min(initial=radius)),
     )
 
 

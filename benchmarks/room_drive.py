@@ -64,15 +64,15 @@ def print_scores(results: dict[str, tuple[Replay, Score]]) -> None:
     """Print a line a method."""
     print(
         f'| depth by | precision: {TOLERANCES} | recall: {TOLERANCES} | free cells '
-        '| of them solid (deeper than a cell) | overlap |'
+        '| of them solid (deeper than a cell) | overlap | with unknown ground |'
     )
-    print('|---|---|---|---|---|---|')
+    print('|---|---|---|---|---|---|---|')
     for name, (_, result) in results.items():
         precision, recall = (', '.join(f'{v:.3f}' for v in vs) for vs in (result.precision, result.recall))
         solid, deep = result.false_free
         print(
             f'| {name} | {precision} | {recall} | {result.free} | {solid} ({deep}) '
-            f'| {1e3 * result.overlap:.0f} mm |'
+            f'| {1e3 * result.overlap:.0f} mm | {1e3 * result.unseen_overlap:.0f} mm |'
         )
 
 
