@@ -129,7 +129,8 @@ class RewardPlannerNode(Node):
                 DepthInput(self, self._guard, self._take_frame)
             case 'trinocular':
                 transport = settings.image_transport
-                TrinocularInput(self, self._guard, transport, settings.depth, self._take_frame)
+                three = TrinocularInput(self, self._guard, transport, settings.depth, self._take_frame)
+                self._report.watch(three.groups)
             case _:
                 PointsInput(self, self._guard, settings.mount, settings.base_frame, self._take_frame)
         for kind, topic, take in (

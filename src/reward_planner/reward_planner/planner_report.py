@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from typing import Any
 
 from reward_planner.core.driving.drive import Drive, DriveState
 from reward_planner.core.mapping.pose_trail import PoseVerdict
 from reward_planner.core.navigator import MappedFrame, Navigator
 from shirube_ros.diagnostics import Level, Status
+from shirube_ros.stamp_groups import StampGroups
 
 
 class PlannerReport:
@@ -19,6 +21,11 @@ class PlannerReport:
         self._drive: Drive | None = None
         self._frames = 0
         self._points: Counter[str] = Counter()
+        self._groups: StampGroups[Any] | None = None
+
+    def watch(self, groups: StampGroups[Any]) -> None:
+        """Count the images that find no partners, too."""
+        self._groups = groups
 
     def add_frame(self, frame: MappedFrame) -> None:
         """Take a frame that is in the map."""
@@ -34,6 +41,8 @@ class PlannerReport:
         navigator = self._navigator
         values = {'frames in the map': str(self._frames)}
         values |= {f'frames dropped: {why.value}': str(n) for why, n in navigator.frames.dropped.items()}
+        if self._groups is not None:
+            values['images dropped: others of their time did not come'] = str(self._groups.dropped)
         values |= {f'points {kind.replace("_", " ")}': str(n) for kind, n in self._points.items() if n}
         values |= {
             f'poses: {verdict.value}': str(n)

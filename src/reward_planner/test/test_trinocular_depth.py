@@ -15,6 +15,7 @@ from reward_planner.core.depth.pair_matcher import PairMatcher
 from reward_planner.core.depth.stereo_pair import StereoPair, pair_from_projections
 from reward_planner.core.depth.trinocular_depth import (
     BOTH,
+    CONTRADICTED,
     FIRST,
     NOWHERE,
     TrinocularDepth,
@@ -67,8 +68,8 @@ def test_the_depth_of_both_pairs_is_the_least_squares_one():
 
 def test_the_source_says_where_a_depth_is_from():
     union, agreement = of_rig('union'), of_rig('agreement')
-    assert (np.isnan(union.depth) == (union.source == NOWHERE)).all()
-    assert set(np.unique(agreement.source)) == {NOWHERE, BOTH}
+    assert (np.isnan(union.depth) == np.isin(union.source, (NOWHERE, CONTRADICTED))).all()
+    assert set(np.unique(agreement.source)) == {NOWHERE, BOTH, CONTRADICTED}
     assert ((agreement.source == BOTH) == (union.source == BOTH)).all()
     first = PairMatcher(RIGHT, DepthSettings(disparities=48)).match(picture(), picture(BASELINE))
     alone = union.source == FIRST

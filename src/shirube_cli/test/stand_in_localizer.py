@@ -1,22 +1,21 @@
 """A localizer that knows the truth: publishes the bag's ground truth, a known distance beside it."""
 
 import sys
-from contextlib import suppress
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped
-from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
 from sensor_msgs.msg import CompressedImage
 
+from shirube_ros.safe_main import run_node
+
+NAME = 'floor_localizer'
 OFFSET = 0.002
 
 
-def main() -> None:
-    if sys.argv[1] != '0':
-        sys.exit(int(sys.argv[1]))
-    rclpy.init()
-    node = rclpy.create_node('floor_localizer')
+def create_localizer() -> Node:
+    node = rclpy.create_node(NAME)
     publisher = node.create_publisher(PoseStamped, '~/pose', 10)
     diagnostics = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
     node.create_subscription(CompressedImage, '/image_raw/compressed', lambda _: None, 10)
@@ -33,9 +32,8 @@ def main() -> None:
 
     node.create_subscription(PoseStamped, '/ground_truth', answer, 10)
     node.create_timer(0.5, report)
-    with suppress(KeyboardInterrupt, ExternalShutdownException):
-        rclpy.spin(node)
+    return node
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(int(sys.argv[1]) or run_node(NAME, create_localizer))

@@ -12,8 +12,7 @@ from std_msgs.msg import Header
 
 from reward_planner.core.depth.depth_points import points_from_depth_image
 from reward_planner.core.depth.depth_settings import DepthSettings
-from reward_planner.core.depth.stereo_pair import pair_from_projections
-from reward_planner.core.depth.trinocular_depth import TrinocularDepth
+from reward_planner.core.depth.trinocular_rig import TrinocularRig
 from reward_planner.core.navigator import SensorFrame
 from reward_planner.inputs.frame_callback import FrameCallback
 from shirube_geometry import PinholeCamera
@@ -63,7 +62,8 @@ class TrinocularInput:
             for name in _CAMERAS
         }
         self._projections: NDArray[np.float64] | None = None
-        self._depth: TrinocularDepth | None = None
+        self._rig: TrinocularRig | None = None
+        self._logger = node.get_logger()
 
     def _take(self, name: str, header: Header, pixels: NDArray[np.uint8], _: PinholeCamera) -> None:
         grey = pixels if pixels.ndim == 2 else np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY))
@@ -79,18 +79,22 @@ class TrinocularInput:
                 for info, camera in zip(infos, _CAMERAS, strict=True)
             ]
         )
-        matcher = self._matcher(projections)
+        rig = self._rig_of(projections)
         camera = rectified_camera(left_info, 'left/camera_info')
         images = [image for _, image in group]
-        depth = matcher.compute(images[0], images[1], images[2]).depth
+        was_mirrored = rig.is_mirrored
+        depth = rig.compute(images[0], images[1], images[2]).depth
+        if rig.is_mirrored and not was_mirrored:
+            self._logger.warning(
+                'P[1, 3] of top/camera_info says that the camera is on the other side of the left one than the images '
+                'show; taken as the images show'
+            )
         self._on_frame(group[0][0], SensorFrame(points_from_depth_image(depth, camera), camera.fx))
 
-    def _matcher(self, projections: NDArray[np.float64]) -> TrinocularDepth:
-        """Return the matcher of a rig, shape (3, 3, 4); a new one only when the calibration changes."""
+    def _rig_of(self, projections: NDArray[np.float64]) -> TrinocularRig:
+        """Return the rig of matrices P, shape (3, 3, 4); a new one only when the calibration changes."""
         is_same = self._projections is not None and np.array_equal(self._projections, projections)
-        if self._depth is None or not is_same:
-            left, right, top = projections
-            pairs = (pair_from_projections(left, right), pair_from_projections(left, top))
-            self._depth = TrinocularDepth(*pairs, self._settings)
+        if self._rig is None or not is_same:
+            self._rig = TrinocularRig(projections, self._settings)
             self._projections = projections
-        return self._depth
+        return self._rig

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,6 +33,10 @@ class StereoPair:
     def sign(self) -> int:
         """The sign of the baseline."""
         return 1 if self.baseline > 0.0 else -1
+
+    def mirrored(self) -> StereoPair:
+        """Return the pair with the other camera on the opposite side."""
+        return replace(self, baseline=-self.baseline)
 
     @property
     def focal_baseline(self) -> float:

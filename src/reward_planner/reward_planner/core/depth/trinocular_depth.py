@@ -12,8 +12,10 @@ from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.pair_matcher import PairMatcher
 from reward_planner.core.depth.stereo_pair import StereoPair
 
-NOWHERE, FIRST, SECOND, BOTH = 0, 1, 2, 3
-"""Which pairs a depth is from."""
+NOWHERE, FIRST, SECOND, BOTH, CONTRADICTED = range(5)
+"""Which pairs a depth is from; where both see another one there is none."""
+
+_TELLING_SHARE = 0.01  # of all pixels both pairs must see, to tell whether they contradict each other
 
 
 @dataclass(frozen=True)
@@ -22,11 +24,19 @@ class DepthImage:
 
     Attributes:
         depth: shape (height, width), along the optical axis [m], NaN where there is none.
-        source: shape (height, width), NOWHERE, FIRST, SECOND or BOTH.
+        source: shape (height, width), NOWHERE, FIRST, SECOND, BOTH or CONTRADICTED.
     """
 
     depth: NDArray[np.float32]
     source: NDArray[np.uint8]
+
+    @property
+    def contradiction(self) -> float | None:
+        """In which share of the pixels that both pairs see they contradict each other; None where these are too few."""
+        agreed, contradicted = (np.count_nonzero(self.source == kind) for kind in (BOTH, CONTRADICTED))
+        if agreed + contradicted < _TELLING_SHARE * self.source.size:
+            return None
+        return contradicted / (agreed + contradicted)
 
 
 class TrinocularDepth:
@@ -102,6 +112,8 @@ def _fuse(
             if abs(a / scales[0] - b / scales[1]) <= most:
                 depth[row, column] = weight / (a * scales[0] + b * scales[1])
                 source[row, column] = BOTH
+            else:
+                source[row, column] = CONTRADICTED
         elif union and has_a:
             depth[row, column], source[row, column] = scales[0] / a, FIRST
         elif union and has_b:
