@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -111,14 +110,14 @@ class Replay:
     """
 
     occupancy: NDArray[np.int8]
-    seconds: Counter[str]
+    seconds: dict[str, float]
     frames: int
 
 
 def replay(bag: RoomBag, truth: OccupancyMap, scene: RoomDrive, depth_of: DepthOf) -> Replay:
     """Send the bag through depth, mapper and global map, as the node does."""
     navigator = Navigator(scene.rig.mount, NavigatorSettings())
-    seconds, frames = Counter[str](), 0
+    seconds, frames = {'depth': 0.0, 'mapping': 0.0}, 0
     poses = iter([*bag.poses, (np.inf, PlanarPose(0.0, 0.0, 0.0))])
     pose = next(poses)
     for instant in bag.instants:
@@ -131,7 +130,8 @@ def replay(bag: RoomBag, truth: OccupancyMap, scene: RoomDrive, depth_of: DepthO
             pose = next(poses)
         navigator.add_frame(instant.stamp, instant.stamp, SensorFrame(points, scene.rig.camera.fx))
         frames += len(navigator.work(instant.stamp))
-        seconds.update(depth=matched - start, mapping=time.process_time() - matched)
+        seconds['depth'] += matched - start
+        seconds['mapping'] += time.process_time() - matched
     return Replay(navigator.mapper.map.occupancy_in(truth.frame), seconds, frames)
 
 
