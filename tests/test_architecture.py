@@ -24,6 +24,7 @@ PURE = (
     'scene_simulator',
     'shirube_geometry',
     'shirube_settings',
+    'stereo_landmark/stereo_landmark/core',
     'vlc_beacon/vlc_beacon/core',
     *(
         f'shirube_bags/shirube_bags/{name}.py'
