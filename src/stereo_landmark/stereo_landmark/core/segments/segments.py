@@ -26,6 +26,7 @@ class Segments:
         closed: shape (m,), whether the segment comes back to its first point.
         bends: shape (k,), numbers of the bend points in ``points``, ends included.
         bend_starts: shape (m + 1,), where each segment's begin in ``bends``.
+        index: shape (h, w), number in ``points`` of the edge in each pixel, -1 where there is none.
         neighbour_distance: ends not farther apart than this make neighbours [px].
     """
 
@@ -35,6 +36,7 @@ class Segments:
     closed: NDArray[np.bool_]
     bends: NDArray[np.int32]
     bend_starts: NDArray[np.int32]
+    index: NDArray[np.int32]
     neighbour_distance: float
 
     def __len__(self) -> int:
@@ -61,7 +63,9 @@ class Segments:
         place = np.arange(len(parts)) - np.repeat(np.cumsum(counts) - counts, counts)
         share = np.column_stack([place, place + 1]) / counts[parts, None]
         unit = np.rint(steps[parts] * share[:, 1:]) - np.rint(steps[parts] * share[:, :1])
-        return (np.rint(np.arctan2(unit[:, 1], unit[:, 0]) / (0.25 * np.pi)).astype(np.int64) % 8).astype(np.uint8)
+        return (np.rint(np.arctan2(unit[:, 1], unit[:, 0]) / (0.25 * np.pi)).astype(np.int64) % 8).astype(
+            np.uint8
+        )
 
     @cached_property
     def end_points(self) -> NDArray[np.float64]:
@@ -106,6 +110,11 @@ def follow_segments(edges: Edges, settings: EdgeSettings) -> Segments:
     order, starts, closed = read_chains(ahead, strengths, settings.threshold, count_min)
     points = np.ascontiguousarray(edges.points[order])
     bends, bend_starts = bend_points(points, starts, settings.bend_tolerance)
+    index = np.full(edges.index.shape, -1, np.int32)
+    columns, rows = np.rint(points).astype(np.int64).T
+    index[rows, columns] = np.arange(len(points), dtype=np.int32)
     return Segments(
-        points, edges.gradients[order], starts, closed, bends, bend_starts, settings.neighbour_distance
+        *(points, edges.gradients[order], starts, closed, bends, bend_starts),
+        index=index,
+        neighbour_distance=settings.neighbour_distance,
     )
