@@ -10,11 +10,16 @@ from numpy.typing import NDArray
 
 from shirube_settings import setting
 from stereo_landmark.core.primitives.corner_links import link_corners
-from stereo_landmark.core.primitives.crossing import crossing_covariance
+from stereo_landmark.core.primitives.crossing import crossing_covariance, crossing_of
 from stereo_landmark.core.primitives.image_point import ImagePoint
+from stereo_landmark.core.primitives.line_refinement import refine_line
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.sides import Sides
 from stereo_landmark.core.primitives.turning import folded, larger_of
+
+
+# Arms that differ less in direction meet anywhere.
+_SINE_MIN = 0.1
 
 
 @dataclass(frozen=True)
@@ -111,6 +116,36 @@ def detect_corners(sides: Sides, settings: PrimitiveSettings) -> list[Corner]:
         )
         for k in kept
     ]
+
+
+def refine_corner(corner: Corner, image: NDArray[np.uint8]) -> Corner | None:
+    """Measure both arms in the grey image, each across itself, and let them meet.
+
+    Args:
+        corner: a detected corner, about a pixel off at most.
+        image: shape (h, w), grey levels.
+
+    Returns:
+        the corner, None where the image shows no two straight arms there.
+    """
+    tips = corner.vertex + corner.arms * corner.arm_lengths[:, None]
+    first, second = (refine_line(image, corner.vertex, tip) for tip in tips)
+    if first is None or second is None or abs(_sine(first.direction, second.direction)) < _SINE_MIN:
+        return None
+    vertex, covariance = crossing_of(first, second)
+    middle = first.direction + second.direction
+    return Corner(
+        vertex,
+        math.acos(min(max(float(first.direction @ second.direction), -1.0), 1.0)),
+        math.atan2(middle[1], middle[0]),
+        np.array([(tip - vertex) @ arm.direction for tip, arm in zip(tips, (first, second), strict=True)]),
+        corner.polarity,
+        covariance,
+    )
+
+
+def _sine(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    return float(one[0] * other[1] - one[1] * other[0])
 
 
 def _distinct(

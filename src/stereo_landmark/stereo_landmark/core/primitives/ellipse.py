@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from shirube_settings import setting
 from stereo_landmark.core.primitives.arcs import find_arcs
 from stereo_landmark.core.primitives.ellipse_geometry import normal_motion
+from stereo_landmark.core.primitives.ellipse_refinement import refine_outline
 from stereo_landmark.core.primitives.ellipse_search import EllipseLimits, search_ellipses
 from stereo_landmark.core.primitives.image_point import ImagePoint
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
@@ -90,7 +91,7 @@ def detect_ellipses(segments: Segments, settings: PrimitiveSettings) -> list[Ell
         settings: what is taken for an ellipse.
 
     Returns:
-        each ellipse once, the better seen the earlier.
+        each ellipse once, those with the longest outline seen first.
     """
     spans, shapes = find_arcs(segments.points, segments.bends, segments.bend_starts)
     limits = EllipseLimits(
@@ -100,12 +101,38 @@ def detect_ellipses(segments: Segments, settings: PrimitiveSettings) -> list[Ell
         settings.ellipse_seen_min,
     )
     rows = search_ellipses(segments.points, segments.gradients, segments.index, spans, shapes, limits)
-    rows = rows[np.argsort(-rows[:, 6], kind='stable')]
+    rows = rows[np.argsort(-rows[:, 6] * rows[:, 2:4].sum(axis=1), kind='stable')]
     return [_ellipse(rows[k]) for k in _distinct(rows)]
 
 
+def refine_ellipse(ellipse: Ellipse, image: NDArray[np.uint8]) -> Ellipse | None:
+    """Measure an ellipse in the grey image, across its outline.
+
+    Args:
+        ellipse: a detected ellipse, about a pixel off at most.
+        image: shape (h, w), grey levels.
+
+    Returns:
+        the ellipse with the covariance that the noise and the scatter of its outline give it, None where the
+        image shows none there.
+    """
+    refined = refine_outline(image, ellipse.parameters)
+    if refined is None:
+        return None
+    parameters, covariance = refined.parameters, refined.covariance
+    if parameters[2] < parameters[3]:
+        # The axes have changed places.
+        order = [0, 1, 3, 2, 4]
+        parameters, covariance = parameters[order], covariance[np.ix_(order, order)]
+        parameters[4] += 0.5 * math.pi
+    tilt = 0.5 * math.pi - folded(0.5 * math.pi - float(parameters[4]), math.pi)
+    return Ellipse(
+        *(parameters[:2], parameters[2:4], tilt, ellipse.polarity, refined.agreeing), covariance=covariance
+    )
+
+
 def _distinct(rows: NDArray[np.float64]) -> list[int]:
-    """Return which ellipses to keep, the better seen of two that nearly agree."""
+    """Return which ellipses to keep, the first of those that nearly agree."""
     kept: list[int] = []
     for k, row in enumerate(rows):
         if not any(np.abs(row[:4] - rows[other, :4]).max() < _SAME for other in kept):

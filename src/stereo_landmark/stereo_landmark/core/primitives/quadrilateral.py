@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from shirube_settings import setting
 from stereo_landmark.core.primitives.corner_links import link_corners
-from stereo_landmark.core.primitives.crossing import crossing_covariance
+from stereo_landmark.core.primitives.crossing import crossing_covariance, joint_covariance, meeting_point
 from stereo_landmark.core.primitives.image_point import ImagePoint
+from stereo_landmark.core.primitives.line_refinement import refine_line
 from stereo_landmark.core.primitives.quadrilateral_search import distinct_outlines, find_rings, order_links
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.sides import Sides
@@ -19,6 +20,8 @@ from stereo_landmark.core.primitives.turning import folded, larger_of
 
 # Outlines whose corners are nearer to each other than this are one [px].
 _SAME = 4.0
+# A corner that moves farther when it is measured was another one [px].
+_MOVED_MAX = 6.0
 
 
 @dataclass(frozen=True)
@@ -162,6 +165,30 @@ def detect_quadrilaterals(sides: Sides, settings: PrimitiveSettings) -> list[Qua
         Quadrilateral(corners[k], int(polarities[k]), float(seen[k]), covariance)
         for k, covariance in zip(kept, covariances, strict=True)
     ]
+
+
+def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quadrilateral | None:
+    """Measure the four sides in the grey image, each across itself, and let them meet.
+
+    Args:
+        found: a detected quadrilateral, about a pixel off at most; hidden parts of its sides are left out.
+        image: shape (h, w), grey levels.
+
+    Returns:
+        the quadrilateral, its corners in the same order and their errors correlated as far as they share
+        sides; None where the image shows no four straight sides there.
+    """
+    lines = []
+    for k in range(4):
+        line = refine_line(image, found.corners[k], found.corners[(k + 1) % 4])
+        if line is None:
+            return None
+        lines.append(line)
+    corners = np.array([meeting_point(lines[k - 1], lines[k]) for k in range(4)])
+    if np.abs(corners - found.corners).max() > _MOVED_MAX:
+        return None
+    agreeing = float(np.mean([line.agreeing for line in lines]))
+    return replace(found, corners=corners, seen=agreeing, covariance=joint_covariance(lines, corners))
 
 
 def _from_upper_left(

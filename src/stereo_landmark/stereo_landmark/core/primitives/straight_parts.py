@@ -61,22 +61,27 @@ def sum_moments(
 def _is_in_arc(points: NDArray[np.float64], bends: NDArray[np.int32], b: int, first: int, end: int) -> bool:
     if b == first or b + 2 >= end:
         return False
-    before, turn_before = _turn(points, bends, b - 1)
-    after, turn_after = _turn(points, bends, b)
-    dx, dy = points[bends[b + 1]] - points[bends[b]]
+    before, after = _turn(points, bends, b - 1), _turn(points, bends, b)
+    longest = max(_step_length(points, bends, b - 1), _step_length(points, bends, b + 1))
     return (
-        turn_before * turn_after > 0.0
-        and max(abs(turn_before), abs(turn_after)) < _SMOOTH
-        and np.hypot(dx, dy) < _LONGEST_IN_ARC * max(before, after)
+        before * after > 0.0
+        and max(abs(before), abs(after)) < _SMOOTH
+        and _step_length(points, bends, b) < _LONGEST_IN_ARC * longest
     )
 
 
 @njit(cache=True, error_model='numpy')
-def _turn(points: NDArray[np.float64], bends: NDArray[np.int32], b: int) -> tuple[float, float]:
-    """Return the length of the polyline's steps beside a bend, the longer one's, and the turn there [rad]."""
+def _step_length(points: NDArray[np.float64], bends: NDArray[np.int32], b: int) -> float:
+    dx, dy = points[bends[b + 1]] - points[bends[b]]
+    return np.sqrt(dx * dx + dy * dy)
+
+
+@njit(cache=True, error_model='numpy')
+def _turn(points: NDArray[np.float64], bends: NDArray[np.int32], b: int) -> float:
+    """Return the turn from the step after a bend point to the next one [rad]."""
     ax, ay = points[bends[b + 1]] - points[bends[b]]
     bx, by = points[bends[b + 2]] - points[bends[b + 1]]
-    return max(np.hypot(ax, ay), np.hypot(bx, by)), np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
+    return np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
 
 
 @njit(cache=True, error_model='numpy')

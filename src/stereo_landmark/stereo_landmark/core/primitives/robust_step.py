@@ -1,0 +1,68 @@
+"""One weighted least squares step from offsets of an outline to its parameters, wild offsets left out."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+# Tukey's biweight: an offset so many deviations away counts nothing.
+_TUKEY = 4.7
+_ROUNDS = 6
+_MAD_TO_SIGMA = 1.4826
+
+
+class RobustStep(NamedTuple):
+    """What is to be added to the parameters, their covariance, and the part of the offsets that agree.
+
+    Attributes:
+        found: whether enough offsets were measured and agree; the rest means nothing otherwise.
+        step: shape (p,).
+        covariance: shape (p, p); it grows with the scatter of the offsets where the noise explains less.
+        agreeing: part of all offsets.
+    """
+
+    found: bool
+    step: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    agreeing: float
+
+
+@njit(cache=True, error_model='numpy')
+def robust_step(
+    jacobian: NDArray[np.float64],
+    offsets: NDArray[np.float64],
+    sigmas: NDArray[np.float64],
+    prior: NDArray[np.float64],
+) -> RobustStep:
+    """Fit the motion of an outline to its sections' offsets.
+
+    Args:
+        jacobian: shape (k, p), how far each parameter moves each section along its normal.
+        offsets: shape (k,), measured [px].
+        sigmas: shape (k,) [px], infinite where nothing was measured.
+        prior: shape (p,), information on each step that is known beforehand, 0 for none.
+    """
+    measured = np.flatnonzero(np.isfinite(sigmas))
+    unknowns = jacobian.shape[1]
+    step, covariance, scale = np.zeros(unknowns), np.eye(unknowns), 1.0
+    weights = np.ones(len(measured))
+    for _ in range(_ROUNDS):
+        if np.sum(weights > 0.0) < unknowns + 1:
+            return RobustStep(False, step, covariance, 0.0)
+        information, right = np.diag(prior), np.zeros(unknowns)
+        for m in range(len(measured)):
+            k = measured[m]
+            weight = weights[m] / sigmas[k] ** 2
+            for r in range(unknowns):
+                right[r] += weight * jacobian[k, r] * offsets[k]
+                for c in range(unknowns):
+                    information[r, c] += weight * jacobian[k, r] * jacobian[k, c]
+        covariance = np.ascontiguousarray(np.linalg.inv(information))
+        step = covariance @ right
+        left = np.abs(offsets - jacobian @ step)[measured] / sigmas[measured]
+        scale = max(1.0, _MAD_TO_SIGMA * np.median(left))
+        weights = np.maximum(0.0, 1.0 - (left / (_TUKEY * scale)) ** 2) ** 2
+    return RobustStep(True, step, covariance * scale**2, np.sum(weights > 0.0) / len(sigmas))
