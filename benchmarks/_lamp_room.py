@@ -9,10 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, level_camera
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.bearing_model import camera_points
-from vlc_beacon.core.pose.level_camera import level_camera
 
 CAMERA = PinholeCamera(1280, 1024, 636.4, 636.4, 639.5, 511.5)
 MOUNT = CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, -math.pi / 2.0))

@@ -7,11 +7,15 @@ a function that was compiled into it changes in another file. So each state of t
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 from tqdm import tqdm
 
 from shirube_cli.error import CommandError
+
+WARM_UP_PARTS = ('dots', 'search')
+"""Of `floor_localizer.core.warm_up`, which are compiled side by side."""
 
 
 def compile_loops(environment: dict[str, str]) -> None:
@@ -23,19 +27,17 @@ def compile_loops(environment: dict[str, str]) -> None:
     Raises:
         CommandError: the loops cannot be compiled; the messages stand above.
     """
-    command = [sys.executable, '-m', 'floor_localizer.core.warm_up']
+    code = 'from floor_localizer.core.warm_up import PARTS; PARTS[{!r}]()'
+    commands = [[sys.executable, '-c', code.format(part)] for part in WARM_UP_PARTS]
     interval = 0.5 if sys.stderr.isatty() else 10.0
-    with (
-        subprocess.Popen(command, env=environment) as compiler,
-        tqdm(desc='Compiling the search (once)', bar_format='{desc}: {elapsed}', mininterval=interval) as bar,
-    ):
-        while compiler.poll() is None:
+    compilers = [subprocess.Popen(command, env=environment) for command in commands]
+    with tqdm(
+        desc='Compiling the search (once)', bar_format='{desc}: {elapsed}', mininterval=interval
+    ) as bar:
+        while any(compiler.poll() is None for compiler in compilers):
             bar.update()
-            try:
-                compiler.wait(0.5)
-            except subprocess.TimeoutExpired:
-                continue
-    if compiler.returncode:
+            time.sleep(0.2)
+    if any(compiler.returncode for compiler in compilers):
         raise CommandError('the loops of floor_localizer could not be compiled; the messages stand above')
 
 

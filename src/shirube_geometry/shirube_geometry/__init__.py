@@ -1,14 +1,17 @@
 """Poses on a floor and cameras over it: geometry without ROS."""
 
 from shirube_geometry.camera_mount import CameraMount
+from shirube_geometry.level_camera import LevelCamera, level_camera
 from shirube_geometry.pinhole_camera import PinholeCamera
 from shirube_geometry.planar_pose import PlanarPose, wrap_angle
 from shirube_geometry.rotation import matrix_from_rpy, quaternion_from_yaw, yaw_from_quaternion
 
 __all__ = [
     'CameraMount',
+    'LevelCamera',
     'PinholeCamera',
     'PlanarPose',
+    'level_camera',
     'matrix_from_rpy',
     'quaternion_from_yaw',
     'wrap_angle',

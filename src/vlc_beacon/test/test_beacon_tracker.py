@@ -48,6 +48,15 @@ def test_one_lamp_and_odometry_carry_on_over_gaps(seed):
     assert np.mean(normalised) < 1.5
 
 
+def test_one_noisy_image_does_not_throw_the_pose_about():
+    rng = np.random.default_rng(7)
+    tracker = BeaconTracker(BEACONS, MOUNT)
+    for k, (pose, odometry) in enumerate(drive(120)):
+        tracker.add_odometry(odometry)
+        fix = tracker.track(rays_of(tracker, pose, BEACONS, rng, noise=2.0 if k > 60 and k % 2 else 0.1))
+        assert k < 60 or fix.T_map_base.distance_to(pose) < 0.008
+
+
 def test_two_lamps_seen_one_after_the_other_are_a_start():
     rng = np.random.default_rng(4)
     tracker, answers = BeaconTracker(BEACONS, MOUNT), []

@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from lamp_room import BEACONS, MOUNT
 
-from shirube_geometry import matrix_from_rpy
+from shirube_geometry import level_camera, matrix_from_rpy
 from vlc_beacon.core.pose.bearing_model import camera_points, projections_with_jacobian
-from vlc_beacon.core.pose.level_camera import level_camera
 
 LAMPS = np.array([beacon.xyz for beacon in BEACONS])
 

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, UNEVEN, pixels_of, random_pose
 
+from shirube_geometry import level_camera
 from vlc_beacon.core.pose.closed_form import ClosedForm
 from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import lamp_rays
-from vlc_beacon.core.pose.level_camera import level_camera
 
 TILT = (0.04, -0.03)
 

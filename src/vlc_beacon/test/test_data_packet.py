@@ -8,7 +8,9 @@ from vlc_beacon.core.packet.packet_error import PacketError
 def test_every_payload_comes_back() -> None:
     for length in range(101):
         rng = np.random.default_rng(length)
-        packet = DataPacket(rng.bytes(length), int(rng.integers(256)), bool(length % 2), bool(length % 3))
+        packet = DataPacket(
+            rng.bytes(length), int(rng.integers(256)), bool(length % 2), bool(length % 3), length % 16
+        )
         assert read_data_packet(packet.to_bytes()) == packet
 
 
@@ -31,6 +33,7 @@ def test_a_message_is_its_packets_in_a_row(length: int) -> None:
     assert [packet.sequence for packet in packets] == list(range(len(packets)))
     assert [packet.is_last for packet in packets] == [False] * (len(packets) - 1) + [True]
     assert not any(packet.is_text for packet in packets)
+    assert len({packet.tag for packet in packets}) == 1
 
 
 def test_text_is_marked_and_sent_in_utf_8() -> None:

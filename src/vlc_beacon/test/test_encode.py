@@ -12,7 +12,7 @@ from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
 from vlc_beacon.core.light_code.rs_fsk_decoder import RsFskDecoder
 from vlc_beacon.core.light_code.ufsook_decoder import UfsookDecoder
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
-from vlc_beacon.core.packet.data_packet import DataPacket
+from vlc_beacon.core.packet.data_packet import packets_of_message
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.packet.packet_reader import Packet
 from vlc_beacon.core.transmitter.lamp_frame import TICK_RATE
@@ -61,7 +61,7 @@ def test_what_is_in_the_csv_file_is_read_from_the_light(code: str, key_file: Pat
 
 def test_text_and_bytes_are_read_from_the_light(tmp_path: Path) -> None:
     assert run(3, 'text:曲がる', 'hex:00ff', '--csv', tmp_path / 'lamp.csv') == 0
-    sent = {DataPacket('曲がる'.encode(), is_text=True), DataPacket(b'\x00\xff')}
+    sent = {*packets_of_message('曲がる'), *packets_of_message(b'\x00\xff')}
     assert set(read_by_camera(tmp_path / 'lamp.csv', 'ufsook')) == sent
 
 

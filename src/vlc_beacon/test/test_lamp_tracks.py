@@ -75,6 +75,15 @@ def test_a_dark_lamp_is_expected_on_its_way_and_given_up_in_the_end():
     assert samples == []
 
 
+def test_the_rest_of_a_dark_lamp_does_not_tell_its_place():
+    levels = [(1.0, 1.0), (0.08, 0.02), *STATES[1:], (0.02, 0.09)] * 12
+    for k, (middle, halves, samples) in enumerate(drive(levels, noise=0.5)):
+        (sample,) = samples
+        if k > 30:
+            assert sample.is_lit == (halves.max() > 0.5)
+            assert np.hypot(*(sample.centre - middle)) < 2.0
+
+
 def test_lamps_keep_their_keys_while_they_pass_over_the_image():
     rng = np.random.default_rng(2)
     detector, tracks = LampDetector(), LampTracks()

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of
 
-from shirube_geometry import PlanarPose
+from shirube_geometry import PlanarPose, level_camera
 from vlc_beacon.core.pose.lamp_rays import lamp_rays
-from vlc_beacon.core.pose.level_camera import level_camera
 from vlc_beacon.core.pose.pose_filter import PoseFilter
 from vlc_beacon.core.pose.settings import PoseSettings
 

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of, random_pose
 
-from shirube_geometry import PlanarPose
-from vlc_beacon.core.pose.level_camera import level_camera
+from shirube_geometry import PlanarPose, level_camera
 from vlc_beacon.core.pose.pose_fix import NoBeaconFix, NoFixReason
 from vlc_beacon.core.pose.radius_interval import LampDiscs, radius_interval, radius_interval_printed
 

@@ -49,8 +49,6 @@ _TELL_INTERVAL = 1.0
 """Between lines about found and lost poses [s]."""
 _DRIVE_PERIOD = 0.05
 """Between velocities [s]."""
-_PLANAR = np.ix_([0, 1, 3], [0, 1, 3])
-"""x, y and yaw among x, y, z and yaw."""
 
 CreateReceiver = Callable[[list[Beacon], CameraMount, CommandJudge, ReceiverSettings], BeaconReceiver]
 
@@ -195,7 +193,7 @@ class VlcBeaconNode(Node):
         if isinstance(result, BeaconFix):
             self._pose.publish(pose_stamped(result.T_map_base, header))
             self._pose_with_covariance.publish(
-                pose_with_covariance_stamped(result.T_map_base, result.covariance[_PLANAR], header)
+                pose_with_covariance_stamped(result.T_map_base, result.planar_covariance, header)
             )
             if self._executor_of_commands is not None:
                 self._executor_of_commands.robot_at(stamp, result.T_map_base)

@@ -9,9 +9,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.dot_extraction.detector import DotDetector
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import PosePrior
 from floor_localizer.core.localizer import FloorLocalizer
@@ -20,33 +22,50 @@ from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 _DOTS = 200
 _SIDE = 0.2  # of the made-up floor [m]
 _SEEN = 0.04  # half the width of the view [m]
+_POSE = PlanarPose(_SIDE / 2.0, _SIDE / 2.0, 0.3)
 
 
 def warm_up() -> None:
-    """Index a floor, extract dots from an image of nothing much, locate views with and without a prior."""
-    rng = np.random.default_rng(0)
-    floor = index_map(DotMap(rng.uniform(0.0, _SIDE, (_DOTS, 2)), np.full(_DOTS, math.nan)))
-    mount, camera = CameraMount(), PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
-    localizer = FloorLocalizer(floor, mount)
-    pose = PlanarPose(_SIDE / 2.0, _SIDE / 2.0, 0.3)
-    points = pose.inverse().transform(floor.grid.points)
-    points = points[(np.abs(points) < _SEEN).all(axis=1)]
-    pixels = camera.pixels_from_points(mount.camera_points_from_floor(points))
-    known = _as_dots(pixels)
-    strange = _as_dots(rng.uniform(0.0, 234.0, (20, 2)))
-    localizer.locate_dots(known, camera)
-    localizer.locate_dots(known, camera, PosePrior(pose, 0.01, 0.1))
-    localizer.locate_dots(strange, camera)
+    """Run the kernels of all parts."""
+    for part in PARTS.values():
+        part()
+
+
+def warm_up_dots() -> None:
+    """Extract dots from grey and coloured images of nothing much."""
     image = np.full((235, 235), 200, dtype=np.uint8)
-    for u, v in pixels.astype(int):
+    for u, v in _camera_view()[2].astype(int):
         image[max(v - 3, 0) : v + 3, max(u - 3, 0) : u + 3] = 40
-    localizer.detect(image)
-    localizer.detect(np.dstack([image, image, image]))
+    detector = DotDetector()
+    detector.detect(image)
+    detector.detect(np.dstack([image, image, image]))
 
 
-def _as_dots(pixels: np.ndarray) -> DetectedDots:
+def warm_up_search() -> None:
+    """Index a floor, locate views with and without a prior."""
+    floor, camera, pixels = _camera_view()
+    indexed = index_map(floor)
+    localizer = FloorLocalizer(indexed, CameraMount())
+    known = _as_dots(pixels)
+    strange = _as_dots(np.random.default_rng(1).uniform(0.0, 234.0, (20, 2)))
+    localizer.locate_dots(known, camera)
+    localizer.locate_dots(known, camera, PosePrior(_POSE, 0.01, 0.1))
+    localizer.locate_dots(strange, camera)
+
+
+PARTS = {'dots': warm_up_dots, 'search': warm_up_search}
+"""What two processes can compile side by side, by name."""
+
+
+def _camera_view() -> tuple[DotMap, PinholeCamera, NDArray[np.float64]]:
+    """Return a made-up floor, a camera and where it sees the floor's dots, shape (n, 2) [px]."""
+    floor = np.random.default_rng(0).uniform(0.0, _SIDE, (_DOTS, 2))
+    points = _POSE.inverse().transform(floor)
+    points = points[(np.abs(points) < _SEEN).all(axis=1)]
+    camera = PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
+    pixels = camera.pixels_from_points(CameraMount().camera_points_from_floor(points))
+    return DotMap(floor, np.full(_DOTS, math.nan)), camera, pixels
+
+
+def _as_dots(pixels: NDArray[np.float64]) -> DetectedDots:
     return DetectedDots(pixels, np.full(len(pixels), 6.0), np.full(len(pixels), 0.1))
-
-
-if __name__ == '__main__':
-    warm_up()

@@ -16,6 +16,8 @@ HALF_JUMP = 0.3
 MIDDLE_ERROR = 0.02
 """Of the middle of a half dark lamp, which follows from the levels of its halves. [radii]"""
 GATE_SIGMAS = 4.0
+FAINT = 0.15
+"""A lamp whose halves both are darker than this share of their full brightness does not tell where it is."""
 RADIUS_KEPT, FULL_KEPT = 0.998, 0.9995
 """Share of the largest radius and brightness that is kept from frame to frame."""
 HALF_FRAMES = 10.0
@@ -69,23 +71,31 @@ class LampTrack:
             self._split.turn(angle)
 
     def see(self, stamp: float, image: NDArray[np.uint8], blobs: LampBlobs, i: int) -> NDArray[np.float64]:
-        """Take a frame in which the lamp is lit and return the brightness of its halves, shape (2,), 1 for full."""
+        """Take a frame in which the lamp was found and return the brightness of its halves, shape (2,), 1 for full."""
         expected, _ = self._motion.expect(stamp)
         self.radius = max(RADIUS_KEPT * self.radius, float(blobs.radii[i]))
         self._background = float(blobs.backgrounds[i])
         self.place, self.sigma = blobs.centroids[i].copy(), blobs.sigmas[i].copy()
         if self._split is not None:
             self._find_middle(self._split, image, expected)
-        self._motion.see(stamp, self.place, float(self.sigma.max()))
         self.last_seen = stamp
-        return self._parts(image)
+        parts = self._parts(image)
+        if parts.max() < FAINT:
+            self._coast(stamp)
+        else:
+            self._motion.see(stamp, self.place, float(self.sigma.max()))
+        return parts
 
     def miss(self, stamp: float, image: NDArray[np.uint8]) -> NDArray[np.float64]:
         """Take a frame in which the lamp was not found and return the brightness of its halves as `see` does."""
+        self._coast(stamp)
+        return self._parts(image)
+
+    def _coast(self, stamp: float) -> None:
+        """Take the lamp to be where it is expected."""
         self._motion.coast(stamp)
         self.place, _ = self._motion.expect(stamp)
         self.sigma = np.full(2, math.inf)
-        return self._parts(image)
 
     def _find_middle(self, split: SplitAxis, image: NDArray[np.uint8], expected: NDArray[np.float64]) -> None:
         """Set place and sigma of a lamp whose halves may differ."""

@@ -40,8 +40,8 @@ class LampSample:
 
     @property
     def is_lit(self) -> bool:
-        """Whether the lamp was seen in the frame."""
-        return self.blob >= 0
+        """Whether the frame tells where the lamp is."""
+        return bool(np.isfinite(self.sigma).all())
 
 
 class LampTracks:

@@ -1,21 +1,24 @@
 """The packet that carries text or binary data.
 
-    kind 2 bits | text 1 bit | last 1 bit | 0 4 bits | sequence 8 bits | length 8 bits | payload | CRC-32 of all before
+    kind 2 bits | text 1 bit | last 1 bit | tag 4 bits | sequence 8 bits | length 8 bits
+    | payload | CRC-32 of all before
 
-A message that is longer than a packet goes in several, numbered from 0, the last one marked.
+A message that is longer than a packet goes in several, numbered from 0, the last one marked. They share a tag made
+of the message, so that parts of different messages are not joined.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vlc_beacon.core.packet.crc import crc32
+from vlc_beacon.core.packet.crc import crc8, crc32
 from vlc_beacon.core.packet.packet_error import PacketError
 from vlc_beacon.core.packet.packet_kind import KIND_SHIFT, PacketKind
 
 PAYLOAD_MAX = 100
 DATA_OVERHEAD = 7
 """Bytes of a packet beside its payload."""
+TAG_MAX = 0x0F
 _TEXT, _LAST = 0x20, 0x10
 
 
@@ -28,35 +31,39 @@ class DataPacket:
         sequence: number of the part, 0 to 255.
         is_last: whether no part follows.
         is_text: whether the message is text in UTF-8.
+        tag: of the message, 0 to `TAG_MAX`.
     """
 
     payload: bytes
     sequence: int = 0
     is_last: bool = True
     is_text: bool = False
+    tag: int = 0
 
     def __post_init__(self) -> None:
         if len(self.payload) > PAYLOAD_MAX:
             raise PacketError(f'payload has {len(self.payload)} bytes, a packet holds up to {PAYLOAD_MAX}')
         if not 0 <= self.sequence <= 255:
             raise PacketError(f'sequence number is {self.sequence}, it must be from 0 to 255')
+        if not 0 <= self.tag <= TAG_MAX:
+            raise PacketError(f'tag is {self.tag}, it must be from 0 to {TAG_MAX}')
 
     def to_bytes(self) -> bytes:
         """Return the packet."""
-        first = PacketKind.DATA << KIND_SHIFT | _TEXT * self.is_text | _LAST * self.is_last
+        first = PacketKind.DATA << KIND_SHIFT | _TEXT * self.is_text | _LAST * self.is_last | self.tag
         body = bytes([first, self.sequence, len(self.payload)]) + self.payload
         return body + crc32(body).to_bytes(4)
 
 
 def read_data_packet(data: bytes) -> DataPacket | None:
     """Return the packet, or None where kind, length or checksum are wrong."""
-    if len(data) < DATA_OVERHEAD or data[0] & ~(_TEXT | _LAST) != PacketKind.DATA << KIND_SHIFT:
+    if len(data) < DATA_OVERHEAD or data[0] & ~(_TEXT | _LAST | TAG_MAX) != PacketKind.DATA << KIND_SHIFT:
         return None
     if len(data) != DATA_OVERHEAD + data[2] or data[2] > PAYLOAD_MAX:
         return None
     if crc32(data[:-4]) != int.from_bytes(data[-4:]):
         return None
-    return DataPacket(data[3:-4], data[1], bool(data[0] & _LAST), bool(data[0] & _TEXT))
+    return DataPacket(data[3:-4], data[1], bool(data[0] & _LAST), bool(data[0] & _TEXT), data[0] & TAG_MAX)
 
 
 def packets_of_message(message: bytes | str) -> list[DataPacket]:
@@ -69,5 +76,5 @@ def packets_of_message(message: bytes | str) -> list[DataPacket]:
     parts = [content[i : i + PAYLOAD_MAX] for i in range(0, len(content), PAYLOAD_MAX)] or [b'']
     if len(parts) > 256:
         raise PacketError(f'message has {len(content)} bytes, up to {256 * PAYLOAD_MAX} can be sent')
-    last = len(parts) - 1
-    return [DataPacket(part, i, i == last, isinstance(message, str)) for i, part in enumerate(parts)]
+    last, tag = len(parts) - 1, crc8(content) & TAG_MAX
+    return [DataPacket(part, i, i == last, isinstance(message, str), tag) for i, part in enumerate(parts)]

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose
+from shirube_geometry import LevelCamera
 from vlc_beacon.core.pose.bearing_model import camera_points
-from vlc_beacon.core.pose.level_camera import LevelCamera
 from vlc_beacon.core.pose.pose_fix import ExpectedPose
 from vlc_beacon.core.pose.pose_least_squares import PoseEstimate, PoseLeastSquares
 
@@ -44,10 +43,6 @@ class Agreement:
     def score(self) -> int:
         """How many sightings are where a lamp should be."""
         return int(self.own.sum() + self.swapped.sum())
-
-    def pose(self) -> PlanarPose:
-        """Return the pose of the base."""
-        return PlanarPose(float(self.fit.state[0]), float(self.fit.state[1]), float(self.fit.state[3]))
 
 
 def best_agreements(
@@ -101,7 +96,7 @@ def chosen_agreement(
         return tops[0]
     if expected is None:
         return None
-    near = [agreement for agreement in tops if expected.distance_of(agreement.pose()) < within]
+    near = [agreement for agreement in tops if agreement.fit.distance_from(expected) < within]
     return near[0] if len(near) == 1 else None
 
 

@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtri
 
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_geometry import CameraMount, LevelCamera, PinholeCamera, level_camera
 from vlc_beacon.core.pose.agreement import SAME_WITHIN, Agreement, best_agreements, chosen_agreement
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.closed_form import ClosedForm
 from vlc_beacon.core.pose.doubts import named_doubts, unclear_doubts
 from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import LampRays, lamp_rays
-from vlc_beacon.core.pose.level_camera import LevelCamera, level_camera
 from vlc_beacon.core.pose.pose_fix import BeaconDoubt, BeaconFix, ExpectedPose, NoBeaconFix, NoFixReason
 from vlc_beacon.core.pose.pose_least_squares import PoseEstimate, PoseLeastSquares
 from vlc_beacon.core.pose.settings import PoseSettings
@@ -116,12 +115,12 @@ class BeaconLocator:
         if not fits:
             return None
         if len(fits) > 1 and expected is not None:
-            fits = [fit for fit in fits if expected.distance_of(_pose(fit)) < EXPECTED_SIGMAS] or fits
+            fits = [fit for fit in fits if fit.distance_from(expected) < EXPECTED_SIGMAS] or fits
         if len(fits) > 1:
             return NoBeaconFix(NoFixReason.AMBIGUOUS, f'{len(fits)} poses explain {_names(rays)}')
         alone = 2 * len(rays) <= self._known.unknowns
-        if alone and expected is not None and expected.distance_of(_pose(fits[0])) > EXPECTED_SIGMAS:
-            detail = f'{expected.distance_of(_pose(fits[0])):.0f} standard deviations away by {_names(rays)}'
+        if alone and expected is not None and fits[0].distance_from(expected) > EXPECTED_SIGMAS:
+            detail = f'{fits[0].distance_from(expected):.0f} standard deviations away by {_names(rays)}'
             return NoBeaconFix(NoFixReason.UNEXPECTED, detail, unclear_doubts(rays))
         return _fix(fits[0], used)
 
@@ -175,7 +174,7 @@ class BeaconLocator:
 
 def _fix(fit: PoseEstimate, used: NDArray[np.bool_], doubts: tuple[BeaconDoubt, ...] = ()) -> BeaconFix:
     return BeaconFix(
-        _pose(fit),
+        fit.pose,
         float(fit.state[2]),
         fit.covariance[:4, :4],
         (float(fit.state[4]), float(fit.state[5])),
@@ -183,10 +182,6 @@ def _fix(fit: PoseEstimate, used: NDArray[np.bool_], doubts: tuple[BeaconDoubt, 
         fit.residuals,
         doubts,
     )
-
-
-def _pose(fit: PoseEstimate) -> PlanarPose:
-    return PlanarPose(float(fit.state[0]), float(fit.state[1]), float(fit.state[3]))
 
 
 def _names(rays: LampRays) -> str:

@@ -7,13 +7,12 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import CameraMount, PlanarPose
+from shirube_geometry import CameraMount, PlanarPose, level_camera
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_locator import EXPECTED_SIGMAS, BeaconLocator
 from vlc_beacon.core.pose.joined_views import JoinedViews
 from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import LampRays
-from vlc_beacon.core.pose.level_camera import level_camera
 from vlc_beacon.core.pose.odometry_settings import OdometrySettings
 from vlc_beacon.core.pose.pose_filter import PoseFilter
 from vlc_beacon.core.pose.pose_fix import BeaconDoubt, BeaconFix, DoubtKind, NoBeaconFix
@@ -74,7 +73,8 @@ class BeaconTracker:
         if self._filter is None and isinstance(found, NoBeaconFix):
             found = self._joined(rays, tilt, found)
         if isinstance(found, BeaconFix) and (
-            expected is None or expected.distance_of(found.T_map_base) > EXPECTED_SIGMAS
+            expected is None
+            or expected.distance_of(found.T_map_base, found.planar_covariance) > EXPECTED_SIGMAS
         ):
             self._start(found)
             return found

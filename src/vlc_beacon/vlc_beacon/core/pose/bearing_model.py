@@ -12,8 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import matrix_from_rpy
-from vlc_beacon.core.pose.level_camera import LevelCamera
+from shirube_geometry import LevelCamera, matrix_from_rpy
 
 STATES = 6
 _QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])

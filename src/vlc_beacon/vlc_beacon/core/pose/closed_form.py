@@ -15,10 +15,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from shirube_geometry import LevelCamera
 from vlc_beacon.core.pose.bearing_model import STATES
 from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import LampRays
-from vlc_beacon.core.pose.level_camera import LevelCamera
 
 SLOPE_MAX = 20.0
 """Lamps nearer to the horizon than 3 degrees say nothing of the height."""

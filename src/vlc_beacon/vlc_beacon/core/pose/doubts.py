@@ -7,10 +7,10 @@ import cmath
 import numpy as np
 from numpy.typing import NDArray
 
+from shirube_geometry import LevelCamera
 from vlc_beacon.core.pose.agreement import Agreement
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.lamp_rays import LampRays
-from vlc_beacon.core.pose.level_camera import LevelCamera
 from vlc_beacon.core.pose.pose_fix import BeaconDoubt, DoubtKind
 
 

@@ -11,10 +11,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose, wrap_angle
+from shirube_geometry import LevelCamera, PlanarPose, wrap_angle
 from vlc_beacon.core.pose.bearing_model import projections_with_jacobian
 from vlc_beacon.core.pose.lamp_rays import LampRays
-from vlc_beacon.core.pose.level_camera import LevelCamera
 from vlc_beacon.core.pose.odometry_settings import OdometrySettings
 from vlc_beacon.core.pose.pose_fix import ExpectedPose
 from vlc_beacon.core.pose.settings import PoseSettings

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from shirube_geometry import PlanarPose
 
+PLANAR = np.ix_([0, 1, 3], [0, 1, 3])
+"""x, y and yaw among x, y, z and yaw."""
+
 
 class DoubtKind(Enum):
     """What is wrong with a lamp."""
@@ -61,6 +64,11 @@ class BeaconFix:
     residuals: NDArray[np.float64]
     doubts: tuple[BeaconDoubt, ...] = ()
 
+    @property
+    def planar_covariance(self) -> NDArray[np.float64]:
+        """Shape (3, 3), of x, y [m] and yaw [rad]."""
+        return self.covariance[PLANAR]
+
 
 class NoFixReason(Enum):
     """Why there is no pose."""
@@ -100,9 +108,14 @@ class ExpectedPose:
     T_map_base: PlanarPose
     covariance: NDArray[np.float64]
 
-    def distance_of(self, pose: PlanarPose) -> float:
-        """Return how many standard deviations a pose is away from it."""
+    def distance_of(self, pose: PlanarPose, covariance: NDArray[np.float64]) -> float:
+        """Return how many standard deviations a measured pose is away from it.
+
+        Args:
+            pose: as measured, its errors independent of the expectation's.
+            covariance: shape (3, 3), of its x, y [m] and yaw [rad].
+        """
         offset = np.array(
             [pose.x - self.T_map_base.x, pose.y - self.T_map_base.y, self.T_map_base.turn_to(pose)]
         )
-        return float(np.sqrt(offset @ np.linalg.solve(self.covariance, offset)))
+        return float(np.sqrt(offset @ np.linalg.solve(self.covariance + covariance, offset)))

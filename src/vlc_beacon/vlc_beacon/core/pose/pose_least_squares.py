@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import wrap_angle
+from shirube_geometry import LevelCamera, PlanarPose, wrap_angle
 from vlc_beacon.core.pose.bearing_model import projections_with_jacobian
 from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import LampRays
-from vlc_beacon.core.pose.level_camera import LevelCamera
+from vlc_beacon.core.pose.pose_fix import PLANAR, ExpectedPose
 from vlc_beacon.core.pose.settings import PoseSettings
 
 STEPS_MAX = 12
@@ -41,6 +41,15 @@ class PoseEstimate:
     def distances(self) -> NDArray[np.float64]:
         """Shape (n,), lengths of the residuals; infinite for lamps behind the camera."""
         return np.where(self.in_front, np.hypot(self.residuals[:, 0], self.residuals[:, 1]), np.inf)
+
+    @property
+    def pose(self) -> PlanarPose:
+        """``T_map_base``."""
+        return PlanarPose(float(self.state[0]), float(self.state[1]), float(self.state[3]))
+
+    def distance_from(self, expected: ExpectedPose) -> float:
+        """Return how many standard deviations the pose is away from an expected one."""
+        return expected.distance_of(self.pose, self.covariance[PLANAR])
 
     def is_within(self, distance: float, other: PoseEstimate) -> bool:
         """Tell whether no part of the state is farther than this from another's [m, rad]."""

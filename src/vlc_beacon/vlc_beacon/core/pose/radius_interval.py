@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_geometry import LevelCamera, PinholeCamera, PlanarPose
 from vlc_beacon.core.pose.beacon import Beacon
-from vlc_beacon.core.pose.level_camera import LevelCamera
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix, NoFixReason
 
 RADIUS_STEP = 0.5

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import CameraMount, matrix_from_rpy
+from shirube_geometry.camera_mount import CameraMount
+from shirube_geometry.rotation import matrix_from_rpy
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,39 @@
+import numpy as np
+import pytest
+
+from vlc_beacon.core.packet.data_packet import packets_of_message
+from vlc_beacon.core.packet.message_assembly import MessageAssembly
+
+
+@pytest.mark.parametrize(
+    'message', ['', 'Guten Tag', 'ドアが開きます', b'\x00\xff', 'x' * 950, bytes(range(256)) * 3]
+)
+def test_a_message_comes_back_whatever_part_is_heard_first(message):
+    packets = packets_of_message(message)
+    for order in (
+        packets,
+        packets[::-1],
+        list(np.random.default_rng(1).permutation(np.array(packets, object))),
+    ):
+        assembly = MessageAssembly()
+        answers = [assembly.add(packet) for packet in order]
+        assert answers[:-1] == [None] * (len(order) - 1)
+        assert answers[-1] == message
+
+
+def test_a_message_is_told_once_until_the_lamp_says_another():
+    assembly = MessageAssembly()
+    told = [
+        assembly.add(packet)
+        for message in ('a' * 150, 'a' * 150, 'b' * 150, 'a' * 150)
+        for packet in packets_of_message(message)
+    ]
+    assert [answer for answer in told if answer is not None] == ['a' * 150, 'b' * 150, 'a' * 150]
+
+
+def test_parts_of_two_messages_are_not_joined():
+    first, second = packets_of_message('a' * 150), packets_of_message('b' * 150)
+    assembly = MessageAssembly()
+    assert assembly.add(first[0]) is None
+    assert assembly.add(second[1]) is None
+    assert assembly.add(second[0]) == 'b' * 150

@@ -1,0 +1,34 @@
+"""Data packets of one lamp to whole messages."""
+
+from __future__ import annotations
+
+from vlc_beacon.core.packet.data_packet import DataPacket
+
+
+class MessageAssembly:
+    """Joins the parts of what one lamp says; it says the same again and again, so a missed part comes next time."""
+
+    def __init__(self) -> None:
+        """Begin without parts."""
+        self._parts: dict[int, DataPacket] = {}
+        self._told: str | bytes | None = None
+
+    def add(self, packet: DataPacket) -> str | bytes | None:
+        """Take a part and return the message that it completes, None while parts are missing or for one told before.
+
+        Args:
+            packet: with a right checksum.
+        """
+        before = self._parts.get(packet.sequence)
+        if any(part.tag != packet.tag for part in self._parts.values()) or before not in (None, packet):
+            self._parts.clear()
+        self._parts[packet.sequence] = packet
+        last = next((part.sequence for part in self._parts.values() if part.is_last), None)
+        if last is None or any(number not in self._parts for number in range(last + 1)):
+            return None
+        content = b''.join(self._parts[number].payload for number in range(last + 1))
+        message = content.decode(errors='replace') if packet.is_text else content
+        if message == self._told:
+            return None
+        self._told = message
+        return message
