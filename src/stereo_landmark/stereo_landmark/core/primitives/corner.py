@@ -17,7 +17,6 @@ from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.sides import Sides
 from stereo_landmark.core.primitives.turning import folded, larger_of
 
-
 # Arms that differ less in direction meet anywhere.
 _SINE_MIN = 0.1
 

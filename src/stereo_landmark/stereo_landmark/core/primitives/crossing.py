@@ -46,9 +46,7 @@ def crossing_of(one: RefinedLine, other: RefinedLine) -> tuple[NDArray[np.float6
 
 def meeting_point(one: RefinedLine, other: RefinedLine) -> NDArray[np.float64]:
     """Return where two lines meet, shape (2,) [px]."""
-    along = np.linalg.solve(
-        np.column_stack([one.direction, -other.direction]), other.middle - one.middle
-    )
+    along = np.linalg.solve(np.column_stack([one.direction, -other.direction]), other.middle - one.middle)
     return one.middle + along[0] * one.direction
 
 

@@ -80,9 +80,7 @@ def direction_bin(nx: float, ny: float) -> int:
 
 
 @njit(cache=True, error_model='numpy')
-def look_up(
-    profile: NDArray[np.float64], distance: float, response: NDArray[np.float64]
-) -> None:
+def look_up(profile: NDArray[np.float64], distance: float, response: NDArray[np.float64]) -> None:
     """Write the three values at a distance, by linear interpolation.
 
     Args:

@@ -16,6 +16,9 @@ _PIXELS_MIN = 8
 _OFFSET_MAX = 0.8
 # A section whose contrast is a smaller part of the outline's shows something else.
 _CONTRAST_MIN = 0.3
+# Outside the core a pixel agrees within so many deviations of the noise and this part of the contrast.
+_AGREEING = 3.0
+_SHADING = 0.03
 # A section all of one grey level, or all on one side of the edge.
 _SINGULAR = 1e-6
 _ROUNDING = 12.0**-0.5
@@ -53,72 +56,122 @@ class SectionOffsets(NamedTuple):
     polarity: int
 
 
+class _Sums(NamedTuple):
+    """Normal equations of the sections: columns level, contrast, shift and blur, shape (k, 4, 4) and (k, 4)."""
+
+    normal: NDArray[np.float64]
+    right: NDArray[np.float64]
+    squares: NDArray[np.float64]
+    members: NDArray[np.float64]
+
+
+class _Fits(NamedTuple):
+    """Level, contrast and shift of each section, shape (k, 3); its inverse normal matrix; its mean square rest."""
+
+    solutions: NDArray[np.float64]
+    inverses: NDArray[np.float64]
+    rests: NDArray[np.float64]
+
+
 @njit(cache=True, error_model='numpy')
-def measure_sections(pixels: BandPixels, profiles: NDArray[np.float64], count: int) -> SectionOffsets:
+def measure_sections(
+    pixels: BandPixels, profiles: NDArray[np.float64], count: int, core: float
+) -> SectionOffsets:
     """Fit two grey levels, an offset and the blur to the pixels of each section by least squares.
 
     Each pixel counts once, as it is: nothing is interpolated, so that the sections' errors are independent.
+    The farther from the edge the grey levels are taken, the better the offset is known; but other edges may
+    lie there. So the core of the band is fitted first, and of the rest those pixels count that agree with it.
 
     Args:
         pixels: the pixels beside the outline.
         profiles: shape (directions, distances, 3), the response of an edge for the blur supposed.
         count: number of sections.
+        core: half the width of the band's core [px].
     """
-    normal, right = np.zeros((count, 4, 4)), np.zeros((count, 4))
-    squares, members = np.zeros(count), np.zeros(count)
-    response = np.empty(3)
-    columns = np.ones(4)
-    for p in range(len(pixels.values)):
-        k, value = pixels.sections[p], pixels.values[p]
-        look_up(profiles[pixels.directions[p]], pixels.distances[p], response)
-        columns[1:] = response
-        for r in range(4):
-            right[k, r] += columns[r] * value
-            for c in range(r, 4):
-                normal[k, r, c] += columns[r] * columns[c]
-        squares[k] += value * value
-        members[k] += 1.0
-    return _solve_sections(normal, right, squares, members)
+    sums = _Sums(np.zeros((count, 4, 4)), np.zeros((count, 4)), np.zeros(count), np.zeros(count))
+    fits = _Fits(np.zeros((count, 3)), np.zeros((count, 3, 3)), np.full(count, np.nan))
+    _add_pixels(pixels, profiles, core, fits, np.nan, sums)
+    _solve(sums, fits)
+    noise = max(np.sqrt(np.nanmedian(fits.rests)), _ROUNDING)
+    _add_pixels(pixels, profiles, core, fits, noise, sums)
+    _solve(sums, fits)
+    return _offsets(sums, fits)
 
 
 @njit(cache=True, error_model='numpy')
-def _solve_sections(
-    normal: NDArray[np.float64],
-    right: NDArray[np.float64],
-    squares: NDArray[np.float64],
-    members: NDArray[np.float64],
-) -> SectionOffsets:
-    count = len(members)
-    contrasts, offsets, spreads = np.zeros(count), np.zeros(count), np.full(count, np.inf)
-    inverse = np.empty((3, 3))
-    rests, blurs, blur_weights = np.full(count, np.nan), np.zeros(count), np.zeros(count)
-    for k in range(count):
-        for r in range(4):
-            for c in range(r):
-                normal[k, r, c] = normal[k, c, r]
-        if members[k] < _PIXELS_MIN or not _invert(normal[k], inverse):
+def _add_pixels(
+    pixels: BandPixels, profiles: NDArray[np.float64], core: float, fits: _Fits, noise: float, sums: _Sums
+) -> None:
+    """Add the pixels of the core (noise not a number), else those outside it that agree with the fits."""
+    response = np.empty(3)
+    columns = np.ones(4)
+    outside = not np.isnan(noise)
+    for p in range(len(pixels.values)):
+        k, value, distance = pixels.sections[p], pixels.values[p], pixels.distances[p]
+        if (abs(distance) > core) != outside:
             continue
-        solution = inverse @ right[k, :3]
-        contrasts[k] = solution[1]
-        offsets[k] = -solution[2] / solution[1]
-        spreads[k] = np.sqrt(inverse[2, 2]) / abs(solution[1])
-        rests[k] = max(squares[k] - np.dot(solution, right[k, :3]), 0.0) / max(members[k] - 3.0, 1.0)
-        # The blur is one for the whole outline: its column's share that the others leave.
-        across = inverse @ normal[k, :3, 3].copy()
-        left = normal[k, 3, 3] - np.dot(normal[k, 3, :3], across)
-        blurs[k] = (right[k, 3] - np.dot(across, right[k, :3])) * solution[1]
-        blur_weights[k] = left * solution[1] ** 2
-    measured = np.isfinite(spreads)
+        look_up(profiles[pixels.directions[p]], distance, response)
+        columns[1:] = response
+        if outside:
+            level, contrast, shift = fits.solutions[k]
+            rest = value - level - contrast * response[0] - shift * response[1]
+            if abs(rest) > _AGREEING * noise + _SHADING * abs(contrast):
+                continue
+        for r in range(4):
+            sums.right[k, r] += columns[r] * value
+            for c in range(4):
+                sums.normal[k, r, c] += columns[r] * columns[c]
+        sums.squares[k] += value * value
+        sums.members[k] += 1.0
+
+
+@njit(cache=True, error_model='numpy')
+def _solve(sums: _Sums, fits: _Fits) -> None:
+    for k in range(len(sums.members)):
+        fits.rests[k] = np.nan
+        inverse = fits.inverses[k]
+        if sums.members[k] < _PIXELS_MIN or not _invert(sums.normal[k], inverse):
+            continue
+        explained = 0.0
+        for r in range(3):
+            total = 0.0
+            for c in range(3):
+                total += inverse[r, c] * sums.right[k, c]
+            fits.solutions[k, r] = total
+            explained += total * sums.right[k, r]
+        fits.rests[k] = max(sums.squares[k] - explained, 0.0) / (sums.members[k] - 3.0)
+
+
+@njit(cache=True, error_model='numpy')
+def _offsets(sums: _Sums, fits: _Fits) -> SectionOffsets:
+    count = len(sums.members)
+    measured = ~np.isnan(fits.rests)
+    contrasts = fits.solutions[:, 1].copy()
+    offsets, sigmas = np.zeros(count), np.full(count, np.inf)
     if not np.any(measured):
-        return SectionOffsets(offsets, spreads, 0.0, 0)
+        return SectionOffsets(offsets, sigmas, 0.0, 0)
+    noise = max(np.sqrt(np.nanmedian(fits.rests)), _ROUNDING)
     polarity = 1 if np.median(contrasts[measured]) > 0.0 else -1
     contrasts *= polarity
-    weak = measured & (contrasts < _CONTRAST_MIN * np.median(contrasts[measured]))
-    spreads[weak] = np.inf
-    noise = max(np.sqrt(np.nanmedian(rests)), _ROUNDING)
-    step = np.sum(blurs[~weak]) / max(np.sum(blur_weights[~weak]), 1e-9)
-    offsets = np.minimum(np.maximum(offsets, -_OFFSET_MAX), _OFFSET_MAX)
-    return SectionOffsets(offsets, noise * spreads, step, polarity)
+    typical = np.median(contrasts[measured])
+    pull, weight = 0.0, 1e-9
+    for k in range(count):
+        if not measured[k] or contrasts[k] < _CONTRAST_MIN * typical:
+            continue
+        solution, inverse = fits.solutions[k], fits.inverses[k]
+        offsets[k] = min(max(-solution[2] / solution[1], -_OFFSET_MAX), _OFFSET_MAX)
+        sigmas[k] = noise * np.sqrt(inverse[2, 2]) / contrasts[k]
+        # The blur is one for the whole outline: of its column that part counts which the others leave.
+        blur = sums.normal[k, 3]
+        left, rest = blur[3], sums.right[k, 3]
+        for r in range(3):
+            rest -= blur[r] * solution[r]
+            for c in range(3):
+                left -= blur[r] * inverse[r, c] * blur[c]
+        pull += rest * solution[1]
+        weight += left * solution[1] ** 2
+    return SectionOffsets(offsets, sigmas, pull / weight, polarity)
 
 
 @njit(cache=True, error_model='numpy')

@@ -22,7 +22,14 @@ from stereo_landmark.core.primitives.ellipse_geometry import (
     normal_motion,
     perimeter,
 )
-from stereo_landmark.core.primitives.line_refinement import FIRST_BLUR, ROUNDS, band_width, next_blur
+from stereo_landmark.core.primitives.line_refinement import (
+    FIRST_BLUR,
+    ROUNDS,
+    SMALL_STEP,
+    band_core,
+    band_width,
+    next_blur,
+)
 from stereo_landmark.core.primitives.robust_step import robust_step
 
 _SECTION = 6.0
@@ -60,7 +67,7 @@ def refine_outline(image: NDArray[np.uint8], parameters: NDArray[np.float64]) ->
         width = min(band_width(blur), _PART_OF_AXIS * parameters[3])
         variance = float(BLURS[number]) ** 2 + PIXEL_VARIANCE
         pixels, jacobian = _outline_band(image, parameters, width, count, variance)
-        found = measure_sections(pixels, response_table()[number], count)
+        found = measure_sections(pixels, response_table()[number], count, min(band_core(blur), width))
         fit = robust_step(jacobian, found.offsets, found.sigmas, prior)
         if not fit.found:
             return None
@@ -69,6 +76,8 @@ def refine_outline(image: NDArray[np.uint8], parameters: NDArray[np.float64]) ->
             return None
         refined = RefinedEllipse(parameters, fit.covariance, fit.agreeing)
         blur = next_blur(float(BLURS[number]), found.blur_step)
+        if np.abs(fit.step[:4]).max() < SMALL_STEP and nearest_blur(blur) == number:
+            break
     return refined
 
 
@@ -92,7 +101,9 @@ def _outline_band(
     n = 0
     for y in range(max(0, int(cy - reach_y)), min(height, int(cy + reach_y) + 2)):
         for x in range(max(0, int(cx - reach_x)), min(columns, int(cx + reach_x) + 2)):
-            if not _is_near(cos_r * (x - cx) + sin_r * (y - cy), cos_r * (y - cy) - sin_r * (x - cx), a, b, width):
+            if not _is_near(
+                cos_r * (x - cx) + sin_r * (y - cy), cos_r * (y - cy) - sin_r * (x - cx), a, b, width
+            ):
                 continue
             t = foot_parameter(parameters, x, y)
             px, py, nx, ny, speed = ellipse_point(parameters, t)

@@ -19,8 +19,11 @@ from stereo_landmark.core.primitives.edge_response import (
 from stereo_landmark.core.primitives.edge_sections import BandPixels, measure_sections
 from stereo_landmark.core.primitives.robust_step import robust_step
 
-ROUNDS = 4
-"""How often an outline is measured: each round starts where the last one ended."""
+ROUNDS = 5
+"""How often an outline is measured at most: each round starts where the last one ended."""
+
+SMALL_STEP = 0.02
+"""A round that moves an outline by less was the last one [px]."""
 
 FIRST_BLUR = 0.7
 """What is supposed of the blur at first [px]."""
@@ -30,6 +33,8 @@ _SECTIONS_MIN = 6
 # The shortest part of a side that is measured, margins at both ends taken off [px].
 _SPAN_MIN = 5.0
 _BLUR_STEP_MAX = 0.5
+# No edge is as straight and evenly blurred as its model: what no number of pixels averages out [px].
+_MODEL_SIGMA = 0.005
 
 
 @dataclass(frozen=True)
@@ -51,9 +56,14 @@ class RefinedLine:
     agreeing: float
 
 
+def band_core(blur: float) -> float:
+    """Return how far from an outline pixels show nothing but its edge, as long as nothing else is near [px]."""
+    return min(1.0 + 2.2 * math.sqrt(blur**2 + PIXEL_VARIANCE), 6.0)
+
+
 def band_width(blur: float) -> float:
     """Return how far from an outline its pixels are looked at [px]."""
-    return min(1.5 + 2.2 * math.sqrt(blur**2 + PIXEL_VARIANCE), 7.5)
+    return min(1.5 + 5.0 * math.sqrt(blur**2 + PIXEL_VARIANCE), 8.5)
 
 
 def next_blur(blur: float, step: float) -> float:
@@ -80,7 +90,7 @@ def refine_line(
     for _ in range(ROUNDS):
         chord = end - begin
         length = float(np.hypot(*chord))
-        margin = min(1.0 + 2.2 * math.sqrt(blur**2 + PIXEL_VARIANCE), 0.3 * length)
+        margin = min(band_core(blur), 0.3 * length)
         span = length - 2.0 * margin
         if span < _SPAN_MIN:
             return None
@@ -88,7 +98,7 @@ def refine_line(
         count = max(_SECTIONS_MIN, round(span / _SECTION))
         number = nearest_blur(blur)
         pixels = _line_band(image, middle, direction, span, band_width(blur), count)
-        found = measure_sections(pixels, response_table()[number], count)
+        found = measure_sections(pixels, response_table()[number], count, band_core(blur))
         along = (np.arange(count) + 0.5) / count * span - 0.5 * span
         fit = robust_step(np.column_stack([np.ones(count), along]), found.offsets, found.sigmas, np.zeros(2))
         if not fit.found:
@@ -99,6 +109,8 @@ def refine_line(
         end = end + (shift + 0.5 * length * turn) * normal
         blur = next_blur(float(BLURS[number]), found.blur_step)
         line = _independent(begin, end, fit.covariance, blur, fit.agreeing)
+        if max(abs(shift), 0.5 * length * abs(turn)) < SMALL_STEP and nearest_blur(blur) == number:
+            break
     return line
 
 
@@ -112,7 +124,7 @@ def _independent(
     # Offset and turn are known together about the chord's middle; about another point they are independent.
     direction = (end - begin) / np.hypot(*(end - begin))
     along = -covariance[0, 1] / covariance[1, 1]
-    offset = covariance[0, 0] - covariance[0, 1] ** 2 / covariance[1, 1]
+    offset = covariance[0, 0] - covariance[0, 1] ** 2 / covariance[1, 1] + _MODEL_SIGMA**2
     middle = 0.5 * (begin + end) + along * direction
     return RefinedLine(middle, direction, np.array([offset, covariance[1, 1]]), blur, agreeing)
 

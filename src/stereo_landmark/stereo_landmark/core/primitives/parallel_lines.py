@@ -16,7 +16,6 @@ from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.sides import Sides
 from stereo_landmark.core.primitives.turning import folded, larger_of
 
-
 # How well the ends of a segment are known along it [px].
 _END_SIGMA = 1.0
 
@@ -134,7 +133,9 @@ def refine_parallel_lines(found: ParallelLines, image: NDArray[np.uint8]) -> Par
     offsets = np.array([row[0] for row in rows])
     variances = np.array([row[1] for row in rows])
     tilt = math.atan2(direction[1], direction[0])
-    covariance = np.diag([0.25 * variances.sum(), 0.25 * (first.variances[1] + second.variances[1]), variances.sum()])
+    covariance = np.diag(
+        [0.25 * variances.sum(), 0.25 * (first.variances[1] + second.variances[1]), variances.sum()]
+    )
     covariance[0, 2] = covariance[2, 0] = 0.5 * (variances[1] - variances[0])
     return replace(
         found,
@@ -146,7 +147,10 @@ def refine_parallel_lines(found: ParallelLines, image: NDArray[np.uint8]) -> Par
 
 
 def _at_middle(
-    line: RefinedLine, centre: NDArray[np.float64], direction: NDArray[np.float64], normal: NDArray[np.float64]
+    line: RefinedLine,
+    centre: NDArray[np.float64],
+    direction: NDArray[np.float64],
+    normal: NDArray[np.float64],
 ) -> tuple[float, float]:
     """Return a line's offset from the centre along the normal, and its variance [px, px²]."""
     along = float((centre - line.middle) @ direction) / float(line.direction @ direction)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.collinear import join_collinear
-from stereo_landmark.core.segments.segments import Segments
+from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.straight_parts import fit_parts, sum_moments
+from stereo_landmark.core.segments.segments import Segments
 
 
 @dataclass(frozen=True)

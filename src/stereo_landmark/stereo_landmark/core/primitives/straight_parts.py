@@ -11,7 +11,9 @@ _ROUNDED = 2
 _ENOUGH = 10
 # A part that goes over into both neighbours by less than this angle belongs to an arc [rad].
 _SMOOTH = 0.6
-_LONGEST_IN_ARC = 3.0
+_BOWED = 0.5
+# The mean height of a flat arc over its chord, as a part of the largest.
+_MEAN_OF_BOW = 2.0 / 3.0
 # Edge points are never better than this; and neighbours share their noise [px, points].
 _SIGMA_MIN = 0.05
 _CORRELATED = 3.0
@@ -62,18 +64,18 @@ def _is_in_arc(points: NDArray[np.float64], bends: NDArray[np.int32], b: int, fi
     if b == first or b + 2 >= end:
         return False
     before, after = _turn(points, bends, b - 1), _turn(points, bends, b)
-    longest = max(_step_length(points, bends, b - 1), _step_length(points, bends, b + 1))
-    return (
-        before * after > 0.0
-        and max(abs(before), abs(after)) < _SMOOTH
-        and _step_length(points, bends, b) < _LONGEST_IN_ARC * longest
-    )
-
-
-@njit(cache=True, error_model='numpy')
-def _step_length(points: NDArray[np.float64], bends: NDArray[np.int32], b: int) -> float:
-    dx, dy = points[bends[b + 1]] - points[bends[b]]
-    return np.sqrt(dx * dx + dy * dy)
+    if before * after <= 0.0 or max(abs(before), abs(after)) > _SMOOTH:
+        return False
+    # A circle that turns so much at both ends bows out between them; a side with round corners does not.
+    p = points[bends[b]]
+    dx, dy = points[bends[b + 1]] - p
+    squared = dx * dx + dy * dy
+    bow = 0.0
+    for i in range(bends[b] + 1, bends[b + 1]):
+        bow += dy * (points[i, 0] - p[0]) - dx * (points[i, 1] - p[1])
+    bow /= max(bends[b + 1] - bends[b] - 1, 1) * np.sqrt(squared)
+    circle = np.sqrt(squared) * 0.5 * (before + after) / 8.0 * _MEAN_OF_BOW
+    return bow * circle > 0.0 and abs(bow) > _BOWED * abs(circle)
 
 
 @njit(cache=True, error_model='numpy')
