@@ -19,6 +19,7 @@ from stereo_landmark.core.primitives.quadrilateral import detect_quadrilaterals
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.sides import find_sides
 from stereo_landmark.core.procedure.primitive import Kind, Primitive, Tolerances, size_of
+from stereo_landmark.core.procedure.shape_descriptor import DESCRIPTORS, descriptor_of
 from stereo_landmark.core.segments.segments import Segments, follow_segments
 
 
@@ -50,6 +51,11 @@ class DetectedKind:
     def sizes(self) -> NDArray[np.float64]:
         """Shape (n,) [px]."""
         return np.array([size_of(primitive) for primitive in self.primitives])
+
+    @cached_property
+    def shapes(self) -> NDArray[np.float64]:
+        """Descriptors, shape (n, DESCRIPTORS)."""
+        return np.array([descriptor_of(primitive) for primitive in self.primitives]).reshape(-1, DESCRIPTORS)
 
     @cached_property
     def tree(self) -> cKDTree:

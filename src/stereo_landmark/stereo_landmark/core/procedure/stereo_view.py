@@ -5,10 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import NDArray
+
 from shirube_geometry import LevelCamera, level_camera
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.detected_scene import DetectedKind, DetectedScene
 from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.stereo_matching import alike_pairs, mutual_best, supports
+
+DEPTHS = (0.3, 30.0)
+"""Of what a robot can locate itself by [m]."""
 
 
 @dataclass(frozen=True)
@@ -17,7 +24,7 @@ class StereoView:
 
     Attributes:
         left: the left image.
-        right: the right image.
+        right: the right image, with the same kinds of primitives.
         rig: the cameras.
         tilt: roll and pitch of the base [rad].
     """
@@ -35,3 +42,37 @@ class StereoView:
     def both(self, kind: Kind) -> tuple[DetectedKind, DetectedKind]:
         """Return the primitives of a kind in the left and in the right image."""
         return self.left.kinds[kind], self.right.kinds[kind]
+
+    @cached_property
+    def partners(self) -> dict[Kind, dict[int, int]]:
+        """Which primitive of the right image is which of the left one, by kind and numbers."""
+        pairs = {kind: self._alike(kind) for kind in self.left.kinds}
+        places = [self.left.kinds[kind].centres[numbers[:, 0]] for kind, numbers in pairs.items()]
+        disparities = [self._disparities(kind, numbers) for kind, numbers in pairs.items()]
+        # Primitives of all kinds support each other.
+        first = np.cumsum([0, *(len(self.left.kinds[kind].primitives) for kind in pairs)])
+        owners = [numbers[:, 0] + base for numbers, base in zip(pairs.values(), first, strict=False)]
+        support = supports(np.concatenate(places), np.concatenate(disparities), np.concatenate(owners))
+        partners, begin = {}, 0
+        for kind, numbers in pairs.items():
+            end = begin + len(numbers)
+            chosen = numbers[mutual_best(numbers, support[begin:end])]
+            partners[kind] = dict(chosen.tolist())
+            begin = end
+        return partners
+
+    def _alike(self, kind: Kind) -> NDArray[np.int64]:
+        here, there = self.both(kind)
+        scale = self.rig.left.fx * self.rig.baseline
+        return alike_pairs(
+            here.centres - [self.rig.left.cx, 0.0],
+            here.shapes,
+            there.centres - [self.rig.right.cx, 0.0],
+            there.shapes,
+            (scale / DEPTHS[1], scale / DEPTHS[0]),
+        )
+
+    def _disparities(self, kind: Kind, numbers: NDArray[np.int64]) -> NDArray[np.float64]:
+        here, there = self.both(kind)
+        left, right = here.centres[numbers[:, 0], 0], there.centres[numbers[:, 1], 0]
+        return np.asarray((left - self.rig.left.cx) - (right - self.rig.right.cx))

@@ -46,7 +46,6 @@ class Supposition:
 def suppose(
     positions: NDArray[np.float64],
     candidates: Sequence[StereoCandidates],
-    centres: Sequence[NDArray[np.float64]],
     view: StereoView,
     settings: SearchSettings,
 ) -> list[Supposition]:
@@ -55,7 +54,6 @@ def suppose(
     Args:
         positions: shape (k, 3), of the target's primitives in the place's frame, the surest first [m].
         candidates: of each of them.
-        centres: of the candidates, shapes (n, 3): u, v left and u right [px].
         view: both images.
         settings: where the robot may be.
     """
@@ -68,7 +66,7 @@ def suppose(
         states = states[np.hypot(states[:, 0], states[:, 1]) <= settings.reach]
         if not len(states):
             continue
-        matched, misfits = _match(states, positions, centres, view, settings, path)
+        matched, misfits = _match(states, positions, candidates, view, settings, path)
         counts = (matched >= 0).sum(axis=1)
         for i in np.flatnonzero(counts >= max(1.0, settings.seen_min * len(positions))):
             key = tuple(matched[i].tolist())
@@ -82,7 +80,7 @@ def suppose(
 def _match(
     states: NDArray[np.float64],
     positions: NDArray[np.float64],
-    centres: Sequence[NDArray[np.float64]],
+    candidates: Sequence[StereoCandidates],
     view: StereoView,
     settings: SearchSettings,
     path: int,
@@ -93,10 +91,10 @@ def _match(
     windows = settings.window + WAY_SHARE * ways
     matched = np.full(pixels.shape[:2], -1)
     misfits = np.full(pixels.shape[:2], np.nan)
-    for k, seen in enumerate(centres):
-        if not len(seen):
+    for k, found in enumerate(candidates):
+        if not len(found):
             continue
-        offsets = pixels[:, k, None, :3] - seen[None]
+        offsets = pixels[:, k, None, :3] - found.centres[None]
         disparities = (offsets[..., 0] - offsets[..., 2]) / DISPARITY_SHARE
         apart = np.sqrt(offsets[..., 0] ** 2 + offsets[..., 1] ** 2 + disparities**2) / windows[:, k, None]
         apart[np.isnan(apart)] = np.inf

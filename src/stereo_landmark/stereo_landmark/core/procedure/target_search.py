@@ -14,7 +14,7 @@ from stereo_landmark.core.place.stereo_points import StereoPoints
 from stereo_landmark.core.place.stereo_rig import MEASURED
 from stereo_landmark.core.procedure.evidence import Evidence
 from stereo_landmark.core.procedure.prediction import expected_pixels
-from stereo_landmark.core.procedure.primitive import Kind, refined_pair
+from stereo_landmark.core.procedure.primitive import refined_pair
 from stereo_landmark.core.procedure.settings import SearchSettings
 from stereo_landmark.core.procedure.sighting import NoSightingReason, NoTargetSighting, TargetSighting
 from stereo_landmark.core.procedure.stereo_candidates import StereoCandidates, stereo_candidates
@@ -79,13 +79,9 @@ class TargetSearch:
     ) -> list[_Reading]:
         """Return the poses that may be, those first for which most speaks."""
         candidates = self._candidates(target, view)
-        centres = [
-            _centres(found, taught.kind, view)
-            for found, taught in zip(candidates, target.primitives, strict=True)
-        ]
         evidence = self._evidence(view)
         readings: list[_Reading] = []
-        for supposed in suppose(positions, candidates, centres, view, self._settings):
+        for supposed in suppose(positions, candidates, view, self._settings):
             pairs = _pairs(target, supposed.matched, candidates, view)
             state = self._fitted(supposed.state, pairs, view)
             if state is not None:
@@ -144,12 +140,6 @@ class TargetSearch:
             detail = f'evidence {best.evidence:.1f} and {others[0].evidence:.1f}'
             return NoTargetSighting(target.name, NoSightingReason.AMBIGUOUS, detail)
         return best
-
-
-def _centres(found: StereoCandidates, kind: Kind, view: StereoView) -> NDArray[np.float64]:
-    """Return u, v left and u right of candidates, shape (n, 3) [px]."""
-    here, there = view.both(kind)
-    return np.column_stack([here.centres[found.left], there.centres[found.right, 0]])
 
 
 def _pairs(

@@ -11,15 +11,12 @@ from numpy.typing import NDArray
 from shirube_geometry import PlanarPose
 from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints, measurable, triangulate
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import Kind, Primitive, difference, kind_of, refined_pair
-from stereo_landmark.core.procedure.stereo_candidates import stereo_candidates
+from stereo_landmark.core.procedure.primitive import Kind, Primitive, kind_of, refined_pair
 from stereo_landmark.core.procedure.stereo_measurement import NamedPair, pair_as_taught, stereo_points
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
-DEPTHS = (0.3, 30.0)
-"""Of what can be taught [m]."""
 SURROUNDINGS_MAX = 40
 SURROUNDINGS_APART = 16.0
 """Primitives around the targets are at least so far from each other, for one thing speaks once [px]."""
@@ -60,12 +57,11 @@ class Teacher:
         Raises:
             StereoLandmarkError: the right image shows none like it, or an outline cannot be measured.
         """
-        partners = self._partners(chosen)
-        if not partners:
+        partner = self._partner(chosen)
+        if partner is None:
             raise StereoLandmarkError('the right image does not show it; choose another primitive')
-        best = min(partners, key=lambda partner: difference(partner, chosen, self._processing.tolerances))
         images = self._view.left.image, self._view.right.image
-        measured = refined_pair(*pair_as_taught(chosen, chosen, best), images)
+        measured = refined_pair(*pair_as_taught(chosen, chosen, partner), images)
         if measured is None:
             raise StereoLandmarkError(
                 'its outline cannot be measured in both images; choose another primitive'
@@ -145,15 +141,13 @@ class Teacher:
         (position,) = self.coordinates(StereoPoints(('centre',), pixels, np.eye(4)[None])).positions
         return position
 
-    def _partners(self, chosen: Primitive) -> list[Primitive]:
+    def _partner(self, chosen: Primitive) -> Primitive | None:
         """Return what the right image shows of a primitive of the left one."""
-        here, there = self._view.both(kind_of(chosen))
-        found = stereo_candidates(chosen, self._view, DEPTHS, self._processing.tolerances)
-        return [
-            there.primitives[j]
-            for i, j in zip(found.left.tolist(), found.right.tolist(), strict=True)
-            if here.primitives[i] is chosen
-        ]
+        kind = kind_of(chosen)
+        here, there = self._view.both(kind)
+        number = next(i for i, primitive in enumerate(here.primitives) if primitive is chosen)
+        partner = self._view.partners[kind].get(number)
+        return None if partner is None else there.primitives[partner]
 
     def _surroundings(self, taught: Iterable[Primitive]) -> tuple[TaughtPrimitive, ...]:
         """Return what else both images show for certain, of each spot the most telling."""
@@ -166,10 +160,10 @@ class Teacher:
                 distances = np.hypot(*(np.array(taken) - primitive.centre).T)
                 if distances.min() < SURROUNDINGS_APART:
                     continue
-                partners = self._partners(primitive)
-                if len(partners) == 1:
+                partner = self._partner(primitive)
+                if partner is not None:
                     taken.append(primitive.centre)
-                    position = self._position(primitive, partners[0])
+                    position = self._position(primitive, partner)
                     found.append(TaughtPrimitive(f'{kind.value} {len(found) + 1}', primitive, position))
         return tuple(found)
 

@@ -1,0 +1,104 @@
+"""Which primitive of the right image is which of the left one, where many look the same.
+
+Things that look alike are told apart by their neighbours: on surfaces, disparities of neighbours differ by less than a
+share of their distance (the disparity gradient limit of Pollard, Mayhew & Frisby 1985). Each pair of primitives gets
+support from all neighbours that have a pair within that limit, and pairs win that have the most on both sides.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+ROWS_APART = 2.0
+"""Rectified images show a point in the same row, and detection is about a pixel off [px]."""
+GRADIENT_MAX = 0.3
+"""Of disparities over the image."""
+SLACK = 2.0
+"""Error of a disparity [px]."""
+NEIGHBOURHOOD = 250.0
+"""How far support reaches [px]."""
+
+
+@njit(cache=True)
+def alike_pairs(
+    left: NDArray[np.float64],
+    left_shapes: NDArray[np.float64],
+    right: NDArray[np.float64],
+    right_shapes: NDArray[np.float64],
+    disparities: tuple[float, float],
+) -> NDArray[np.int64]:
+    """Return which primitives of one kind may be the same, shape (m, 2): number in the left and in the right image.
+
+    Args:
+        left: shape (n, 2), centres less the principal point [px].
+        left_shapes: shape (n, d), their descriptors.
+        right: shape (k, 2).
+        right_shapes: shape (k, d).
+        disparities: smallest and largest [px].
+    """
+    order = np.argsort(right[:, 1])
+    rows = right[order, 1]
+    pairs = []
+    for i in range(len(left)):
+        begin = np.searchsorted(rows, left[i, 1] - ROWS_APART)
+        for place in range(begin, len(rows)):
+            if rows[place] > left[i, 1] + ROWS_APART:
+                break
+            j = order[place]
+            disparity = left[i, 0] - right[j, 0]
+            is_near = disparities[0] <= disparity <= disparities[1]
+            if is_near and np.max(np.abs(left_shapes[i] - right_shapes[j])) < 1.0:
+                pairs.append((i, j))
+    numbers = np.empty((len(pairs), 2), np.int64)
+    for p in range(len(pairs)):
+        numbers[p, 0], numbers[p, 1] = pairs[p]
+    return numbers
+
+
+@njit(cache=True)
+def supports(
+    places: NDArray[np.float64], disparities: NDArray[np.float64], owners: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Return how much the neighbours speak for each pair, shape (m,).
+
+    Args:
+        places: shape (m, 2), centres in the left image [px].
+        disparities: shape (m,) [px].
+        owners: shape (m,), which primitive of the left image a pair is of; pairs of one stand together.
+    """
+    support = np.zeros(len(places))
+    for p in range(len(places)):
+        owner, best, weight = -1, 0.0, 0.0
+        for q in range(len(places)):
+            if owners[q] != owner:
+                support[p] += best * weight
+                owner, best = owners[q], 0.0
+                away = np.hypot(places[q, 0] - places[p, 0], places[q, 1] - places[p, 1])
+                weight = 1.0 / (away + 20.0) if owner != owners[p] and away < NEIGHBOURHOOD else 0.0
+            if weight > 0.0:
+                limit = SLACK + GRADIENT_MAX * (1.0 / weight - 20.0)
+                apart = abs(disparities[q] - disparities[p]) / limit
+                best = max(best, 1.0 - apart)
+        support[p] += best * weight
+    return support
+
+
+@njit(cache=True)
+def mutual_best(pairs: NDArray[np.int64], support: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which pairs have the most support of all pairs of their left and of their right primitive, shape (m,).
+
+    Args:
+        pairs: shape (m, 2), of one kind.
+        support: shape (m,).
+    """
+    best_left = np.full(pairs[:, 0].max() + 1 if len(pairs) else 0, -1.0)
+    best_right = np.full(pairs[:, 1].max() + 1 if len(pairs) else 0, -1.0)
+    for p in range(len(pairs)):
+        best_left[pairs[p, 0]] = max(best_left[pairs[p, 0]], support[p])
+        best_right[pairs[p, 1]] = max(best_right[pairs[p, 1]], support[p])
+    chosen = np.empty(len(pairs), np.bool_)
+    for p in range(len(pairs)):
+        chosen[p] = support[p] >= best_left[pairs[p, 0]] and support[p] >= best_right[pairs[p, 1]]
+    return chosen
