@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.place.stereo_rig import MEASURED, StereoRig
 
 DISPARITY_MIN = 0.5
 """A point with less [px] is too far away to be measured, or a wrong match."""
@@ -63,6 +64,15 @@ class SpatialPoints:
         """Return the points in another frame: rotation, shape (3, 3), then shift, shape (3,) [m]."""
         positions = self.positions @ rotation.T + shift
         return SpatialPoints(self.names, positions, rotation @ self.covariances @ rotation.T)
+
+
+def joined(parts: Sequence[StereoPoints]) -> StereoPoints:
+    """Return all points of some."""
+    return StereoPoints(
+        tuple(name for part in parts for name in part.names),
+        np.concatenate([np.empty((0, MEASURED)), *(part.pixels for part in parts)]),
+        np.concatenate([np.empty((0, MEASURED, MEASURED)), *(part.covariances for part in parts)]),
+    )
 
 
 def measurable(points: StereoPoints, rig: StereoRig) -> NDArray[np.bool_]:
