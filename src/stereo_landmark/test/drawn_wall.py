@@ -1,4 +1,4 @@
-"""A wall ahead of the robot with discs and rectangles, seen by a stereo pair: every pixel the mean of a grid of rays."""
+"""A wall with discs and rectangles, seen by a stereo pair: every pixel is the mean of a grid of rays."""
 
 from dataclasses import dataclass, replace
 

@@ -105,8 +105,12 @@ class LandmarkLocalizer:
                     f'the {name} image is {size}, place {place.name} was taught with '
                     f'{place.rig.left.width}x{place.rig.left.height}; use the same cameras'
                 )
-        scenes = [detect_scene(image, place.processing, place.kinds) for image in (left, right)]
-        view = StereoView(*scenes, place.rig, tilt)
+        view = StereoView(
+            detect_scene(left, place.processing, place.kinds),
+            detect_scene(right, place.processing, place.kinds),
+            place.rig,
+            tilt,
+        )
         sightings = tuple(self._searches[place.name].search(target, view) for target in place.targets)
         points = joined(
             [
