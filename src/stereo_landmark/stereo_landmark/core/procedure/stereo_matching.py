@@ -19,6 +19,8 @@ SLACK = 2.0
 """Error of a disparity [px]."""
 NEIGHBOURHOOD = 600.0
 """How far support reaches [px]: far enough to see the end of a row of like things."""
+SAME = 4.0
+"""Disparities that differ by less are those of one thing that was detected twice [px]."""
 MARGIN = 1.03
 """Pairs that have hardly more support than others are not told apart."""
 
@@ -87,17 +89,22 @@ def supports(
 
 
 @njit(cache=True)
-def mutual_best(pairs: NDArray[np.int64], support: NDArray[np.float64]) -> NDArray[np.bool_]:
+def mutual_best(
+    pairs: NDArray[np.int64], disparities: NDArray[np.float64], support: NDArray[np.float64]
+) -> NDArray[np.bool_]:
     """Return which pairs have clearly the most support of all of their left and of their right primitive, shape (m,).
 
     Args:
         pairs: shape (m, 2), of one kind.
+        disparities: shape (m,) [px].
         support: shape (m,).
     """
     chosen = np.ones(len(pairs), np.bool_)
     for p in range(len(pairs)):
         for q in range(len(pairs)):
-            rivals = p != q and (pairs[p, 0] == pairs[q, 0] or pairs[p, 1] == pairs[q, 1])
+            rivals = pairs[p, 0] == pairs[q, 0] or pairs[p, 1] == pairs[q, 1]
+            # What was detected twice is no rival.
+            rivals = rivals and abs(disparities[p] - disparities[q]) > SAME
             if rivals and support[p] <= MARGIN * support[q]:
                 chosen[p] = False
     return chosen

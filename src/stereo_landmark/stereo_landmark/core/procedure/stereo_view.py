@@ -53,12 +53,13 @@ class StereoView:
         first = np.cumsum([0, *(len(self.left.kinds[kind].primitives) for kind in pairs)])
         owners = [numbers[:, 0] + base for numbers, base in zip(pairs.values(), first, strict=False)]
         support = supports(np.concatenate(places), np.concatenate(disparities), np.concatenate(owners))
-        partners, begin = {}, 0
-        for kind, numbers in pairs.items():
-            end = begin + len(numbers)
-            chosen = numbers[mutual_best(numbers, support[begin:end])]
+        ends = np.cumsum([len(numbers) for numbers in pairs.values()])
+        partners = {}
+        for (kind, numbers), seen, own in zip(
+            pairs.items(), disparities, np.split(support, ends[:-1]), strict=True
+        ):
+            chosen = numbers[mutual_best(numbers, seen, own)]
             partners[kind] = dict(chosen.tolist())
-            begin = end
         return partners
 
     def _alike(self, kind: Kind) -> NDArray[np.int64]:
