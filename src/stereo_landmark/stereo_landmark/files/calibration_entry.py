@@ -1,30 +1,22 @@
-"""The cameras of a taught place as an entry of a file (paper 3.3a), and their hash."""
+"""The cameras of a taught place as an entry of a file (paper 3.3a)."""
 
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 from typing import Any
 
 from shirube_geometry import CameraMount, PinholeCamera
+from stereo_landmark.core.pair.same_cameras import INTRINSICS, calibration_hash
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
-_INTRINSICS = ('width', 'height', 'fx', 'fy', 'cx', 'cy')
 _REMEDY = 'restore the file or teach the place again'
-
-
-def calibration_hash(rig: StereoRig) -> str:
-    """Return what tells rectified cameras from others: a digest of intrinsics and baseline, to nine digits."""
-    numbers = [getattr(camera, name) for camera in (rig.left, rig.right) for name in _INTRINSICS]
-    text = ' '.join(f'{number:.9g}' for number in (*numbers, rig.baseline))
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def calibration_entry(rig: StereoRig) -> dict[str, Any]:
     """Return the cameras by their fields."""
     left, right = (
-        {name: value for name, value in dataclasses.asdict(camera).items() if name in _INTRINSICS}
+        {name: value for name, value in dataclasses.asdict(camera).items() if name in INTRINSICS}
         for camera in (rig.left, rig.right)
     )
     return {
@@ -55,7 +47,7 @@ def rig_from_entry(entry: dict[str, Any]) -> StereoRig:
 
 
 def _camera(entry: dict[str, Any]) -> PinholeCamera:
-    fx, fy, cx, cy = (float(entry[name]) for name in _INTRINSICS[2:])
+    fx, fy, cx, cy = (float(entry[name]) for name in INTRINSICS[2:])
     return PinholeCamera(entry['width'], entry['height'], fx, fy, cx, cy)
 
 
