@@ -81,6 +81,7 @@ FORBIDDEN_ATTRIBUTES = {
 # rosdep's key for a Python module that is called otherwise.
 ROSDEP_KEYS = {
     'cv2': 'python3-opencv',
+    'jsonschema': 'python3-jsonschema',
     'matplotlib': 'python3-matplotlib',
     'numba': 'python3-numba',
     'numpy': 'python3-numpy',

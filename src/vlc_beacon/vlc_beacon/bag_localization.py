@@ -14,10 +14,10 @@ from shirube_ros.image_conversion import array_from_compressed_image, array_from
 from shirube_ros.message_error import CameraInfoError, MessageError
 from shirube_ros.pose_conversion import planar_pose
 from shirube_ros.stamp_order import StampOrder
+from shirube_ros.tilt_conversion import tilt_of_imu
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.located_image import LocatedImage
-from vlc_beacon.tilt_of_message import tilt_of_imu
 
 _IMAGE, _COMPRESSED = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage'
 _CAMERA_INFO, _ODOMETRY, _IMU = 'sensor_msgs/msg/CameraInfo', 'nav_msgs/msg/Odometry', 'sensor_msgs/msg/Imu'

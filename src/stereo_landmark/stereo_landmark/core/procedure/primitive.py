@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
@@ -105,6 +105,11 @@ def refined(primitive: Primitive, image: NDArray[np.uint8]) -> Primitive | None:
             return refine_parallel_lines(primitive, image)
         case Corner():
             return refine_corner(primitive, image)
+
+
+def without_covariance(primitive: Primitive) -> Primitive:
+    """Return the shape alone, as it is taught: its uncertainty was that of one image."""
+    return replace(primitive, covariance=np.zeros_like(primitive.covariance))
 
 
 def size_of(primitive: Primitive) -> float:

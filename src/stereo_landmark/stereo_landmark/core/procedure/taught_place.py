@@ -20,7 +20,7 @@ class TaughtPrimitive:
 
     Attributes:
         name: unique in its target.
-        shape: as the left camera saw it.
+        shape: as the left camera saw it; its covariance is zero.
         position: of its centre in the place's frame, shape (3,) [m].
     """
 

@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 from shirube_geometry import PlanarPose
 from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints, measurable, triangulate
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import Kind, Primitive, kind_of, refined_pair
+from stereo_landmark.core.procedure.primitive import (
+    Kind,
+    Primitive,
+    kind_of,
+    refined_pair,
+    without_covariance,
+)
 from stereo_landmark.core.procedure.stereo_measurement import NamedPair, pair_as_taught, stereo_points
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
@@ -122,7 +128,7 @@ class Teacher:
         if not pairs:
             raise StereoLandmarkError(f'target {choice.name} has no primitive; choose one or more')
         primitives = tuple(
-            TaughtPrimitive(part, left, self._position(left, right))
+            TaughtPrimitive(part, without_covariance(left), self._position(left, right))
             for part, (_, left, right) in zip(choice.primitives, pairs, strict=True)
         )
         there = stereo_points(
@@ -164,7 +170,8 @@ class Teacher:
                 if partner is not None:
                     taken.append(primitive.centre)
                     position = self._position(primitive, partner)
-                    found.append(TaughtPrimitive(f'{kind.value} {len(found) + 1}', primitive, position))
+                    name = f'{kind.value} {len(found) + 1}'
+                    found.append(TaughtPrimitive(name, without_covariance(primitive), position))
         return tuple(found)
 
 
