@@ -3,6 +3,7 @@
 from setuptools import find_packages, setup
 
 NAME = 'stereo_landmark'
+COMMANDS = ('locate', 'teach')
 
 setup(
     name=NAME,
@@ -21,4 +22,10 @@ setup(
     description='Teach a place once, come back and know where you stand: two cameras, no markers.',
     license='Apache-2.0',
     tests_require=['pytest'],
+    entry_points={
+        'console_scripts': [
+            f'node = {NAME}.node:main',
+            *(f'{command} = {NAME}.commands.{command}:main' for command in COMMANDS),
+        ]
+    },
 )

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from shirube_geometry import PlanarPose
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import PlanarPose, matrix_from_rpy
 from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
 from stereo_landmark.core.procedure.sighting import NoTargetSighting, TargetSighting
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
@@ -31,6 +34,14 @@ class LandmarkFix:
         """The robot in the map, None where nobody told where the place is."""
         T_map_place = self.place.T_map_place
         return None if T_map_place is None else T_map_place @ self.displacement.T_place_base
+
+    @property
+    def map_covariance(self) -> NDArray[np.float64]:
+        """Of x, y [m] and yaw [rad] in the map, shape (3, 3); of the place's own frame where no map is known."""
+        T_map_place = self.place.T_map_place
+        turn = matrix_from_rpy((0.0, 0.0, 0.0 if T_map_place is None else T_map_place.yaw))
+        planar = self.displacement.covariance[np.ix_([0, 1, 3], [0, 1, 3])]
+        return np.asarray(turn @ planar @ turn.T)
 
     @property
     def evidence(self) -> float:

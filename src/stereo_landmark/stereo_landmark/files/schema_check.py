@@ -10,7 +10,7 @@ from importlib.resources import files
 from typing import Any
 
 from jsonschema import Draft202012Validator, ValidationError
-from jsonschema.exceptions import best_match
+from jsonschema.exceptions import best_match, relevance
 
 from stereo_landmark.files.yaml_file import LandmarkFileError
 
@@ -47,7 +47,7 @@ def check_schema(content: object, schema: str, where: str, remedy: str) -> None:
     Raises:
         LandmarkFileError: one line that names file, field and remedy.
     """
-    fault = best_match(_validator(schema).iter_errors(content))
+    fault = best_match(_validator(schema).iter_errors(content), key=_telling)
     if fault is not None:
         raise LandmarkFileError(f'{where}: {_in_words(fault, remedy)}')
 
@@ -56,6 +56,11 @@ def check_schema(content: object, schema: str, where: str, remedy: str) -> None:
 def _validator(schema: str) -> Draft202012Validator:
     text = files('stereo_landmark.files').joinpath(f'{schema}.json').read_text(encoding='utf-8')
     return Draft202012Validator(json.loads(text))
+
+
+def _telling(fault: ValidationError) -> tuple[Any, bool]:
+    """Of faults in one place, let a misspelled field tell more than the one that is missing for it."""
+    return relevance(fault), fault.validator == 'additionalProperties'
 
 
 def _in_words(fault: ValidationError, remedy: str) -> str:

@@ -1,4 +1,4 @@
-"""Pairs of images, one after another, to where the robot is: what a node and a recorded drive have in common."""
+"""Pairs of images, one after another, to where the robot is."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import TiltTrail
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
@@ -28,12 +27,14 @@ class LocatedPair:
     """What a pair of images told.
 
     Attributes:
+        stamp_ns: of the left image [ns].
         left: shape (h, w), grey, rectified.
         answer: the place and the displacement, or why there is none.
         tilt: roll and pitch of the base that were taken for known [rad].
         rig: the cameras.
     """
 
+    stamp_ns: int
     left: NDArray[np.uint8]
     answer: LandmarkFix | NoLandmarkFix
     tilt: tuple[float, float]
@@ -65,39 +66,40 @@ class PairLocalizer:
         self._rig = rig
         self._localizer = LandmarkLocalizer(places, settings)
         self._rectifiers = None if raw is None else (Rectifier(raw[0]), Rectifier(raw[1]))
-        self._tilt = TiltTrail()
-        self._latest: tuple[float, str] | None = None
-
-    def add_tilt(self, stamp: float, roll: float, pitch: float) -> None:
-        """Take fixed-axis roll and pitch of the base at a time [rad, s]."""
-        self._tilt.add(stamp, roll, pitch)
+        self._latest: tuple[int, str] | None = None
 
     def forget(self) -> None:
         """Drop the place where the robot was last."""
         self._latest = None
 
-    def locate(self, stamp: float, left: NDArray[np.uint8], right: NDArray[np.uint8]) -> LocatedPair:
+    def locate(
+        self,
+        stamp_ns: int,
+        left: NDArray[np.uint8],
+        right: NDArray[np.uint8],
+        tilt: tuple[float, float] = (0.0, 0.0),
+    ) -> LocatedPair:
         """Find the place and the displacement from it.
 
         Args:
-            stamp: when both images were taken [s].
+            stamp_ns: when both images were taken [ns].
             left: shape (h, w), grey.
             right: the same of the right camera.
+            tilt: roll and pitch of the base [rad].
 
         Raises:
             StereoLandmarkError: an image is of a wrong size, or the two are no rectified pair.
         """
         if self._rectifiers is not None:
             left, right = self._rectifiers[0].rectify(left), self._rectifiers[1].rectify(right)
-        tilt = self._tilt.tilt_at(stamp) or (0.0, 0.0)
-        answer = self._localizer.locate(left, right, tilt, self._likely(stamp))
+        answer = self._localizer.locate(left, right, tilt, self._likely(stamp_ns))
         if isinstance(answer, LandmarkFix):
-            self._latest = stamp, answer.place.name
+            self._latest = stamp_ns, answer.place.name
         elif (fault := pair_fault(left, right, self._rig)) is not None:
             raise StereoLandmarkError(fault.value)
-        return LocatedPair(left, answer, tilt, self._rig)
+        return LocatedPair(stamp_ns, left, answer, tilt, self._rig)
 
-    def _likely(self, stamp: float) -> tuple[str, ...]:
-        if self._latest is None or abs(stamp - self._latest[0]) > REMEMBERED:
+    def _likely(self, stamp_ns: int) -> tuple[str, ...]:
+        if self._latest is None or abs(stamp_ns - self._latest[0]) > REMEMBERED * 1e9:
             return ()
         return (self._latest[1],)
