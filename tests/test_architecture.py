@@ -80,6 +80,7 @@ FORBIDDEN_ATTRIBUTES = {
 
 # rosdep's key for a Python module that is called otherwise.
 ROSDEP_KEYS = {
+    'aiohttp': 'python3-aiohttp',
     'cv2': 'python3-opencv',
     'jsonschema': 'python3-jsonschema',
     'matplotlib': 'python3-matplotlib',

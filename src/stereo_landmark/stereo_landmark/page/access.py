@@ -33,7 +33,7 @@ def new_token() -> str:
     return secrets.token_urlsafe(16)
 
 
-def access_check(token: str) -> Callable[[web.Request, Handler], Awaitable[web.StreamResponse]]:
+def access_check(token: str) -> Callable[..., Awaitable[web.StreamResponse]]:
     """Return the middleware that refuses strangers.
 
     Without a token it takes requests to a loopback name only, so that no web site in the same browser reaches the page

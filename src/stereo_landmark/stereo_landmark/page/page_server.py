@@ -6,6 +6,7 @@ import asyncio
 import json
 import logging
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
@@ -72,6 +73,8 @@ class PageServer:
             async for message in socket:
                 if message.type is WSMsgType.TEXT:
                     await self._answer(socket, message.data)
+        except ConnectionResetError:
+            pass  # the page was closed while it waited for an answer
         finally:
             self._pages.discard(socket)
         return socket
@@ -88,7 +91,8 @@ class PageServer:
         await socket.send_json({'id': request.get('id'), **answer})
         if request.get('do') not in _LOOKS_ONLY and 'error' not in answer:
             for other in self._pages - {socket}:
-                await other.send_json({'changed': True})
+                with suppress(ConnectionResetError):
+                    await other.send_json({'changed': True})
 
     async def _in_worker(self, work: Any) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self._worker, work)

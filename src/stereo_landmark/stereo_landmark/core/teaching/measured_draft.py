@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
+from stereo_landmark.core.procedure.detected_scene import DetectedScene
 from stereo_landmark.core.procedure.primitive import Primitive
 from stereo_landmark.core.procedure.stereo_measurement import NamedPair, stereo_points
 from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.found_primitives import found_again
 from stereo_landmark.core.teaching.teaching_state import ChosenPrimitive, TargetDraft
-from stereo_landmark.core.procedure.detected_scene import DetectedScene
 
 LOST = 'it is not found with this image processing; take it out, or take the change back'
 

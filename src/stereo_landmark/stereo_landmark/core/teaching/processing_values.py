@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import reduce
+from typing import Any
 
 from shirube_settings import describe_settings
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
@@ -10,7 +11,9 @@ from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 
 def processing_values(processing: ImageProcessing) -> dict[str, float]:
     """Return all numbers, named as ``edges.threshold``."""
-    return {
-        description.name: reduce(getattr, description.name.split('.'), processing)
-        for description in describe_settings(ImageProcessing)
-    }
+    names = [description.name for description in describe_settings(ImageProcessing)]
+    return {name: _value_of(processing, name) for name in names}
+
+
+def _value_of(settings: Any, name: str) -> float:
+    return float(reduce(getattr, name.split('.'), settings))

@@ -127,7 +127,7 @@ def _geometry(draft: TargetDraft, measured: MeasuredTarget, fix: PlaceFix | NoPl
         yield Hint(Weight.STOP, draft.name, '', text)
         return
     if len(draft.primitives) < PRIMITIVES_GOOD:
-        text = f'{len(draft.primitives)} primitives are few: when one is hidden the target is lost; choose {PRIMITIVES_GOOD} or more'
+        text = f'{len(draft.primitives)} primitives are few, for one may be hidden; choose {PRIMITIVES_GOOD} or more'
         yield Hint(Weight.WEAK, draft.name, '', text)
     position, yaw = sigmas_of(fix)
     if position > POSITION_SIGMA_GOOD or yaw > YAW_SIGMA_GOOD:

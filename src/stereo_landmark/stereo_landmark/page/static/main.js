@@ -36,6 +36,7 @@ const worst = (hints) => (hints.some((h) => h.weight === 'stop') ? 'stop' : hint
 export function goTo(part) {
   app.part = part;
   app.hover = null;
+  byId('cursor').textContent = '';
   if (part === 'processing') drawEdges();
   if (part === 'tree' && !app.checks[app.state.active]) check();
   if (part === 'test' && app.testPair === null && app.state.pairs.length > 1) app.testPair = (app.state.pair + 1) % app.state.pairs.length;

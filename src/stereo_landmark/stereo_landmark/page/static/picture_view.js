@@ -108,6 +108,9 @@ export class PictureView {
   }
 }
 
+/** A colour that stays the same while a slider moves, as long as the segment begins at the same place. */
+const colourOfPlace = (u, v) => `hsl(${(Math.round(u / 64) * 137.5 + Math.round(v / 64) * 59.3) % 360} 90% 66%)`;
+
 function moveLens(x, y) {
   // As far as the image still fills the middle.
   const room = 0.5 / lens.zoom;
@@ -159,7 +162,7 @@ class Pen {
         if (i === starts[s]) context.moveTo(u, v);
         else context.lineTo(u, v);
       }
-      context.strokeStyle = `hsl(${(s * 137.5) % 360} 90% 66%)`;
+      context.strokeStyle = colourOfPlace(points[2 * starts[s]], points[2 * starts[s] + 1]);
       context.stroke();
     }
   }

@@ -60,7 +60,7 @@ function mark(trials, parts, row, x, y) {
   const trial = trials.find((each) => each.hidden.join('\n') === hidden);
   const [words, colour] = trial ? MARKS[trial.outcome] : ['too little left', '#6d8797'];
   const label = text(words, x, y + 4, 'mark');
-  label.setAttribute('fill', colour);
+  label.style.fill = colour;
   return [label];
 }
 
