@@ -2,8 +2,8 @@
 
 Arguments: `params_file` (your own copy of config/stereo_landmark.yaml), `places_dir` (the folder of the taught places;
 what is given here counts more than the parameter file), `left` and `right` (namespaces of the two cameras), `image`
-(name of their images; raw ones where the parameter file says `rectify`), `imu` (topic of the tilt), `use_sim_time` (what
-the parameter file says of it counts more).
+(name of their images; raw ones where the parameter file says `rectify`), `imu` (topic of the tilt), `use_sim_time`
+(what the parameter file says of it counts more).
 """
 
 from launch import LaunchDescription
