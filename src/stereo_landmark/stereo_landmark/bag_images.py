@@ -87,21 +87,22 @@ class BadImage:
     fault: str
 
 
-def choose_topics(bag: BagReader, named: dict[str, Any]) -> BagTopics:
+def choose_topics(bag: BagReader, named: dict[str, Any], *, is_raw: bool) -> BagTopics:
     """Return the topics to use: those that are named, else the usual ones.
 
     Args:
         bag: an open bag.
         named: by ``left_image``, ``left_camera_info``, ``right_image``, ``right_camera_info`` and ``imu``.
 
+        is_raw: whether raw images are wanted, where there are both.
+
     Raises:
         BagError: a named topic is missing or of another type, or there is none, or several, to choose from.
     """
     images, infos = [], []
+    kinds = ('image_raw', 'image_rect') if is_raw else ('image_rect', 'image_raw')
     for side in ('left', 'right'):
-        usual = tuple(
-            f'/{side}/{name}{end}' for name in ('image_rect', 'image_raw') for end in ('', '/compressed')
-        )
+        usual = tuple(f'/{side}/{name}{end}' for name in kinds for end in ('', '/compressed'))
         images.append(choose_topic(bag, named.get(f'{side}_image'), (_IMAGE, _COMPRESSED), usual))
         name = named.get(f'{side}_camera_info')
         infos.append(choose_topic(bag, name, (_CAMERA_INFO,), (f'/{side}/camera_info',)))

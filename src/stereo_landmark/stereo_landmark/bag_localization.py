@@ -8,7 +8,7 @@ from shirube_bags.bag_reader import BagReader
 from shirube_ros.message_error import MessageError
 from shirube_ros.stamp_order import StampOrder
 from stereo_landmark.bag_images import BadImage, BagImage, BagTilt, BagTopics, read_images
-from stereo_landmark.core.pair.pair_stream import PairStream
+from stereo_landmark.core.pair.pair_stream import PairStream, Side
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.located_frame import LocatedFrame
 
@@ -53,7 +53,9 @@ class BagLocalization:
             located = self._stream.add_image(image.side, image.stamp_ns, image.pixels, image.calibration)
         except (MessageError, StereoLandmarkError) as fault:
             return LocatedFrame(topic, image.stamp_ns, str(fault))
-        return None if located is None else LocatedFrame(topic, located.stamp_ns, located)
+        if located is None:
+            return None
+        return LocatedFrame(self._topics.images[Side.LEFT], located.stamp_ns, located)
 
     def _take_tilt(self, message: BagTilt) -> None:
         try:

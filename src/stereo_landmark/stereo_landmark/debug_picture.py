@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.landmark_fix import LandmarkFix
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.pair.pair_localizer import LocatedPair
 from stereo_landmark.core.procedure.sighting import TargetSighting
 
@@ -39,9 +39,9 @@ def debug_picture(located: LocatedPair) -> NDArray[np.uint8]:
     return picture
 
 
-def _headline(answer: object) -> str:
-    if not isinstance(answer, LandmarkFix):
-        return f'no fix: {getattr(answer, "reason", "")}'
+def _headline(answer: LandmarkFix | NoLandmarkFix) -> str:
+    if isinstance(answer, NoLandmarkFix):
+        return f'no fix: {answer.reason}'
     pose = answer.displacement.T_place_base
     return f'{answer.place.name}: {pose.x:.3f} {pose.y:.3f} m {pose.yaw:.3f} rad'
 

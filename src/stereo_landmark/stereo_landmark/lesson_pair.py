@@ -50,7 +50,7 @@ def load_pair(lesson: Lesson) -> RectifiedPair:
         BagError: the bag cannot be read.
     """
     if isinstance(lesson.source, BagMoment):
-        left, right, tilt = _from_bag(lesson.source)
+        left, right, tilt = _from_bag(lesson.source, is_raw=lesson.is_raw)
     else:
         (left, right), tilt = _from_files(lesson.source), None
     rig = stereo_rig(left[1], right[1], lesson.mount)
@@ -79,13 +79,13 @@ def _from_files(source: CalibratedFiles) -> tuple[SeenBy, SeenBy]:
     return left, right
 
 
-def _from_bag(moment: BagMoment) -> tuple[SeenBy, SeenBy, tuple[float, float] | None]:
+def _from_bag(moment: BagMoment, *, is_raw: bool) -> tuple[SeenBy, SeenBy, tuple[float, float] | None]:
     """Return the first pair from the stamp on, and the tilt that the imu told near it."""
     waiting: StampPairing[BagImage] = StampPairing(round(moment.sync_tolerance * 1e9), _QUEUE)
     tilts = TiltTrail()
     begin = -np.inf if moment.stamp is None else round(moment.stamp * 1e9)
     with BagReader(moment.path) as bag:
-        for message in read_images(bag, choose_topics(bag, moment.topics)):
+        for message in read_images(bag, choose_topics(bag, moment.topics, is_raw=is_raw)):
             if isinstance(message, BagTilt):
                 stamp = message.header.stamp
                 tilts.add(stamp.sec + stamp.nanosec * 1e-9, *message.tilt)

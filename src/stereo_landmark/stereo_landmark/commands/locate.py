@@ -66,7 +66,7 @@ def locate(options: argparse.Namespace) -> list[LocatedFrame]:
     create = stream_maker(options)
     if options.bag is not None:
         with BagReader(options.bag) as bag:
-            topics = choose_topics(bag, vars(options))
+            topics = choose_topics(bag, vars(options), is_raw=options.rectify)
             total = bag.topics[topics.images[0]].message_count
             frames = BagLocalization(bag, topics, create).run()
             located = list(tqdm(frames, total=total, unit='pair', delay=1.0, disable=None))
