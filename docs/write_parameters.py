@@ -7,6 +7,9 @@ from pathlib import Path
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.node_settings import NodeSettings
 from shirube_settings import settings_table
+from stereo_landmark.core.landmark_localizer import LandmarkSettings
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+from stereo_landmark.node_settings import NodeSettings as StereoLandmarkSettings
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.trust.trust_settings import TrustSettings
 from vlc_beacon.node_settings import NodeSettings as VlcBeaconSettings
@@ -25,6 +28,12 @@ def parameters_page() -> str:
                 settings_table(NodeSettings).strip(),
                 '## floor_localizer: the method',
                 settings_table(LocalizerSettings).strip(),
+                '## stereo_landmark: the node',
+                settings_table(StereoLandmarkSettings).strip(),
+                '## stereo_landmark: the method',
+                settings_table(LandmarkSettings).strip(),
+                '## stereo_landmark: image processing, taught for each place',
+                settings_table(ImageProcessing).strip(),
                 '## vlc_beacon: the node',
                 settings_table(VlcBeaconSettings).strip(),
                 '## vlc_beacon: light and pose',

@@ -9,6 +9,8 @@ import yaml
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.node_settings import NodeSettings
 from shirube_settings import describe_settings
+from stereo_landmark.core.landmark_localizer import LandmarkSettings
+from stereo_landmark.node_settings import NodeSettings as StereoLandmarkSettings
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.trust.trust_settings import TrustSettings
 from vlc_beacon.files.beacons_file import load_beacons
@@ -28,6 +30,7 @@ def test_the_page_of_parameters_is_up_to_date() -> None:
 
 SETTINGS = {
     'floor_localizer': (NodeSettings, LocalizerSettings),
+    'stereo_landmark': (StereoLandmarkSettings, LandmarkSettings),
     'vlc_beacon': (VlcBeaconSettings, ReceiverSettings, TrustSettings),
 }
 

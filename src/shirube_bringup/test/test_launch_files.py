@@ -9,7 +9,10 @@ import yaml
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
-@pytest.mark.parametrize(('launch', 'config'), [('floor', 'floor_localizer'), ('vlc', 'vlc_beacon')])
+@pytest.mark.parametrize(
+    ('launch', 'config'),
+    [('floor', 'floor_localizer'), ('stereo', 'stereo_landmark'), ('vlc', 'vlc_beacon')],
+)
 def test_launch_file_starts_the_node_that_the_parameter_file_is_for(launch: str, config: str) -> None:
     tree = ast.parse((PACKAGE / 'launch' / f'{launch}.launch.py').read_text())
     node = next(c for c in ast.walk(tree) if isinstance(c, ast.Call) and getattr(c.func, 'id', '') == 'Node')

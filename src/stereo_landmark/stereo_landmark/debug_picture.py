@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.landmark_fix import LandmarkFix
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.pair.pair_localizer import LocatedPair
 from stereo_landmark.core.procedure.sighting import TargetSighting
 
@@ -18,7 +18,7 @@ _TEXT = 0.45
 
 
 def debug_picture(located: LocatedPair) -> NDArray[np.uint8]:
-    """Draw points that the pose is made of green, other ones of found targets yellow, and the pose or why there is none.
+    """Draw points that the pose is made of green, others of found targets yellow, and the pose or why there is none.
 
     Returns:
         array, shape (h, w, 3), blue, green, red.
@@ -39,20 +39,17 @@ def debug_picture(located: LocatedPair) -> NDArray[np.uint8]:
     return picture
 
 
-def _headline(answer: object) -> str:
-    if not isinstance(answer, LandmarkFix):
-        return f'no fix: {getattr(answer, "reason", "")}'
+def _headline(answer: LandmarkFix | NoLandmarkFix) -> str:
+    if isinstance(answer, NoLandmarkFix):
+        return f'no fix: {answer.reason}'
     pose = answer.displacement.T_place_base
     return f'{answer.place.name}: {pose.x:.3f} {pose.y:.3f} m {pose.yaw:.3f} rad'
 
 
 def _cross(picture: NDArray[np.uint8], place: NDArray[np.float64], colour: tuple[int, int, int]) -> None:
-    unit = 1 << _SUBPIXEL_BITS
-    for step in ((_ARM, 0.0), (0.0, _ARM)):
-        ends = [
-            tuple(int(each) for each in np.rint((place + sign * np.array(step)) * unit)) for sign in (-1, 1)
-        ]
-        cv2.line(picture, *ends, colour, 1, cv2.LINE_AA, _SUBPIXEL_BITS)
+    for step in (np.array([_ARM, 0.0]), np.array([0.0, _ARM])):
+        begin, end = (np.rint((place + shift) * (1 << _SUBPIXEL_BITS)).astype(int) for shift in (-step, step))
+        cv2.line(picture, begin.tolist(), end.tolist(), colour, 1, cv2.LINE_AA, _SUBPIXEL_BITS)
 
 
 def _write(

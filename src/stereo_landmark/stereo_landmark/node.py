@@ -99,6 +99,7 @@ class StereoLandmarkNode(Node):
         self._new_stream = partial(create_stream, places, self._settings.mount, self._settings, method)
         self._stream = self._new_stream()
         self._was_at: str | None = ''
+        self._left_frame = ''
         self._report = LocalizerReport(self._settings.places_dir)
         self._stamps = StampOrder(self._start_again)
         self._guard = MessageGuard(self, (StereoLandmarkError,))
@@ -140,19 +141,21 @@ class StereoLandmarkNode(Node):
     ) -> None:
         self._stamps.check(header, f'{side.name.lower()}/image_rect')
         stamp_ns = header.stamp.sec * _NANOSECONDS + header.stamp.nanosec
+        if side is Side.LEFT:
+            self._left_frame = header.frame_id
         started = perf_counter()
         located = self._stream.add_image(side, stamp_ns, grey(pixels), calibration)
         if located is None:
             return
         self._report.add(located, perf_counter() - started)
         self._tell_change(located.answer)
-        self._publish(located, header)
+        self._publish(located)
 
     def _take_imu(self, message: Imu) -> None:
         roll, pitch = tilt_of_imu(message, 'imu')
         self._stream.add_tilt(self._stamps.check(message.header, 'imu'), roll, pitch)
 
-    def _publish(self, located: LocatedPair, image_header: Header) -> None:
+    def _publish(self, located: LocatedPair) -> None:
         """Publish what a pair told, with the stamp of its left image."""
         answer, settings = located.answer, self._settings
         seconds, rest = divmod(located.stamp_ns, _NANOSECONDS)
@@ -169,7 +172,7 @@ class StereoLandmarkNode(Node):
         if self._targets.get_subscription_count() > 0:
             self._targets.publish(target_markers(located, header))
         if self._debug_image.get_subscription_count() > 0:
-            picture_header = Header(stamp=header.stamp, frame_id=image_header.frame_id)
+            picture_header = Header(stamp=header.stamp, frame_id=self._left_frame)
             self._debug_image.publish(image_from_array(debug_picture(located), picture_header))
 
     def _tell_change(self, answer: LandmarkFix | NoLandmarkFix) -> None:

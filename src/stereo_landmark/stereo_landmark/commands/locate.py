@@ -17,7 +17,8 @@ from shirube_geometry import CameraMount
 from shirube_ros.file_errors import CameraFileError
 from shirube_ros.image_files import list_images
 from shirube_settings import SettingsError, settings_from_values
-from stereo_landmark.bag_localization import BagLocalization, choose_topics
+from stereo_landmark.bag_images import choose_topics
+from stereo_landmark.bag_localization import BagLocalization
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.pair.pair_stream import PairStream, Side
 from stereo_landmark.core.pair.settings import PairSettings
@@ -65,8 +66,8 @@ def locate(options: argparse.Namespace) -> list[LocatedFrame]:
     create = stream_maker(options)
     if options.bag is not None:
         with BagReader(options.bag) as bag:
-            topics = choose_topics(bag, vars(options))
-            total = bag.topics[topics.sides[0].image].message_count
+            topics = choose_topics(bag, vars(options), is_raw=options.rectify)
+            total = bag.topics[topics.images[0]].message_count
             frames = BagLocalization(bag, topics, create).run()
             located = list(tqdm(frames, total=total, unit='pair', delay=1.0, disable=None))
         if not located:

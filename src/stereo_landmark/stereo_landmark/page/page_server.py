@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import signal
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from importlib.resources import as_file, files
@@ -104,7 +105,7 @@ class PageServer:
 
 
 def serve(server: PageServer, host: str, port: int, on_ready: Any) -> None:
-    """Serve until Ctrl-C.
+    """Serve until SIGINT or SIGTERM.
 
     Args:
         server: of the page.
@@ -125,7 +126,10 @@ async def _serve(server: PageServer, host: str, port: int, on_ready: Any) -> Non
     try:
         await web.TCPSite(runner, host, port).start()
         on_ready(runner.addresses[0][1])
-        await asyncio.Event().wait()
+        end = asyncio.Event()
+        for each in (signal.SIGINT, signal.SIGTERM):
+            asyncio.get_running_loop().add_signal_handler(each, end.set)
+        await end.wait()
     finally:
         await runner.cleanup()
 

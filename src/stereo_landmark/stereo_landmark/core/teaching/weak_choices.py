@@ -14,6 +14,7 @@ from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
 from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
 from stereo_landmark.core.procedure.detected_scene import DetectedScene
+from stereo_landmark.core.procedure.place_review import POSITION_SIGMA_MAX, YAW_SIGMA_MAX
 from stereo_landmark.core.procedure.primitive import Tolerances, difference, kind_of
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.teaching.measured_draft import MeasuredPrimitive, MeasuredTarget
@@ -21,9 +22,6 @@ from stereo_landmark.core.teaching.outline import bounds_of
 from stereo_landmark.core.teaching.procedure_check import Outcome, TrialRun
 from stereo_landmark.core.teaching.teaching_state import TargetDraft
 
-POSITION_SIGMA_GOOD = 0.01
-YAW_SIGMA_GOOD = math.radians(0.3)
-"""A target that promises less is weak [m, rad]."""
 POINT_SIGMA_MAX = 0.1
 """A point that is known worse says little [m]."""
 PRIMITIVES_GOOD = 3
@@ -130,7 +128,7 @@ def _geometry(draft: TargetDraft, measured: MeasuredTarget, fix: PlaceFix | NoPl
         text = f'{len(draft.primitives)} primitives are few, for one may be hidden; choose {PRIMITIVES_GOOD} or more'
         yield Hint(Weight.WEAK, draft.name, '', text)
     position, yaw = sigmas_of(fix)
-    if position > POSITION_SIGMA_GOOD or yaw > YAW_SIGMA_GOOD:
+    if position > POSITION_SIGMA_MAX or yaw > YAW_SIGMA_MAX:
         used = measured.coordinates.selected(fix.names).positions
         width = float(np.linalg.norm(np.ptp(used, axis=0)))
         text = (
