@@ -67,7 +67,7 @@ class PageServer:
         return web.Response(body=body, content_type='image/png')
 
     async def _socket(self, request: web.Request) -> web.StreamResponse:
-        socket = web.WebSocketResponse(max_msg_size=_MESSAGE_MAX, heartbeat=20.0)
+        socket = web.WebSocketResponse(max_msg_size=_MESSAGE_MAX, heartbeat=20.0, compress=False)
         await socket.prepare(request)
         self._pages.add(socket)
         try:
