@@ -46,10 +46,10 @@ def test_noise_and_weak_lines_are_removed_by_length_and_threshold():
     assert len(segments_of(image, length_min=500.0)) == 0
 
 
-def test_lines_that_meet_are_neighbours():
-    light = 60.0 + 60.0 * coverage(polygon_intervals([[-9, -9], [50, -9], [50, 99], [-9, 99]]), SIZE, 0.7)
-    light += 60.0 * coverage(polygon_intervals([[-9, -9], [109, -9], [109, 45], [-9, 45]]), SIZE, 0.7)
-    segments = segments_of(photograph(light, 1.0), neighbour_distance=8.0)
+def test_a_line_that_ends_at_another_is_its_neighbour():
+    light = 60.0 + 60.0 * coverage(polygon_intervals([[50, -9], [109, -9], [109, 99], [50, 99]]), SIZE, 0.7)
+    light += 60.0 * coverage(polygon_intervals([[50, 45], [109, 45], [109, 99], [50, 99]]), SIZE, 0.7)
+    segments = segments_of(photograph(light, 1.0))
     assert len(segments) >= 2
     neighbours = segments.neighbours
     assert any(neighbours)

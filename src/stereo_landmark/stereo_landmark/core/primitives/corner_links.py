@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-# A side reaches over the vertex by no more than this part of itself, nor over a gap longer than that.
+# A side reaches over the vertex by no more than this part of itself; and no gap is longer than the side.
 _PART = 0.5
 
 
@@ -48,9 +48,7 @@ def link_corners(
     sorted_x = xs[order]
     room = 64 * n + 16
     steps = ends[:, 1] - ends[:, 0]
-    reaches = np.minimum(
-        gap_max, np.maximum(_PART * np.sqrt(steps[:, 0] ** 2 + steps[:, 1] ** 2), overshoot_max)
-    )
+    reaches = np.minimum(gap_max, np.maximum(np.sqrt(steps[:, 0] ** 2 + steps[:, 1] ** 2), overshoot_max))
     sides, which = np.empty((room, 2), np.int64), np.empty((room, 2), np.int64)
     vertices, gaps, turns = np.empty((room, 2)), np.empty((room, 2)), np.empty(room)
     count = 0

@@ -21,6 +21,8 @@ _AGREEING = 3.0
 _SHADING = 0.03
 # A section all of one grey level, or all on one side of the edge.
 _SINGULAR = 1e-6
+# Noise that moves the edge so far hides it [px].
+_SIGMA_MAX = 1.0
 _ROUNDING = 12.0**-0.5
 
 
@@ -161,7 +163,8 @@ def _offsets(sums: _Sums, fits: _Fits) -> SectionOffsets:
             continue
         solution, inverse = fits.solutions[k], fits.inverses[k]
         offsets[k] = min(max(-solution[2] / solution[1], -_OFFSET_MAX), _OFFSET_MAX)
-        sigmas[k] = noise * np.sqrt(inverse[2, 2]) / contrasts[k]
+        sigma = noise * np.sqrt(inverse[2, 2]) / max(contrasts[k], 1e-9)
+        sigmas[k] = sigma if sigma < _SIGMA_MAX else np.inf
         # The blur is one for the whole outline: of its column that part counts which the others leave.
         blur = sums.normal[k, 3]
         left, rest = blur[3], sums.right[k, 3]
