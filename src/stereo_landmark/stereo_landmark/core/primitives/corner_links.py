@@ -43,24 +43,26 @@ def link_corners(
         angle_min: smallest angle between both lines [rad].
     """
     n = len(ends)
-    xs = ends[:, :, 0].copy().reshape(2 * n)
-    order = np.argsort(xs)
-    sorted_x = xs[order]
-    room = 64 * n + 16
     steps = ends[:, 1] - ends[:, 0]
-    reaches = np.minimum(gap_max, np.maximum(np.sqrt(steps[:, 0] ** 2 + steps[:, 1] ** 2), overshoot_max))
+    reaches = np.minimum(
+        gap_max, np.maximum(np.sqrt(steps[:, 0] ** 2 + steps[:, 1] ** 2), overshoot_max)
+    )
+    order = np.argsort(ends[:, :, 0].copy().reshape(2 * n))
+    places = ends.copy().reshape(2 * n, 2)[order]
+    reach_of = reaches[order // 2]
+    room = 16 * n + 16
     sides, which = np.empty((room, 2), np.int64), np.empty((room, 2), np.int64)
     vertices, gaps, turns = np.empty((room, 2)), np.empty((room, 2)), np.empty(room)
     count = 0
     for a in range(2 * n):
         i, e = order[a] // 2, order[a] % 2
         for b in range(a + 1, 2 * n):
-            j, f = order[b] // 2, order[b] % 2
-            if sorted_x[b] - sorted_x[a] > reaches[i] + gap_max or count == room:
+            dx, reach = places[b, 0] - places[a, 0], reach_of[a] + reach_of[b]
+            if dx > reach_of[a] + gap_max or count == room:
                 break
-            reach = reaches[i] + reaches[j]
-            if i == j or sorted_x[b] - sorted_x[a] > reach or abs(ends[i, e, 1] - ends[j, f, 1]) > reach:
+            if dx > reach or abs(places[b, 1] - places[a, 1]) > reach or order[b] // 2 == i:
                 continue
+            j, f = order[b] // 2, order[b] % 2
             x, y, gap_i, gap_j, turn = _meet(ends, i, e, j, f, reaches, overshoot_max, angle_min)
             if turn == 0.0:
                 continue

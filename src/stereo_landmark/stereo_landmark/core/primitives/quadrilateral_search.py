@@ -167,7 +167,9 @@ def distinct_outlines(
     for k in order:
         new = True
         for other in kept[:count]:
-            if _are_near(outlines[other], outlines[k], distance):
+            if abs(outlines[other, 0] - outlines[k, 0]) < distance and _are_near(
+                outlines[other], outlines[k], distance
+            ):
                 new = False
                 break
         if new:
