@@ -16,6 +16,8 @@ _TURN_ALONE = 1.6
 _SAMPLES = 24
 # Edges farther off the outline than this are not asked, round by round; and their direction must agree.
 _BANDS = (3.0, 2.0, 1.5)
+# And this part of what must be seen in the end must be seen then.
+_PARTS = (0.7, 0.8, 0.9)
 _COSINE_MIN = 0.9
 # Arcs of one ellipse have radii and distances of one order.
 _RADII_RATIO_MAX = 6.0
@@ -159,11 +161,11 @@ def _verify(
     """Fit the ellipse to all edges along it, round by round; write how much of it is seen."""
     # Most proposals are wrong, and a few places of the outline show it.
     glance = max(_STEP, perimeter(ellipse[2], ellipse[3]) / _GLANCES)
-    if edges_along(points, gradients, index, ellipse, _BANDS[0], glance)[1] < 0.5 * limits.seen_min:
+    if edges_along(points, gradients, index, ellipse, _BANDS[0], glance)[1] < _PARTS[0] * limits.seen_min:
         return False
-    for band in _BANDS:
-        near, seen, scatter = edges_along(points, gradients, index, ellipse, band, _STEP)
-        if seen < 0.5 * limits.seen_min or len(near) < 8:
+    for k in range(len(_BANDS)):
+        near, seen, scatter = edges_along(points, gradients, index, ellipse, _BANDS[k], _STEP)
+        if seen < _PARTS[k] * limits.seen_min or len(near) < 8:
             return False
         ellipse[6], ellipse[7] = seen, scatter
         if not fit_ellipse(points[near], ellipse[:5]) or not _is_wanted(ellipse, limits):
