@@ -241,23 +241,26 @@ def main() -> int:
     parser = argparse.ArgumentParser(description='Primitives of drawn shapes against the truth; times.')
     parser.add_argument('--pictures', type=int, default=100, help='pictures of each condition')
     parser.add_argument('--repeats', type=int, default=40, help='runs of each photograph')
+    parser.add_argument('--only', choices=('ellipse', 'quadrilateral', 'time'), help='only this section')
     arguments = parser.parse_args()
     cv2.setNumThreads(1)
-    if arguments.pictures:
+    if arguments.only in (None, 'ellipse'):
         peer = 'cv2.fitEllipseDirect px (found)'
         print_table('Centre of an ellipse', peer, ellipse_picture, score_ellipse, arguments.pictures)
+    if arguments.only in (None, 'quadrilateral'):
         peer = 'cv2 LSD px (found)'
         print_table(
             'Corners of a quadrilateral', peer, quadrilateral_picture, score_quadrilateral, arguments.pictures
         )
-    photographs = sorted(
-        (Path(os.environ.get('SHIRUBE_DATA', 'not given')) / 'stereo_euroc').glob('*_left.png')
-    )
-    if not photographs:
-        print('SHIRUBE_DATA: set it to the folder that holds stereo_euroc/ to measure times', file=sys.stderr)
-    print('\n### Time')
-    for path in photographs:
-        print_times(path, arguments.repeats)
+    if arguments.only in (None, 'time'):
+        print('\n### Time')
+        photographs = sorted(
+            (Path(os.environ.get('SHIRUBE_DATA', 'not given')) / 'stereo_euroc').glob('*_left.png')
+        )
+        for path in photographs:
+            print_times(path, arguments.repeats)
+        if not photographs:
+            print('SHIRUBE_DATA: set it to the folder that holds stereo_euroc/', file=sys.stderr)
     return 0
 
 
