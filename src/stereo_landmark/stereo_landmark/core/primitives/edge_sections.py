@@ -49,13 +49,11 @@ class SectionOffsets(NamedTuple):
         offsets: shape (k,), how far the edge lies along the normal from the outline [px].
         sigmas: shape (k,), standard deviations by the noise of the image [px]; infinite where nothing was measured.
         blur_step: what is to be added to the blur [px].
-        polarity: 1 where it is brighter at positive distances, else -1.
     """
 
     offsets: NDArray[np.float64]
     sigmas: NDArray[np.float64]
     blur_step: float
-    polarity: int
 
 
 class _Sums(NamedTuple):
@@ -152,7 +150,7 @@ def _offsets(sums: _Sums, fits: _Fits) -> SectionOffsets:
     contrasts = fits.solutions[:, 1].copy()
     offsets, sigmas = np.zeros(count), np.full(count, np.inf)
     if not np.any(measured):
-        return SectionOffsets(offsets, sigmas, 0.0, 0)
+        return SectionOffsets(offsets, sigmas, 0.0)
     noise = max(np.sqrt(np.nanmedian(fits.rests)), _ROUNDING)
     polarity = 1 if np.median(contrasts[measured]) > 0.0 else -1
     contrasts *= polarity
@@ -174,7 +172,7 @@ def _offsets(sums: _Sums, fits: _Fits) -> SectionOffsets:
                 left -= blur[r] * inverse[r, c] * blur[c]
         pull += rest * solution[1]
         weight += left * solution[1] ** 2
-    return SectionOffsets(offsets, sigmas, pull / weight, polarity)
+    return SectionOffsets(offsets, sigmas, pull / weight)
 
 
 @njit(cache=True, error_model='numpy')
