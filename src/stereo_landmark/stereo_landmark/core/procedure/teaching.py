@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from shirube_geometry import PlanarPose
 from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints, measurable, triangulate
+from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 from stereo_landmark.core.procedure.primitive import Kind, Primitive, kind_of, refined_pair
 from stereo_landmark.core.procedure.stereo_measurement import NamedPair, pair_as_taught, stereo_points
@@ -151,21 +152,33 @@ class Teacher:
 
     def _surroundings(self, taught: Iterable[Primitive]) -> tuple[TaughtPrimitive, ...]:
         """Return what else both images show for certain, of each spot the most telling."""
-        taken = [primitive.centre for primitive in taught]
+        taken = list(taught)
         found: list[TaughtPrimitive] = []
         for kind in SURROUNDING_KINDS:
             for primitive in self._view.left.kinds[kind].primitives:
                 if len(found) == SURROUNDINGS_MAX:
                     return tuple(found)
-                distances = np.hypot(*(np.array(taken) - primitive.centre).T)
-                if distances.min() < SURROUNDINGS_APART:
+                if any(_belong_together(primitive, other) for other in taken):
                     continue
                 partner = self._partner(primitive)
                 if partner is not None:
-                    taken.append(primitive.centre)
+                    taken.append(primitive)
                     position = self._position(primitive, partner)
                     found.append(TaughtPrimitive(f'{kind.value} {len(found) + 1}', primitive, position))
         return tuple(found)
+
+
+def _belong_together(one: Primitive, other: Primitive) -> bool:
+    """Tell whether two primitives may be of one thing: a corner on the outline of a plate says nothing new."""
+    spots, others = _spots(one), _spots(other)
+    gaps = np.linalg.norm(spots[:, None] - others[None], axis=2)
+    radii = [float(each.semi_axes[0]) if isinstance(each, Ellipse) else 0.0 for each in (one, other)]
+    return bool(gaps.min() - sum(radii) < SURROUNDINGS_APART)
+
+
+def _spots(primitive: Primitive) -> NDArray[np.float64]:
+    """Return the points of a primitive, shape (n, 2) [px]."""
+    return np.array([point.position for point in primitive.image_points().values()])
 
 
 def _check_names(names: Sequence[str]) -> None:
