@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from shirube_geometry import PlanarPose
 from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints, measurable, triangulate
 from stereo_landmark.core.primitives.ellipse import Ellipse
+from stereo_landmark.core.procedure.circles import wall_normal
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 from stereo_landmark.core.procedure.primitive import Kind, Primitive, kind_of, refined_pair
 from stereo_landmark.core.procedure.stereo_measurement import NamedPair, pair_as_taught, stereo_points
@@ -103,12 +104,15 @@ class Teacher:
             pairs += mine
             targets.append(self._target(choice, mine))
         _check_names([target.name for target in targets])
+        coordinates = self.coordinates(stereo_points(pairs))
+        surroundings = self._surroundings([left for _, left, _ in pairs])
+        around = np.vstack([coordinates.positions, *(each.position[None] for each in surroundings)])
         return TaughtPlace(
             name,
             self._view.rig,
-            tuple(targets),
-            self.coordinates(stereo_points(pairs)),
-            self._surroundings([left for _, left, _ in pairs]),
+            tuple(_on_walls(target, around) for target in targets),
+            coordinates,
+            surroundings,
             self._processing,
             T_map_place,
         )
@@ -166,6 +170,15 @@ class Teacher:
                     position = self._position(primitive, partner)
                     found.append(TaughtPrimitive(f'{kind.value} {len(found) + 1}', primitive, position))
         return tuple(found)
+
+
+def _on_walls(target: TaughtTarget, around: NDArray[np.float64]) -> TaughtTarget:
+    """Return a target whose circles have the normals of their walls, which follow from what is around, shape (n, 3)."""
+    primitives = tuple(
+        replace(each, normal=wall_normal(each.position, around)) if each.kind is Kind.ELLIPSE else each
+        for each in target.primitives
+    )
+    return replace(target, primitives=primitives)
 
 
 def _belong_together(one: Primitive, other: Primitive) -> bool:
