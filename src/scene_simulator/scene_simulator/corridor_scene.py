@@ -1,0 +1,117 @@
+"""A corridor: things in the order from behind to before, their light, and where everything truly is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_simulator.corridor_landmark import Landmark
+from scene_simulator.corridor_light import CorridorLight
+from scene_simulator.corridor_meter import Meter
+from scene_simulator.corridor_shape import FlatShape, ShapeTable, shape_table
+from scene_simulator.corridor_surface import Surface
+from scene_simulator.scene_error import SceneError
+
+
+class Thing(Protocol):
+    """Something in a corridor; a frozen dataclass."""
+
+    @property
+    def name(self) -> str:
+        """Unique in the corridor."""
+
+    @property
+    def surface(self) -> Surface:
+        """The plane to which it belongs."""
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """Where it is on the plane, right and up [m]."""
+
+    def shapes(self) -> list[FlatShape]:
+        """Return what is painted, the lowest first."""
+
+    def landmarks(self) -> list[Landmark]:
+        """Return what of it can be taught."""
+
+
+@dataclass(frozen=True)
+class CorridorScene:
+    """What there is to see.
+
+    Attributes:
+        things: those behind first.
+        light: on all of them.
+    """
+
+    things: tuple[Thing, ...]
+    light: CorridorLight = field(default_factory=CorridorLight)
+
+    @cached_property
+    def table(self) -> ShapeTable:
+        """All shapes, for the renderer."""
+        return shape_table(shape for thing in self.things for shape in thing.shapes())
+
+    @cached_property
+    def landmarks(self) -> tuple[Landmark, ...]:
+        """What can be taught."""
+        return tuple(landmark for thing in self.things for landmark in thing.landmarks())
+
+    def points_map(self) -> dict[str, NDArray[np.float64]]:
+        """Return every point that can be taught by name, each of shape (3,), in the map frame [m]."""
+        return {name: point for landmark in self.landmarks for name, point in landmark.points_map().items()}
+
+    def thing(self, name: str) -> Thing:
+        """Return the thing of a name.
+
+        Raises:
+            SceneError: there is none.
+        """
+        found = [thing for thing in self.things if thing.name == name]
+        if not found:
+            raise SceneError(f'there is no {name!r} in the corridor; it has {self._names}')
+        return found[0]
+
+    def moved(self, name: str, right: float, up: float) -> CorridorScene:
+        """Return the corridor with one thing moved on its plane [m].
+
+        Raises:
+            SceneError: there is no thing of the name.
+        """
+        x, y = self.thing(name).place
+        return self._changed(name, place=(x + right, y + up))
+
+    def without(self, name: str) -> CorridorScene:
+        """Return the corridor without a thing.
+
+        Raises:
+            SceneError: there is no thing of the name.
+        """
+        gone = self.thing(name)
+        return replace(self, things=tuple(thing for thing in self.things if thing is not gone))
+
+    def with_things(self, things: Sequence[Thing]) -> CorridorScene:
+        """Return the corridor with things before all others, those behind first."""
+        return replace(self, things=(*self.things, *things))
+
+    def with_readings(self, rng: np.random.Generator) -> CorridorScene:
+        """Return the corridor with the needles of all meters elsewhere."""
+        things = tuple(
+            replace(thing, reading=float(rng.uniform(0.02, 0.98))) if isinstance(thing, Meter) else thing
+            for thing in self.things
+        )
+        return replace(self, things=things)
+
+    def _changed(self, name: str, **changes: Any) -> CorridorScene:
+        old = self.thing(name)
+        things = tuple(replace(thing, **changes) if thing is old else thing for thing in self.things)  # type: ignore[type-var]
+        return replace(self, things=things)
+
+    @property
+    def _names(self) -> str:
+        return ', '.join(thing.name for thing in self.things)
