@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -50,7 +51,7 @@ class Drawing:
     def stroke(self, points: ArrayLike, width: float, paint: Paint) -> None:
         """Draw straight pieces of a width between points, shape (n, 2), with square ends."""
         places = np.asarray(points, dtype=np.float64)
-        for start, stop in zip(places[:-1], places[1:], strict=True):
+        for start, stop in pairwise(places):
             along = 0.5 * width * (stop - start) / math.hypot(*(stop - start))
             across = np.array([-along[1], along[0]])
             ends = [start - along - across, stop + along - across, stop + along + across]

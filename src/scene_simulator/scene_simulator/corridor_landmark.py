@@ -30,7 +30,7 @@ class RoundLandmark:
     def points_map(self) -> dict[str, NDArray[np.float64]]:
         """Return its centre by name, shape (3,), in the map frame [m].
 
-        The middle of its picture, an ellipse, lies a little off the picture of its centre; ``image_conic`` tells.
+        The middle of its picture, an ellipse, lies a little off the picture of its centre; ``circle_image`` tells.
         """
         return {self.name: self.surface.points_map([self.centre])[0]}
 
