@@ -39,16 +39,19 @@ class CorridorDesign:
         even: the meters are evenly spaced; otherwise their gaps differ by up to a third.
         bare: nothing else is on the end wall, so that nothing tells the meters apart but their spacing.
         people: how many stand in the corridor.
+        needles: seed of what the meters read; the corridor itself does not depend on it.
     """
 
     seed: int = 0
     even: bool = False
     bare: bool = False
     people: int = 0
+    needles: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse a negative seed or number of people with a SceneError."""
+        """Refuse negative seeds or numbers of people with a SceneError."""
         check_seed(self.seed)
+        check_seed(self.needles)
         if self.people < 0:
             raise SceneError(f'{self.people} people cannot stand in a corridor: give zero or more')
 
@@ -70,7 +73,7 @@ def corridor(design: CorridorDesign | None = None) -> CorridorScene:
     things: list[Thing] = [shell, *_side_walls(shell, rng)]
     if not chosen.bare:
         things += _end_wall(shell, rng)
-    things += _meters(chosen.even, rng)
+    things += _meters(chosen, rng)
     return CorridorScene((*things, *people(chosen.people, rng)))
 
 
@@ -88,15 +91,15 @@ def people(count: int, rng: np.random.Generator) -> list[Person]:
     return found
 
 
-def _meters(even: bool, rng: np.random.Generator) -> list[Meter]:
+def _meters(design: CorridorDesign, rng: np.random.Generator) -> list[Meter]:
     """Return the row of meters about the middle of the end wall."""
     radius = float(rng.uniform(0.085, 0.11))
     gaps = np.full(METERS - 1, rng.uniform(2.5, 2.9) * radius)
-    if not even:
+    if not design.even:
         gaps *= rng.uniform(1.0, 1.35, METERS - 1)
     places = np.concatenate([[0.0], np.cumsum(gaps)])
     left, height = rng.uniform(-0.1, 0.1) - 0.5 * places[-1], float(rng.uniform(1.5, 1.62))
-    readings = rng.uniform(0.02, 0.98, METERS)
+    readings = np.random.default_rng((design.seed, design.needles)).uniform(0.02, 0.98, METERS)
     return [
         Meter(f'meter_{i}', facing_wall(0.0), (left + places[i], height), radius, float(readings[i]))
         for i in range(METERS)
@@ -139,7 +142,7 @@ def _end_wall(shell: CorridorShell, rng: np.random.Generator) -> list[Thing]:
         ),
         cabinet,
         RoundSign('round_sign', wall, (inlet, float(rng.uniform(1.0, 1.3)))),
-        Sign('sign_1', wall, (float(rng.uniform(-0.5, 0.5)), 2.1), (0.5, 0.22), lines[0]),
+        Sign('sign_1', wall, (float(rng.uniform(-0.5, 0.5)), 1.99), (0.5, 0.22), lines[0]),
         Sign('sign_2', wall, (inlet, 0.72), (0.26, 0.2), lines[1], True),
         Pipe('pipe_0', wall, (-half, shell.height - 0.16), (shell.width, 0.0), 0.05, 0.75),
         Pipe('pipe_1', wall, (-half, shell.height - 0.31), (shell.width, 0.0), 0.035, 0.5),

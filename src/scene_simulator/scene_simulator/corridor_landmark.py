@@ -27,6 +27,12 @@ class RoundLandmark:
     centre: Place
     radius: float
 
+    @property
+    def extent(self) -> tuple[Place, Place]:
+        """Lower left and upper right corner of the rectangle about it [m]."""
+        (x, y), r = self.centre, self.radius
+        return (x - r, y - r), (x + r, y + r)
+
     def points_map(self) -> dict[str, NDArray[np.float64]]:
         """Return its centre by name, shape (3,), in the map frame [m].
 
@@ -50,6 +56,11 @@ class SquareLandmark:
     surface: Surface
     low: Place
     high: Place
+
+    @property
+    def extent(self) -> tuple[Place, Place]:
+        """Its lower left and upper right corner [m]."""
+        return self.low, self.high
 
     def points_map(self) -> dict[str, NDArray[np.float64]]:
         """Return its corners by name/0 to name/3, each of shape (3,), in the map frame [m].

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scene_simulator.corridor_drawing import Drawing
 from scene_simulator.corridor_landmark import Landmark, RoundLandmark
@@ -19,7 +20,7 @@ _FACE = 0.86
 
 @dataclass(frozen=True)
 class Meter:
-    """A meter on a wall; all meters of a size look alike but for the needle and the plate.
+    """A meter on a wall; all meters of a size look alike but for the needle.
 
     Attributes:
         name: unique in the corridor.
@@ -27,7 +28,6 @@ class Meter:
         place: of its middle [m].
         radius: of its rim [m].
         reading: of the needle, 0 to 1.
-        label: on the plate below it; none has no plate.
     """
 
     name: str
@@ -35,7 +35,6 @@ class Meter:
     place: tuple[float, float]
     radius: float = 0.1
     reading: float = 0.3
-    label: str = ''
 
     def shapes(self) -> list[FlatShape]:
         """Return what is painted, the lowest first."""
@@ -46,12 +45,10 @@ class Meter:
         drawing.disc((0.0, 0.0), _FACE * r, Paint(0.93, 0.01))
         self._scale(drawing)
         self._needle(drawing)
-        if self.label:
-            self._plate(drawing)
         return drawing.shapes
 
     def landmarks(self) -> list[Landmark]:
-        """Return the rim and the face: two circles of one centre; the larger one is taught."""
+        """Return the rim."""
         return [RoundLandmark(self.name, self.surface, self.place, self.radius)]
 
     def _scale(self, drawing: Drawing) -> None:
@@ -74,14 +71,7 @@ class Meter:
         drawing.polygon(r * np.array(outline), Paint(0.05))
         drawing.disc((0.0, 0.0), 0.085 * r, Paint(0.2))
 
-    def _plate(self, drawing: Drawing) -> None:
-        r = self.radius
-        drawing.rectangle((-0.5 * r, -1.55 * r), (0.5 * r, -1.2 * r), Paint(0.88))
-        drawing.text(self.label, (0.0, -1.375 * r), 0.2 * r, Paint(0.1))
 
-
-def _angle(
-    share: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
-) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    """Return the direction of readings, counter-clockwise from the right [rad]."""
-    return np.asarray(0.5 * math.pi + _SWEEP * (0.5 - share))
+def _angle(reading: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the direction of readings, 0 to 1, counter-clockwise from the right [rad]."""
+    return np.asarray(0.5 * math.pi + _SWEEP * (0.5 - reading))

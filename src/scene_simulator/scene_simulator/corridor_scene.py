@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_simulator.corridor_figure import Occluder
 from scene_simulator.corridor_landmark import Landmark
 from scene_simulator.corridor_light import CorridorLight
-from scene_simulator.corridor_meter import Meter
 from scene_simulator.corridor_shape import FlatShape, ShapeTable, shape_table
 from scene_simulator.corridor_surface import Surface
 from scene_simulator.scene_error import SceneError
@@ -74,7 +74,9 @@ class CorridorScene:
         """
         found = [thing for thing in self.things if thing.name == name]
         if not found:
-            raise SceneError(f'there is no {name!r} in the corridor; it has {self._names}')
+            raise SceneError(
+                f'there is no {name!r} in the corridor; it has {", ".join(thing.name for thing in self.things)}'
+            )
         return found[0]
 
     def moved(self, name: str, right: float, up: float) -> CorridorScene:
@@ -83,35 +85,25 @@ class CorridorScene:
         Raises:
             SceneError: there is no thing of the name.
         """
-        x, y = self.thing(name).place
-        return self._changed(name, place=(x + right, y + up))
-
-    def without(self, name: str) -> CorridorScene:
-        """Return the corridor without a thing.
-
-        Raises:
-            SceneError: there is no thing of the name.
-        """
-        gone = self.thing(name)
-        return replace(self, things=tuple(thing for thing in self.things if thing is not gone))
+        old = self.thing(name)
+        new = replace(cast(Any, old), place=(old.place[0] + right, old.place[1] + up))
+        return replace(self, things=tuple(new if thing is old else thing for thing in self.things))
 
     def with_things(self, things: Sequence[Thing]) -> CorridorScene:
         """Return the corridor with things before all others, those behind first."""
         return replace(self, things=(*self.things, *things))
 
-    def with_readings(self, rng: np.random.Generator) -> CorridorScene:
-        """Return the corridor with the needles of all meters elsewhere."""
-        things = tuple(
-            replace(thing, reading=float(rng.uniform(0.02, 0.98))) if isinstance(thing, Meter) else thing
-            for thing in self.things
-        )
-        return replace(self, things=things)
+    def covered(self, name: str) -> CorridorScene:
+        """Return the corridor with a sheet of paper over a landmark.
 
-    def _changed(self, name: str, **changes: Any) -> CorridorScene:
-        old = self.thing(name)
-        things = tuple(replace(thing, **changes) if thing is old else thing for thing in self.things)  # type: ignore[type-var]
-        return replace(self, things=things)
-
-    @property
-    def _names(self) -> str:
-        return ', '.join(thing.name for thing in self.things)
+        Raises:
+            SceneError: there is no landmark of the name.
+        """
+        found = [landmark for landmark in self.landmarks if landmark.name == name]
+        if not found:
+            raise SceneError(
+                f'there is no landmark {name!r}; there are {", ".join(x.name for x in self.landmarks)}'
+            )
+        low, high = found[0].extent
+        place, size = (low[0] - 0.03, low[1] - 0.03), (high[0] - low[0] + 0.06, high[1] - low[1] + 0.06)
+        return self.with_things([Occluder(f'{name}_cover', found[0].surface.raised(0.01), place, size, 0.8)])

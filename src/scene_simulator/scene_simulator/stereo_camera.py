@@ -107,7 +107,7 @@ class StereoCamera:
     @cached_property
     def _view(self) -> NDArray[np.float64]:
         """Half spaces that hold all that the camera sees, shape (5, 4)."""
-        return view_planes(self._rays)
+        return view_planes(self._rays.astype(np.float64))
 
     @cached_property
     def _transmission(self) -> NDArray[np.float32]:

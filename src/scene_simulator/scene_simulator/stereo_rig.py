@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_simulator.camera_motion import CameraPose, camera_pose
 from scene_simulator.corridor_scene import CorridorScene
 from scene_simulator.gain_sensor import GainSensor
+from scene_simulator.stereo_calibration import CameraCalibration, rectified_pair, stereo_pair
 from scene_simulator.stereo_camera import StereoCamera
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, matrix_from_rpy
 
@@ -19,22 +19,6 @@ AHEAD = CameraMount((0.1, 0.12, 1.25), (-math.pi / 2.0, 0.0, -math.pi / 2.0))
 """The left camera: it looks along the robot's x axis, level, on a mast."""
 
 RECTIFIED = StereoCamera(PinholeCamera(752, 480, 720.0, 720.0, 375.5, 239.5))
-
-
-@dataclass(frozen=True)
-class CameraCalibration:
-    """What ``camera_calibration`` finds out about one camera of a pair.
-
-    Attributes:
-        camera: intrinsics of the images as they come.
-        rotation: shape (3, 3), from the camera's optical frame to the rectified one.
-        projection: shape (3, 4), of the rectified frame of the left camera into the rectified image; at [0, 3] of
-            the right camera stands -fx * baseline.
-    """
-
-    camera: PinholeCamera
-    rotation: NDArray[np.float64]
-    projection: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -68,32 +52,21 @@ class StereoRig:
         position = left.position + left.rotation @ self.right_xyz
         return left, CameraPose(position, left.rotation @ matrix_from_rpy(self.right_rpy))
 
+    @property
+    def is_rectified(self) -> bool:
+        """Lenses do not distort, rows are the same in both images."""
+        distortion = (*self.left.intrinsics.distortion, *self.right.intrinsics.distortion)
+        return not any((*distortion, *self.right_rpy, *self.right_xyz[1:]))
+
     def calibrations(self) -> tuple[CameraCalibration, CameraCalibration]:
         """Return the exact calibration of the left and the right camera.
 
         Images that are rectified already keep their camera matrix and are not turned.
         """
         left, right = self.left.intrinsics, self.right.intrinsics
-        if not any((*left.distortion, *right.distortion, *self.right_rpy, *self.right_xyz[1:])):
-            shift = np.array([[-right.fx * self.baseline], [0.0], [0.0]])
-            return (
-                CameraCalibration(left, np.eye(3), np.hstack([left.matrix, np.zeros((3, 1))])),
-                CameraCalibration(right, np.eye(3), np.hstack([right.matrix, shift])),
-            )
-        R_right_left = matrix_from_rpy(self.right_rpy).T
-        shift = -R_right_left @ np.array(self.right_xyz).reshape(3, 1)
-        R1, R2, P1, P2 = cv2.stereoRectify(
-            left.matrix,
-            np.array(left.distortion),
-            right.matrix,
-            np.array(right.distortion),
-            (left.width, left.height),
-            R_right_left,
-            shift,
-            flags=cv2.CALIB_ZERO_DISPARITY,
-            alpha=0.0,
-        )[:4]
-        return CameraCalibration(left, R1, P1), CameraCalibration(right, R2, P2)
+        if self.is_rectified:
+            return rectified_pair(left, right, self.baseline)
+        return stereo_pair(left, right, np.array(self.right_xyz), matrix_from_rpy(self.right_rpy))
 
 
 def raw_rig() -> StereoRig:

@@ -121,8 +121,12 @@ def test_the_ellipse_passes_through_projected_points_of_the_circle(scene: Corrid
     assert ellipse.semi_axes[0] > ellipse.semi_axes[1]
 
 
-@pytest.mark.parametrize('camera', [BENT, replace(CAMERA, intrinsics=PinholeCamera(64, 48, 60.0, 61.0, 31.0, 24.0))])
-def test_each_pixel_is_that_of_a_picture_with_many_samples(scene: CorridorScene, camera: StereoCamera) -> None:
+@pytest.mark.parametrize(
+    'camera', [BENT, replace(CAMERA, intrinsics=PinholeCamera(64, 48, 60.0, 61.0, 31.0, 24.0))]
+)
+def test_each_pixel_is_that_of_a_picture_with_many_samples(
+    scene: CorridorScene, camera: StereoCamera
+) -> None:
     T_map_camera = camera_pose(POSES[1], LEANING)
     seen = camera.light(scene, T_map_camera)
     expected = supersampled(scene, camera, T_map_camera, 24)
