@@ -13,6 +13,9 @@ from scene_simulator.corridor_texture import SPACING
 Texture = tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.int64]]
 """Samples, starts and sizes of a ``TexturePyramid``."""
 
+SAMPLES = 2
+"""Samples per pixel along each side: fine enough that a blur of samples is a blur of what is within pixels."""
+
 _FAINT = 1e-5
 _DARKEST = 0.02
 """Least light on a surface: a gradient of the light must not turn it negative far away."""
@@ -35,27 +38,32 @@ def paint_outline(
         picture: shape (height, width), changed in place.
         sums: shape (height, width + 2), zero, and left zero.
         outline: shape (n, 2), inside the picture, whose upper left corner is the origin [samples].
-        rays: shape (height, width, 2), rays of the samples, z = 1.
+        rays: shape (height / SAMPLES, width / SAMPLES, 2), rays of the pixels, z = 1; a surface's light is the same in all
+            samples of a pixel.
         look: paint (grey, grain, opacity, shifts); matrix from rays to the plane's places, shape (3, 3); light at
-            the plane's origin, its slopes to the right and up [1/m], width of a sample at a distance of 1 [m].
+            the plane's origin, its slopes to the right and up [1/m], width of a pixel at a distance of 1 [m].
         texture: the grain.
     """
     height, width = picture.shape
     top, bottom = math.floor(outline[:, 1].min()), min(height, math.ceil(outline[:, 1].max()))
     left, right = math.floor(outline[:, 0].min()), min(width, math.ceil(outline[:, 0].max()))
+    lights = np.empty(rays.shape[1])
     _add_edges(sums, outline)
-    opacity = look[0][2]
     for row in range(top, bottom):
+        if row == top or row % SAMPLES == 0:
+            lights[left // SAMPLES : (right - 1) // SAMPLES + 1] = np.nan
         covered = np.float32(0.0)
         for column in range(left, right):
             covered += sums[row, column]
             sums[row, column] = 0.0
-            alpha = min(abs(covered), np.float32(1.0)) * opacity
+            alpha = min(abs(covered), np.float32(1.0)) * look[0][2]
             if alpha > _FAINT:
-                light = _light(rays[row, column, 0], rays[row, column, 1], look, texture)
-                picture[row, column] += alpha * (light - picture[row, column])
-        sums[row, right] = 0.0
-        sums[row, right + 1] = 0.0
+                pixel = column // SAMPLES
+                if math.isnan(lights[pixel]):
+                    ray = rays[row // SAMPLES, pixel]
+                    lights[pixel] = _light(ray[0], ray[1], look, texture)
+                picture[row, column] += alpha * (lights[pixel] - picture[row, column])
+        sums[row, right : right + 2] = 0.0
 
 
 @njit(cache=True, error_model='numpy')

@@ -14,12 +14,9 @@ from scene_simulator.camera_motion import CameraPose
 from scene_simulator.corridor_scene import CorridorScene
 from scene_simulator.corridor_texture import plaster
 from scene_simulator.gain_sensor import GainSensor
-from scene_simulator.shape_painting import Texture, paint_outline
+from scene_simulator.shape_painting import SAMPLES, Texture, paint_outline
 from scene_simulator.shape_projection import outline_in_picture, view_planes
 from shirube_geometry import PinholeCamera
-
-_SCALE = 2
-"""Samples per pixel along each side: fine enough that blurs between samples are blurs between pixels' parts."""
 
 
 @dataclass(frozen=True)
@@ -80,8 +77,8 @@ class StereoCamera:
         """Return the light that the pixels collect, shape (height, width), 1 fills the well."""
         table, camera = scene.table, self.intrinsics
         places = np.array([_places_from_rays(surface.points_map(_UNITS), pose) for surface in table.surfaces])
-        lamps = np.array([(*scene.light.on_surface(s), 1.0 / (_SCALE * camera.fx)) for s in table.surfaces])
-        light = np.zeros(self._rays.shape[:2], dtype=np.float32)
+        lamps = np.array([(*scene.light.on_surface(s), 1.0 / camera.fx) for s in table.surfaces])
+        light = np.zeros((SAMPLES * camera.height, SAMPLES * camera.width), dtype=np.float32)
         lens = np.array([camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion])
         grain = plaster()
         _paint_all(
@@ -92,17 +89,16 @@ class StereoCamera:
             (self._view, lens, (camera.width, camera.height)),
             (grain.samples, grain.starts, grain.sizes),
         )
-        spread = self.optics.spread(light, _SCALE)
+        spread = self.optics.spread(light, SAMPLES)
         pixels = cv2.resize(spread, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
         return np.asarray(pixels * self._transmission, dtype=np.float32)
 
     @cached_property
     def _rays(self) -> NDArray[np.float32]:
-        """Undistorted rays of the samples, shape (height, width, 2), z = 1."""
-        height, width = _SCALE * self.intrinsics.height, _SCALE * self.intrinsics.width
-        v, u = (np.mgrid[:height, :width] + 0.5) / _SCALE - 0.5
+        """Undistorted rays of the pixels, shape (height, width, 2), z = 1."""
+        v, u = np.mgrid[: self.intrinsics.height, : self.intrinsics.width]
         rays = self.intrinsics.rays_from_pixels(np.column_stack([u.ravel(), v.ravel()]))
-        return np.ascontiguousarray(rays[:, :2].reshape(height, width, 2), dtype=np.float32)
+        return np.ascontiguousarray(rays[:, :2].reshape(*u.shape, 2), dtype=np.float32)
 
     @cached_property
     def _view(self) -> NDArray[np.float64]:
@@ -162,7 +158,7 @@ def _paint_all(
     sums = np.zeros((light.shape[0], light.shape[1] + 2), dtype=np.float32)
     for shape in range(len(starts) - 1):
         outline = points[starts[shape] : starts[shape + 1]]
-        seen = outline_in_picture(outline, planes, lens, size, _SCALE)
+        seen = outline_in_picture(outline, planes, lens, size, SAMPLES)
         if len(seen) >= 3:
             surface = surface_of[shape]
             look = (paints[shape], surfaces[0][surface], surfaces[1][surface])
