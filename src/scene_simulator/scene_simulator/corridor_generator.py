@@ -125,7 +125,7 @@ def _end_wall(shell: CorridorShell, rng: np.random.Generator) -> list[Thing]:
             f'{rng.integers(10, 99)}',
             mirror > 0,
         ),
-        Sign('sign_0', wall, (door_at, 2.28), (0.42, 0.18), ('EXIT',), True),
+        Sign('sign_0', wall, (door_at, 2.22), (0.42, 0.18), ('EXIT',), True),
         NoticeBoard(
             'board', wall, (board_at, float(rng.uniform(1.5, 1.6))), (0.8, 0.56), int(rng.integers(1000))
         ),

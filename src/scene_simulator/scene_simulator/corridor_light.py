@@ -22,7 +22,7 @@ class CorridorLight:
         gradient: relative change along the axes of the map [1/m].
     """
 
-    level: float = 0.85
+    level: float = 0.95
     gradient: Vector = (0.015, 0.0, 0.09)
 
     def on_surface(self, surface: Surface) -> tuple[float, float, float]:

@@ -46,7 +46,7 @@ class Pipe:
         across = np.array([-along[1], along[0]])
         shade = np.array([0.4, -0.9]) * r
         wall.stroke(shade + np.outer([0.0, 1.0], reach), 2.0 * r, Paint(0.0, opacity=0.25))
-        pipe.stroke([(0.0, 0.0), reach], 2.0 * r, Paint(0.55 * self.grey))
+        pipe.stroke(np.outer([0.0, 1.0], reach), 2.0 * r, Paint(0.55 * self.grey))
         for strip in range(1, _STRIPS):
             # Each narrower strip lies on the one before, shifted to the side of the light.
             share = strip / _STRIPS

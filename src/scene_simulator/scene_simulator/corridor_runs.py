@@ -56,7 +56,7 @@ class CorridorRun:
     def changed(self, scene: CorridorScene) -> CorridorScene:
         """Return the corridor as it is found on this drive."""
         if self.change == 'light':
-            return replace(scene, light=CorridorLight(0.5, (0.015, 0.16, -0.05)))
+            return replace(scene, light=CorridorLight(0.57, (0.015, 0.16, -0.05)))
         if self.change == 'hidden':
             somebody = Person('passer_by', facing_wall(-0.7), (0.55, 0.0))
             return scene.covered('meter_1').with_things([somebody])

@@ -38,8 +38,8 @@ def paint_outline(
         picture: shape (height, width), changed in place.
         sums: shape (height, width + 2), zero, and left zero.
         outline: shape (n, 2), inside the picture, whose upper left corner is the origin [samples].
-        rays: shape (height / SAMPLES, width / SAMPLES, 2), rays of the pixels, z = 1; a surface's light is the same in all
-            samples of a pixel.
+        rays: shape (height / SAMPLES, width / SAMPLES, 2), rays of the pixels, z = 1; a surface's
+            light is the same in all samples of a pixel.
         look: paint (grey, grain, opacity, shifts); matrix from rays to the plane's places, shape (3, 3); light at
             the plane's origin, its slopes to the right and up [1/m], width of a pixel at a distance of 1 [m].
         texture: the grain.
