@@ -36,7 +36,7 @@ class CorridorDesign:
 
     Attributes:
         seed: of all that is random.
-        even: the meters are evenly spaced; otherwise their gaps differ by up to a third.
+        even: the meters are evenly spaced; otherwise their gaps differ by up to a quarter.
         bare: nothing else is on the end wall, so that nothing tells the meters apart but their spacing.
         people: how many stand in the corridor.
         needles: seed of what the meters read; the corridor itself does not depend on it.
@@ -65,8 +65,8 @@ def corridor(design: CorridorDesign | None = None) -> CorridorScene:
     chosen = design or CorridorDesign()
     rng = np.random.default_rng(chosen.seed)
     shell = CorridorShell(
-        float(rng.uniform(4.0, 4.6)),
-        float(rng.uniform(2.6, 2.9)),
+        float(rng.uniform(4.3, 4.8)),
+        float(rng.uniform(2.7, 2.95)),
         float(rng.choice([0.0, 1.1, 1.2])),
         (float(rng.uniform(0.0, 4.0)), float(rng.uniform(0.0, 4.0))),
     )
@@ -96,12 +96,12 @@ def _meters(design: CorridorDesign, rng: np.random.Generator) -> list[Meter]:
     radius = float(rng.uniform(0.085, 0.11))
     gaps = np.full(METERS - 1, rng.uniform(2.5, 2.9) * radius)
     if not design.even:
-        gaps *= rng.uniform(1.0, 1.35, METERS - 1)
+        gaps *= rng.uniform(1.0, 1.25, METERS - 1)
     places = np.concatenate([[0.0], np.cumsum(gaps)])
-    left, height = rng.uniform(-0.1, 0.1) - 0.5 * places[-1], float(rng.uniform(1.5, 1.62))
+    left, height = rng.uniform(-0.06, 0.06) - 0.5 * places[-1], float(rng.uniform(1.5, 1.62))
     readings = np.random.default_rng((design.seed, design.needles)).uniform(0.02, 0.98, METERS)
     return [
-        Meter(f'meter_{i}', facing_wall(0.0), (left + places[i], height), radius, float(readings[i]))
+        Meter(f'meter_{i}', facing_wall(0.0), (float(left + places[i]), height), radius, float(readings[i]))
         for i in range(METERS)
     ]
 
@@ -114,7 +114,7 @@ def _end_wall(shell: CorridorShell, rng: np.random.Generator) -> list[Thing]:
     cabinet = _cabinet(wall, rng)
     lines = [_TEXTS[i] for i in rng.permutation(len(_TEXTS))]
     pipe_at = -mirror * (half - 0.12)
-    inlet = mirror * (half - 1.38)
+    inlet = mirror * (half - 1.34)
     return [
         Door(
             'door',
@@ -141,7 +141,7 @@ def _end_wall(shell: CorridorShell, rng: np.random.Generator) -> list[Thing]:
             'F 12',
         ),
         cabinet,
-        RoundSign('round_sign', wall, (inlet, float(rng.uniform(1.0, 1.3)))),
+        RoundSign('round_sign', wall, (inlet, float(rng.uniform(1.0, 1.22)))),
         Sign('sign_1', wall, (float(rng.uniform(-0.5, 0.5)), 1.99), (0.5, 0.22), lines[0]),
         Sign('sign_2', wall, (inlet, 0.72), (0.26, 0.2), lines[1], True),
         Pipe('pipe_0', wall, (-half, shell.height - 0.16), (shell.width, 0.0), 0.05, 0.75),

@@ -36,7 +36,7 @@ def test_five_equal_meters_stand_in_a_row(seed: int) -> None:
     assert len({(meter.radius, meter.place[1], meter.surface) for meter in row}) == 1
     gaps = np.diff([meter.place[0] for meter in row])
     assert (gaps > 2.2 * row[0].radius).all()
-    assert gaps.std() > 0.005
+    assert gaps.std() > 0.001
     even = np.diff([meter.place[0] for meter in meters(corridor(CorridorDesign(seed, even=True)))])
     assert even.std() == pytest.approx(0.0, abs=1e-12)
 
