@@ -13,6 +13,9 @@ from scene_simulator.corridor_screw import draw_screws
 from scene_simulator.corridor_shape import FlatShape, Paint
 from scene_simulator.corridor_surface import Surface
 
+_FRAME = 0.022
+"""Width of an instrument's frame [m]."""
+
 
 @dataclass(frozen=True)
 class Cabinet:
@@ -103,7 +106,7 @@ def _side_surface(start: NDArray[np.float64], stop: NDArray[np.float64], out: ND
 def _draw_window(drawing: Drawing, low: Place, high: Place) -> None:
     """Draw an instrument with a dark frame and a scale."""
     drawing.rectangle(low, high, Paint(0.1))
-    inner_low, inner_high = (low[0] + 0.014, low[1] + 0.014), (high[0] - 0.014, high[1] - 0.014)
+    inner_low, inner_high = (low[0] + _FRAME, low[1] + _FRAME), (high[0] - _FRAME, high[1] - _FRAME)
     drawing.rectangle(inner_low, inner_high, Paint(0.85))
     width, height = inner_high[0] - inner_low[0], inner_high[1] - inner_low[1]
     for index, share in enumerate(np.linspace(0.1, 0.9, 11)):

@@ -43,7 +43,7 @@ class Door:
         drawing.rectangle((-0.9 * half, 0.04), (0.9 * half, 0.24), Paint(0.62, 0.03))
         side = -1.0 if self.handle_left else 1.0
         self._handle(drawing, side * (half - 0.08), side)
-        drawing.rectangle((-0.14 - side * 0.0, 1.08), (0.14, 1.2), Paint(0.9))
+        drawing.rectangle((-0.14, 1.08), (0.14, 1.2), Paint(0.9))
         drawing.text(self.label, (0.0, 1.14), 0.08, Paint(0.1))
         for hinge in (0.25, 1.05, height - 0.25):
             drawing.rectangle(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +40,7 @@ class CorridorDesign:
         even: the meters are evenly spaced; otherwise their gaps differ by up to a quarter.
         bare: nothing else is on the end wall, so that nothing tells the meters apart but their spacing.
         people: how many stand in the corridor.
+        tile: width of the tiles on the walls, 0 is plaster [m]; small ones make many segments.
         needles: seed of what the meters read; the corridor itself does not depend on it.
     """
 
@@ -46,6 +48,7 @@ class CorridorDesign:
     even: bool = False
     bare: bool = False
     people: int = 0
+    tile: float = 0.0
     needles: int = 0
 
     def __post_init__(self) -> None:
@@ -54,6 +57,8 @@ class CorridorDesign:
         check_seed(self.needles)
         if self.people < 0:
             raise SceneError(f'{self.people} people cannot stand in a corridor: give zero or more')
+        if self.tile != 0.0 and not 0.02 <= self.tile < math.inf:
+            raise SceneError(f'tiles of {self.tile} m cannot be drawn: give 0 for plaster, or 0.02 or more')
 
 
 def corridor(design: CorridorDesign | None = None) -> CorridorScene:
@@ -69,6 +74,7 @@ def corridor(design: CorridorDesign | None = None) -> CorridorScene:
         float(rng.uniform(2.7, 2.95)),
         float(rng.choice([0.0, 1.1, 1.2])),
         (float(rng.uniform(0.0, 4.0)), float(rng.uniform(0.0, 4.0))),
+        chosen.tile,
     )
     things: list[Thing] = [shell, *_side_walls(shell, rng)]
     if not chosen.bare:

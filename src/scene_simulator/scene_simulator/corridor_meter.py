@@ -14,7 +14,7 @@ from scene_simulator.corridor_shape import FlatShape, Paint
 from scene_simulator.corridor_surface import Surface
 
 _SWEEP = math.radians(270.0)
-_FACE = 0.86
+_FACE = 0.85
 """Radius of the white face, relative to the meter's."""
 
 
@@ -39,9 +39,7 @@ class Meter:
     def shapes(self) -> list[FlatShape]:
         """Return what is painted, the lowest first."""
         drawing, r = Drawing(self.surface, self.place), self.radius
-        drawing.disc((0.06 * r, -0.1 * r), 1.03 * r, Paint(0.0, opacity=0.3))
         drawing.disc((0.0, 0.0), r, Paint(0.13, 0.02))
-        drawing.disc((0.0, 0.0), 0.93 * r, Paint(0.3))
         drawing.disc((0.0, 0.0), _FACE * r, Paint(0.93, 0.01))
         self._scale(drawing)
         self._needle(drawing)

@@ -17,6 +17,9 @@ LENGTH = 12.0
 _BEYOND = 0.5
 """How far floor, ceiling and side walls go on behind the walls that end them, so that no seam is seen [m]."""
 
+_JOINT = 0.005
+"""Between tiles [m]."""
+
 _PLASTER, _DADO, _GROUND = 0.06, 0.05, 0.07
 """Standard deviations of the textures."""
 
@@ -32,6 +35,7 @@ class CorridorShell:
         height: of the ceiling [m].
         dado: height of the darker paint at the bottom of the walls [m]; 0 is none.
         shift: of the textures [m].
+        tile: width of the walls' tiles [m]; 0 is plaster.
         name: in the scene.
     """
 
@@ -39,6 +43,7 @@ class CorridorShell:
     height: float = 2.8
     dado: float = 0.0
     shift: tuple[float, float] = (0.0, 0.0)
+    tile: float = 0.0
     name: str = 'shell'
 
     @property
@@ -85,8 +90,17 @@ class CorridorShell:
             shift = (self.shift[0] + 1.1, self.shift[1] + 0.7)
             drawing.rectangle((low, 0.0), (high, self.dado), Paint(0.62 * grey, _DADO, 1.0, shift))
             drawing.rectangle((low, self.dado - 0.02), (high, self.dado + 0.01), Paint(0.35 * grey))
+        if self.tile > 0.0:
+            self._joints(drawing, low, high, Paint(0.6 * grey))
         drawing.rectangle((low, 0.0), (high, 0.09), Paint(0.22, 0.04))
         return drawing.shapes
+
+    def _joints(self, drawing: Drawing, low: float, high: float, paint: Paint) -> None:
+        """Draw the joints between tiles."""
+        for x in np.arange(low, high, self.tile):
+            drawing.rectangle((x - 0.5 * _JOINT, 0.0), (x + 0.5 * _JOINT, self.height), paint)
+        for y in np.arange(self.tile, self.height, self.tile):
+            drawing.rectangle((low, y - 0.5 * _JOINT), (high, y + 0.5 * _JOINT), paint)
 
     def _ground(self) -> list[FlatShape]:
         """Return the floor, with tiles and a painted edge on both sides."""

@@ -37,7 +37,6 @@ class Sign:
         """Return what is painted, the lowest first."""
         drawing, (low, high) = Drawing(self.surface, self.place), self._corners
         paper, ink = (Paint(0.15), Paint(0.9)) if self.inverted else (Paint(0.9, 0.01), Paint(0.1))
-        drawing.shadow(low, high, 0.01)
         drawing.rectangle(low, high, paper)
         draw_screws(drawing, (low[0] + 0.014, low[1] + 0.014), (high[0] - 0.014, high[1] - 0.014), 0.006)
         pitch = 0.8 * self.size[1] / max(1, len(self.lines))

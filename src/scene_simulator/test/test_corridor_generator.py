@@ -69,6 +69,12 @@ def test_a_bare_wall_has_only_meters() -> None:
     assert wall == [f'meter_{i}' for i in range(5)]
 
 
+def test_tiles_add_joints_and_change_nothing_else() -> None:
+    plain, tiled = corridor(CorridorDesign(2)), corridor(CorridorDesign(2, tile=0.2))
+    assert plain.things[1:] == tiled.things[1:]
+    assert len(tiled.table.starts) > len(plain.table.starts) + 100
+
+
 def test_people_stand_before_everything_the_nearest_last() -> None:
     scene = corridor(CorridorDesign(3, people=4))
     figures = scene.things[-4:]
@@ -79,6 +85,6 @@ def test_people_stand_before_everything_the_nearest_last() -> None:
 
 
 def test_a_design_that_cannot_be_is_refused() -> None:
-    for bad in ({'seed': -1}, {'people': -1}, {'needles': -2}):
+    for bad in ({'seed': -1}, {'people': -1}, {'needles': -2}, {'tile': -0.1}, {'tile': 0.001}):
         with pytest.raises(SceneError):
             CorridorDesign(**bad)
