@@ -68,11 +68,9 @@ class Drawing:
         """Draw what a thing that stands off the plane takes of the light below it [m]."""
         for share in (1.0, 0.66, 0.33):
             reach = share * depth
-            self.rectangle(
-                (low[0] + 0.3 * reach, low[1] - reach),
-                (high[0] + 0.3 * reach, high[1]),
-                Paint(0.0, opacity=0.13),
-            )
+            shift = 0.3 * reach, -reach
+            corners = ((low[0] + shift[0], low[1] + shift[1]), (high[0] + shift[0], high[1] + shift[1]))
+            self.rectangle(*corners, Paint(0.0, opacity=0.13))
 
 
 def rectangle_corners(low: Place, high: Place) -> NDArray[np.float64]:

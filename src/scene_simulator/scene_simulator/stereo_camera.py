@@ -78,6 +78,8 @@ class StereoCamera:
         table, camera = scene.table, self.intrinsics
         places = np.array([_places_from_rays(surface.points_map(_UNITS), pose) for surface in table.surfaces])
         lamps = np.array([(*scene.light.on_surface(s), 1.0 / camera.fx) for s in table.surfaces])
+        # The back of a surface, painted first, would shine through the edges of what is painted over it.
+        faces = [(pose.position - surface.origin) @ surface.normal > 0.0 for surface in table.surfaces]
         light = np.zeros((SAMPLES * camera.height, SAMPLES * camera.width), dtype=np.float32)
         lens = np.array([camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion])
         grain = plaster()
@@ -85,7 +87,7 @@ class StereoCamera:
             light,
             self._rays,
             (pose.camera_points(table.points), table.starts, table.surface_of, table.paints),
-            (places.reshape(-1, 3, 3), lamps.reshape(-1, 4)),
+            (places.reshape(-1, 3, 3), lamps.reshape(-1, 4), np.array(faces, dtype=np.bool_)),
             (self._view, lens, (camera.width, camera.height)),
             (grain.samples, grain.starts, grain.sizes),
         )
@@ -148,18 +150,29 @@ def _paint_all(
     light: NDArray[np.float32],
     rays: NDArray[np.float32],
     shapes: tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]],
-    surfaces: tuple[NDArray[np.float64], NDArray[np.float64]],
+    surfaces: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]],
     view: tuple[NDArray[np.float64], NDArray[np.float64], tuple[int, int]],
     texture: Texture,
 ) -> None:
-    """Paint shapes one after the other: points in the optical frame, starts, planes, paints; homographies, light."""
+    """Paint shapes one after the other, those whose plane turns its front to the camera.
+
+    Args:
+        light: the picture.
+        rays: of its pixels.
+        shapes: points in the optical frame, starts, planes and paints as in the table.
+        surfaces: homographies from rays, light, and whether the front is seen.
+        view: half spaces, lens and size of the picture.
+        texture: the grain.
+    """
     points, starts, surface_of, paints = shapes
     planes, lens, size = view
     sums = np.zeros((light.shape[0], light.shape[1] + 2), dtype=np.float32)
     for shape in range(len(starts) - 1):
+        surface = surface_of[shape]
+        if not surfaces[2][surface]:
+            continue
         outline = points[starts[shape] : starts[shape + 1]]
         seen = outline_in_picture(outline, planes, lens, size, SAMPLES)
         if len(seen) >= 3:
-            surface = surface_of[shape]
             look = (paints[shape], surfaces[0][surface], surfaces[1][surface])
             paint_outline(light, sums, seen, rays, look, texture)

@@ -41,6 +41,12 @@ class Patches:
 
 def patches() -> CorridorScene:
     """Return a panel on the left and a round meter on the right, on the wall x = 0."""
-    wall = facing_wall(0.0)
-    panel = SquareLandmark('panel', wall, (-0.7, 0.9), (-0.1, 1.5))
-    return CorridorScene((Patches(panel, RoundLandmark('meter', wall, (0.4, 1.3), 0.25)),), EVEN)
+    panel = SquareLandmark('panel', facing_wall(0.0), (-0.7, 0.9), (-0.1, 1.5))
+    meter = RoundLandmark('meter', facing_wall(0.0), (0.4, 1.3), 0.25)
+    return CorridorScene((Patches(panel, meter),), EVEN)
+
+
+def plain_wall() -> CorridorScene:
+    """Return the same wall with nothing on it that is in view."""
+    panel = SquareLandmark('panel', facing_wall(0.0), (-19.0, 18.0), (-18.0, 19.0))
+    return CorridorScene((Patches(panel, RoundLandmark('meter', facing_wall(0.0), (19.0, 19.0), 0.1)),), EVEN)

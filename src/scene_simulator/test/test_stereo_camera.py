@@ -8,15 +8,18 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from flat_patches import BRIGHT, GROUND, patches
+from flat_patches import BRIGHT, GROUND, patches, plain_wall
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import norm
 
 from scene_simulator.camera_motion import CameraPose, camera_pose
 from scene_simulator.circle_image import circle_image
+from scene_simulator.corridor_cabinet import Cabinet
 from scene_simulator.corridor_landmark import RoundLandmark, SquareLandmark
 from scene_simulator.corridor_scene import CorridorScene
+from scene_simulator.corridor_sign import NoticeBoard
+from scene_simulator.corridor_surface import facing_wall
 from scene_simulator.gain_sensor import GainSensor
 from scene_simulator.stereo_camera import StereoCamera, StereoOptics
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
@@ -136,6 +139,29 @@ def supersampled(
     fine = np.where(inside, BRIGHT, GROUND).reshape(u.shape)
     blurred = cv2.GaussianBlur(fine, (0, 0), camera.optics.blur * samples, borderType=cv2.BORDER_REPLICATE)
     return np.asarray(cv2.resize(blurred, (lens.width, lens.height), interpolation=cv2.INTER_AREA))
+
+
+@pytest.mark.parametrize('pose', POSES)
+def test_no_seam_shows_along_the_outline_of_a_box(pose: PlanarPose) -> None:
+    """What shines through between two surfaces shrinks with the pixel; so a picture is the mean of a finer one."""
+    cabinet = Cabinet('box', facing_wall(0.0), (-0.3, 1.0), depth=0.3)
+    scene = plain_wall().with_things([cabinet, NoticeBoard('board', facing_wall(0.0), (0.5, 0.6))])
+    sharp, T_map_camera = (
+        replace(CAMERA, optics=StereoOptics(0.0, vignetting=0.0)),
+        camera_pose(pose, LEANING),
+    )
+    lens, many = sharp.intrinsics, 4
+    cx, cy = ((c + 0.5) * many - 0.5 for c in (lens.cx, lens.cy))
+    finer = PinholeCamera(lens.width * many, lens.height * many, lens.fx * many, lens.fy * many, cx, cy)
+    fine = replace(sharp, intrinsics=finer).light(scene, T_map_camera)
+    mean = cv2.resize(fine, (lens.width, lens.height), interpolation=cv2.INTER_AREA)
+    difference = np.abs(sharp.light(scene, T_map_camera) - mean)
+    for name, most in (('box', 0.015), ('board', 0.04)):  # The cork behind the board's frame has its grain.
+        outline = np.zeros(difference.shape, dtype=np.uint8)
+        corners = np.array([scene.points_map()[f'{name}/{index}'] for index in range(4)])
+        pixels = lens.pixels_from_points(T_map_camera.camera_points(corners))
+        cv2.polylines(outline, [np.rint(pixels).astype(np.int32)], True, (1,), 3)
+        assert difference[outline > 0].max() < most
 
 
 def test_motion_smears_without_moving(scene: CorridorScene) -> None:
