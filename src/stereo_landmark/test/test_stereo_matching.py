@@ -11,7 +11,7 @@ def matched(left, right, disparities=ANY):
     shapes = np.zeros((len(left), 1)), np.zeros((len(right), 1))
     pairs = alike_pairs(left, shapes[0], right, shapes[1], disparities)
     seen = left[pairs[:, 0], 0] - right[pairs[:, 1], 0]
-    support = supports(left[pairs[:, 0]], seen, pairs[:, 0].copy())
+    support = supports(left[pairs[:, 0]], seen, pairs[:, 0].copy(), np.ones(len(pairs)))
     return dict(pairs[mutual_best(pairs, seen, support)].tolist())
 
 

@@ -17,7 +17,6 @@ from std_msgs.msg import Header, String
 from visualization_msgs.msg import MarkerArray
 
 from shirube_geometry import CameraMount, PinholeCamera
-from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.diagnostics import Diagnostics
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.image_input import ImageInput
@@ -28,7 +27,6 @@ from shirube_ros.pose_conversion import planar_pose, pose_stamped, pose_with_cov
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
 from shirube_ros.safe_main import run_node
 from shirube_ros.stamp_order import StampOrder
-from shirube_ros.tilt_conversion import tilt_of_imu, tilt_of_quaternion
 from vlc_beacon.beacon_markers import beacon_markers
 from vlc_beacon.core.drive.command_executor import CommandExecutor
 from vlc_beacon.core.packet.operation import Operation
@@ -37,6 +35,7 @@ from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, Reception
 from vlc_beacon.core.receiver.command_hearing import Verdict
 from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.receiver.warm_up import warm_up
 from vlc_beacon.core.trust.command_judge import CommandJudge
 from vlc_beacon.core.trust.trust_settings import TrustSettings
 from vlc_beacon.core.trust.verdict import Accepted
@@ -44,7 +43,8 @@ from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.debug_picture import debug_picture
 from vlc_beacon.node_settings import NodeSettings
 from vlc_beacon.receiver_from_files import beacons_of, judge_of
-from vlc_beacon.receiver_report import ReceiverReport
+from vlc_beacon.receiver_report import ReceiverReport, messages_of
+from vlc_beacon.tilt_of_message import tilt_of_imu, tilt_of_quaternion
 
 _TELL_INTERVAL = 1.0
 """Between lines about found and lost poses [s]."""
@@ -52,6 +52,15 @@ _DRIVE_PERIOD = 0.05
 """Between velocities [s]."""
 
 CreateReceiver = Callable[[list[Beacon], CameraMount, CommandJudge, ReceiverSettings], BeaconReceiver]
+
+
+def warm_receiver(
+    beacons: list[Beacon], mount: CameraMount, judge: CommandJudge, settings: ReceiverSettings
+) -> BeaconReceiver:
+    """Return a receiver whose first image takes no longer than the others."""
+    receiver = BeaconReceiver(beacons, mount, judge, settings)
+    warm_up(settings)
+    return receiver
 
 
 class VlcBeaconNode(Node):
@@ -80,7 +89,7 @@ class VlcBeaconNode(Node):
     =========================  ============================  =============================================
     """
 
-    def __init__(self, create_receiver: CreateReceiver = BeaconReceiver, **options: Any) -> None:
+    def __init__(self, create_receiver: CreateReceiver = warm_receiver, **options: Any) -> None:
         """Load the lamps, the key and the counters, and subscribe.
 
         Args:
@@ -146,14 +155,7 @@ class VlcBeaconNode(Node):
 
     def _subscribe(self) -> None:
         transport = self._settings.image_transport
-        ImageInput(
-            self,
-            self._guard,
-            ('image_raw', 'camera_info'),
-            transport,
-            camera_from_camera_info,
-            self._take_image,
-        )
+        ImageInput(self, self._guard, ('image_raw', 'camera_info'), transport, self._take_image)
         for kind, topic, take in (
             (Odometry, 'odom', self._take_odometry),
             (Imu, 'imu', self._take_imu),
@@ -175,6 +177,8 @@ class VlcBeaconNode(Node):
         self._tell_change(reception.result)
         map_header = Header(stamp=header.stamp, frame_id=self._settings.map_frame)
         self._publish(stamp, map_header, reception)
+        for speaker, words in messages_of(reception):
+            self.get_logger().info(f'{speaker} says {words}')
         for verdict in reception.verdicts:
             self._take_verdict(verdict)
         if self._debug_image.get_subscription_count() > 0:

@@ -63,7 +63,10 @@ def alike_pairs(
 
 @njit(cache=True)
 def supports(
-    places: NDArray[np.float64], disparities: NDArray[np.float64], owners: NDArray[np.int64]
+    places: NDArray[np.float64],
+    disparities: NDArray[np.float64],
+    owners: NDArray[np.int64],
+    weights: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Return how much the neighbours speak for each pair, shape (m,).
 
@@ -71,20 +74,21 @@ def supports(
         places: shape (m, 2), centres in the left image [px].
         disparities: shape (m,) [px].
         owners: shape (m,), which primitive of the left image a pair is of; pairs of one stand together.
+        weights: shape (m,), how much the word of that primitive counts.
     """
     support = np.zeros(len(places))
     for p in range(len(places)):
-        owner, best, limit = -1, 0.0, 0.0
+        owner, best, limit, weight = -1, 0.0, 0.0, 0.0
         for q in range(len(places)):
             if owners[q] != owner:
-                support[p] += best
-                owner, best = owners[q], 0.0
+                support[p] += best * weight
+                owner, best, weight = owners[q], 0.0, weights[q]
                 away = np.hypot(places[q, 0] - places[p, 0], places[q, 1] - places[p, 1])
                 counts = owner != owners[p] and away < NEIGHBOURHOOD
                 limit = SLACK + GRADIENT_MAX * away if counts else 0.0
             if limit > 0.0:
                 best = max(best, 1.0 - abs(disparities[q] - disparities[p]) / limit)
-        support[p] += best
+        support[p] += best * weight
     return support
 
 
