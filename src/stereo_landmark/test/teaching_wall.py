@@ -25,7 +25,7 @@ def meters_of(session):
     return [(each.kind, each.number) for each in sorted(found, key=lambda each: each.shape.centre[0])]
 
 
-def session_with_meters(count=len(METERS)):
+def session_with_meters(count=4):
     """Return a session in which some meters were chosen."""
     session = new_session()
     for kind, number in meters_of(session)[:count]:

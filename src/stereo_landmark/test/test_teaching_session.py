@@ -121,5 +121,7 @@ def test_a_step_that_is_refused_changes_nothing():
 def test_images_of_another_size_are_refused():
     small = images_of(0)
     session = TeachingSession(lambda _: StereoImages(small.left[:200], small.right), RIG)
-    with pytest.raises(StereoLandmarkError, match='the left image is 376 x 200 px, the calibration is for 376 x 240'):
+    with pytest.raises(
+        StereoLandmarkError, match='the left image is 376 x 200 px, the calibration is for 376 x 240'
+    ):
         session.found()

@@ -1,10 +1,11 @@
 """Hints come where choices are weak, and only there."""
 
+import numpy as np
 import pytest
-from teaching_wall import new_session, session_with_meters
-from test_target_search import ALONE, METERS
-from drawn_wall import look
+from drawn_wall import Plate, Wall, look
 from place_scenes import RIG
+from teaching_wall import session_with_meters
+from test_target_search import ALL, ALONE, METERS
 
 from stereo_landmark.core.procedure.primitive import Kind
 from stereo_landmark.core.teaching import edits
@@ -35,19 +36,33 @@ def test_too_few_is_no_place(count, said):
     assert said in hint.text
 
 
+def large_session(wall):
+    """Return a session in front of a wall with large cameras."""
+    left, right = look(wall, (0.0,) * 6, RIG)
+    return TeachingSession(lambda _: StereoImages(left, right), RIG)
+
+
+def quadrilateral_at(session, y, z):
+    """Choose the quadrilateral whose middle is there on the wall [m], and return its name."""
+    ((u, v, _, _),) = RIG.projections((np.array([[3.0, y, z]]) - RIG.mount.xyz) @ RIG.mount.rotation)
+    plates = [each for each in session.found() if each.kind is Kind.QUADRILATERAL]
+    plate = min(plates, key=lambda each: float(np.hypot(*(each.shape.centre - [u, v]))))
+    session.toggle(plate.kind, plate.number)
+    return session.state.target.primitives[-1].name
+
+
 def test_points_close_together_promise_little():
-    session = new_session()
-    plates = [each for each in session.found() if each.kind is Kind.QUADRILATERAL and each.depth is not None]
-    small = min(plates, key=lambda each: float(abs(each.shape.corner_vectors).max()))
-    session.toggle(small.kind, small.number)
+    session = large_session(ALL)
+    quadrilateral_at(session, -0.75, 0.95)
     texts = [hint.text for hint in hints(session)]
-    assert any('are to be expected' in text or 'too uncertain' in text for text in texts)
-    assert not any('are to be expected' in hint.text for hint in hints(session_with_meters()))
+    assert any(text.startswith('1 primitives are few') for text in texts)
+    assert any('span only 0.20 m' in text for text in texts)
+    quadrilateral_at(session, 0.9, 0.75)
+    assert not any('span only' in hint.text for hint in hints(session))
 
 
 def test_identical_meters_alone_are_ambiguous_when_one_at_the_end_is_hidden():
-    left, right = look(ALONE, (0.0,) * 6, RIG)
-    session = TeachingSession(lambda _: StereoImages(left, right), RIG)
+    session = large_session(ALONE)
     meters = sorted(
         (each for each in session.found() if each.kind is Kind.ELLIPSE), key=lambda each: each.shape.centre[0]
     )
@@ -63,12 +78,10 @@ def test_identical_meters_alone_are_ambiguous_when_one_at_the_end_is_hidden():
 
 
 def test_a_primitive_at_the_border_should_not_be_the_first():
-    session = session_with_meters()
-    for hint in hints(session):
-        assert 'border' not in hint.text
-    plates = [each for each in session.found() if each.kind is Kind.QUADRILATERAL and each.depth is not None]
-    outer = min(plates, key=lambda each: each.shape.corners[:, 0].min())
-    session.toggle(outer.kind, outer.number)
-    name = session.state.target.primitives[-1].name
-    session.do(lambda state: edits.move(state, name, 0))
-    assert any(hint.about == name and 'border' in hint.text for hint in hints(session))
+    session = large_session(Wall((*ALL.things, Plate(1.25, 0.75, 0.12, 0.3, 200.0))))
+    inner, outer = quadrilateral_at(session, -0.75, 0.95), quadrilateral_at(session, 1.25, 0.75)
+    assert not any('border' in hint.text for hint in hints(session))
+    session.do(lambda state: edits.move(state, outer, 0))
+    assert any(hint.about == outer and 'border' in hint.text for hint in hints(session))
+    session.do(lambda state: edits.move(state, inner, 0))
+    assert not any('border' in hint.text for hint in hints(session))

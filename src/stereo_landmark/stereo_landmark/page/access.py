@@ -50,7 +50,7 @@ def access_check(token: str) -> Callable[..., Awaitable[web.StreamResponse]]:
             if not is_loopback(urlsplit(f'//{request.host}').hostname or ''):
                 raise web.HTTPForbidden(text='this page is for 127.0.0.1; give --host to open it to others')
         elif not _is_token(request.cookies.get(_COOKIE, ''), token):
-            return _let_in(request, token)
+            raise _way_in(request, token)
         response = await handler(request)
         if not response.prepared:
             response.headers['Content-Security-Policy'] = _POLICY
@@ -66,9 +66,9 @@ def _refuse_other_sites(request: web.Request) -> None:
         raise web.HTTPForbidden(text='this page answers its own scripts only')
 
 
-def _let_in(request: web.Request, token: str) -> web.StreamResponse:
+def _way_in(request: web.Request, token: str) -> web.HTTPException:
     if not _is_token(request.query.get('token', ''), token):
-        raise web.HTTPForbidden(text='give the token: open the address that the command printed')
+        return web.HTTPForbidden(text='give the token: open the address that the command printed')
     response = web.HTTPFound('/')
     response.set_cookie(_COOKIE, token, httponly=True, samesite='Strict')
     return response

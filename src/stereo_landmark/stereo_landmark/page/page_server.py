@@ -90,7 +90,7 @@ class PageServer:
             return
         answer = await self._in_worker(lambda: self._answers.answer(request))
         await socket.send_json({'id': request.get('id'), **answer})
-        if request.get('do') not in _LOOKS_ONLY and 'error' not in answer:
+        if str(request.get('do')) not in _LOOKS_ONLY and 'error' not in answer:
             for other in self._pages - {socket}:
                 with suppress(ConnectionResetError):
                     await other.send_json({'changed': True})

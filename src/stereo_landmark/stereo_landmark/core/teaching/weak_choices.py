@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
 from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
 from stereo_landmark.core.procedure.detected_scene import DetectedScene
-from stereo_landmark.core.procedure.place_review import POSITION_SIGMA_MAX, YAW_SIGMA_MAX
+from stereo_landmark.core.procedure.place_review import POSITION_SIGMA_MAX, WIDTH_MIN, YAW_SIGMA_MAX
 from stereo_landmark.core.procedure.primitive import Tolerances, difference, kind_of
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.teaching.measured_draft import MeasuredPrimitive, MeasuredTarget
@@ -128,15 +129,21 @@ def _geometry(draft: TargetDraft, measured: MeasuredTarget, fix: PlaceFix | NoPl
         text = f'{len(draft.primitives)} primitives are few, for one may be hidden; choose {PRIMITIVES_GOOD} or more'
         yield Hint(Weight.WEAK, draft.name, '', text)
     position, yaw = sigmas_of(fix)
-    if position > POSITION_SIGMA_MAX or yaw > YAW_SIGMA_MAX:
-        used = measured.coordinates.selected(fix.names).positions
-        width = float(np.linalg.norm(np.ptp(used, axis=0)))
+    used = measured.coordinates.selected(fix.names).positions
+    width = _width(used[:, :2])
+    if position > POSITION_SIGMA_MAX or yaw > YAW_SIGMA_MAX or width < WIDTH_MIN:
         text = (
-            f'the points span only {width:.2f} m at {float(np.linalg.norm(used.mean(axis=0))):.1f} m: '
+            f'seen from above the points span only {width:.2f} m at {float(np.linalg.norm(used.mean(axis=0))):.1f} m: '
             f'±{1e3 * position:.0f} mm and ±{math.degrees(yaw):.2f}° are to be expected; '
             'choose points farther apart or nearer'
         )
         yield Hint(Weight.WEAK, draft.name, '', text)
+
+
+def _width(ground: NDArray[np.float64]) -> float:
+    """Return how far points spread, seen from above, shape (n, 2) [m]."""
+    middle = ground - ground.mean(axis=0)
+    return float(np.ptp(middle @ np.linalg.svd(middle)[2][0]))
 
 
 def sigmas_of(fix: PlaceFix) -> tuple[float, float]:
