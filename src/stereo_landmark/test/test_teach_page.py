@@ -54,9 +54,7 @@ class Engineer:
     def __init__(self, page, address):
         self.page, self.faults = page, []
         page.on('pageerror', lambda fault: self.faults.append(str(fault)))
-        page.on(
-            'console', lambda said: self.faults.append(said.text) if said.type == 'error' else None
-        )
+        page.on('console', lambda said: self.faults.append(said.text) if said.type == 'error' else None)
         page.goto(address)
         self.wait('window.__state?.edges.left > 0')
 
@@ -168,7 +166,12 @@ def test_an_engineer_teaches_a_place_in_the_browser(engineer, files):
     page.keyboard.press('Control+s')
     engineer.wait('window.__state.isSaved')
     place = load_place(files.places / 'wall.yaml')
-    assert [part.name for part in place.targets[0].primitives] == ['ellipse 4', 'ellipse 1', 'ellipse 2', 'ellipse 3']
+    assert [part.name for part in place.targets[0].primitives] == [
+        'ellipse 4',
+        'ellipse 1',
+        'ellipse 2',
+        'ellipse 3',
+    ]
     assert place.rig == RIG
     assert engineer.faults == []
 

@@ -24,13 +24,18 @@ const listeners = [];
 /** Call a function after every change. */
 export const onChange = (listener) => listeners.push(listener);
 
-/** Tell everybody that something changed. */
-export function changed() {
+/** Show tests what the page shows people. */
+export function publish() {
   window.__state = {
     part: app.part, state: app.state, selected: app.selected, checks: app.checks, test: app.test,
     isSaved: app.isSaved, isUp: app.isUp, edges: Object.fromEntries(
       Object.entries(app.edges).map(([side, edges]) => [side, edges.count])),
   };
+}
+
+/** Tell everybody that something changed. */
+export function changed() {
+  publish();
   listeners.forEach((listener) => listener());
 }
 

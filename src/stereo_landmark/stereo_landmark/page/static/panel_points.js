@@ -1,8 +1,9 @@
 // Part 3: the corresponding points, in both images and in space (paper 4c).
 
-import { activeTarget, app, changed, step } from './app.js';
+import { activeTarget, step } from './app.js';
 import { COLOURS, degrees, el, kindIcon, millimetres } from './dom.js';
 import { targetTabs } from './panel_targets.js';
+import { stage } from './stage.js';
 
 export function expectation(target) {
   const { expected } = target;
@@ -15,13 +16,11 @@ export function expectation(target) {
 
 function pointRow(point) {
   const [x, y, z] = point.xyz.map((value) => value.toFixed(3));
-  const isHovered = point.name === app.hover;
   const check = el('input', {
     type: 'checkbox', checked: point.used, 'data-testid': `point-${point.name}`,
     onchange: () => step('use_points', { points: [point.name], used: check.checked }),
   });
-  const hover = (name) => () => { app.hover = name; changed(); };
-  return el('tr', { className: `${isHovered ? 'hovered' : ''}${point.used ? '' : ' unused'}`, onmouseenter: hover(point.name), onmouseleave: hover(null) },
+  return el('tr', { className: point.used ? '' : 'unused', 'data-hover': point.name, onmouseenter: () => stage.hover(point.name), onmouseleave: () => stage.hover(null) },
     el('td', {}, el('label', {}, check, point.name.split('/').at(-1).replace('_', ' '))),
     el('td', {}, x), el('td', {}, y), el('td', {}, z), el('td', { className: point.sigma > 0.1 ? 'bad' : '' }, `± ${millimetres(point.sigma)}`));
 }

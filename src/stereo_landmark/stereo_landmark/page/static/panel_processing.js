@@ -1,6 +1,6 @@
 // Part 1: from the grey images to edges (paper 4a).
 
-import { app, ask, changed } from './app.js';
+import { app, ask, changed, publish } from './app.js';
 import { LatestWins } from './connection.js';
 import { byId, el } from './dom.js';
 import { stage } from './stage.js';
@@ -29,6 +29,7 @@ export const drawing = new LatestWins(async ({ fields }) => {
   takeEdges(answer);
   drawing.times.push(performance.now() - began);
   window.__drawing = { times: drawing.times, sent: drawing.sent, skipped: drawing.skipped };
+  publish();
   stage.redraw();
   showCounts();
 });

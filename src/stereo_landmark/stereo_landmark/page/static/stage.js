@@ -20,6 +20,7 @@ export const stage = {
   zoom: (factor) => { zoomLens(factor); redraw(); },
   fit: () => { resetLens(); redraw(); },
   redraw: () => redraw(),
+  hover: (name) => hover(name),
 };
 window.__stage = stage;
 
@@ -112,7 +113,7 @@ function pointerOf(which) {
       else step('draw_region', { region: rectangle(from, place) });
       redraw();
     },
-    leave: () => { if (app.hover) { app.hover = null; changed(); } },
+    leave: () => hover(null),
   };
 }
 
@@ -126,17 +127,25 @@ function rectangle(a, b) {
 const keyOf = (found) => `${found.kind} ${found.number}`;
 
 function hoverAt(place, which, view) {
-  let hover = null;
+  let under = null;
   if (app.part === 'targets') {
     const found = nearest(app.state.found, (each) => each.outline, place, reach());
-    hover = found && keyOf(found);
+    under = found && keyOf(found);
     view.canvas.style.cursor = found ? 'pointer' : 'crosshair';
     if (found) byId('cursor').textContent = describe(found);
   } else if (app.part === 'points') {
-    hover = pointAt(place, which)?.name ?? null;
-    view.canvas.style.cursor = hover ? 'pointer' : 'default';
+    under = pointAt(place, which)?.name ?? null;
+    view.canvas.style.cursor = under ? 'pointer' : 'default';
   }
-  if (hover !== app.hover) { app.hover = hover; changed(); }
+  hover(under);
+}
+
+/** Show what is under the pointer; the panel stays as it is, for the pointer may be in it. */
+function hover(name) {
+  if (name === app.hover) return;
+  app.hover = name;
+  document.querySelectorAll('[data-hover]').forEach((row) => row.classList.toggle('hovered', row.dataset.hover === name));
+  redraw();
 }
 
 function describe(found) {
