@@ -97,7 +97,7 @@ def weak_procedure(target: str, trials: Sequence[TrialRun]) -> Iterator[Hint]:
         if trial.outcome is Outcome.FOUND:
             continue
         without = f'without {" and ".join(trial.hidden)} ' if trial.hidden else ''
-        weight = Weight.WEAK if trial.hidden else Weight.STOP
+        weight = (Weight.STOP, Weight.WEAK, Weight.NOTE)[min(len(trial.hidden), 2)]
         match trial.outcome:
             case Outcome.AMBIGUOUS:
                 text = f'{without}it may be in several places ({trial.detail}); add something that stands out nearby'
@@ -119,7 +119,7 @@ def _unmeasured(draft: TargetDraft, parts: Sequence[MeasuredPrimitive]) -> Itera
 
 def _geometry(draft: TargetDraft, measured: MeasuredTarget, fix: PlaceFix | NoPlaceFix) -> Iterator[Hint]:
     if not draft.primitives:
-        yield Hint(Weight.STOP, draft.name, '', 'nothing is chosen; draw a region and click on the shapes')
+        yield Hint(Weight.STOP, draft.name, '', 'nothing is chosen; draw a region and click on shapes, or remove the target')
         return
     if isinstance(fix, NoPlaceFix):
         text = f'{fix.reason.value} ({fix.detail}); choose more points, farther apart or nearer'

@@ -20,14 +20,40 @@ export function middleOf(lines) {
   return [0, 1].map((axis) => (Math.min(...all.map((p) => p[axis])) + Math.max(...all.map((p) => p[axis]))) / 2);
 }
 
-/** The outline nearest to a place, within a reach [px]; the smaller one where several are near. */
-export function nearest(items, outlineOf, place, reach) {
-  let best = null;
+const CLOSED_MIN = 4;
+/** Corners and lines are meant only by who points at them this exactly, as a part of the reach. */
+const EXACT = 0.5;
+
+/**
+ * The shapes that may be meant by a place, the likeliest first: open ones that it is on, then closed ones around it,
+ * the smallest first, then what is near.
+ */
+export function shapesAt(items, outlineOf, place, reach) {
+  const ranked = [];
   for (const item of items) {
-    const distance = Math.min(...outlineOf(item).map((line) => distanceToLine(place, line)));
-    if (distance <= reach && (!best || distance < best.distance)) best = { item, distance };
+    const lines = outlineOf(item);
+    const distance = Math.min(...lines.map((line) => distanceToLine(place, line)));
+    const isClosed = lines.length === 1 && lines[0].length > CLOSED_MIN;
+    if (!isClosed && distance <= EXACT * reach) ranked.push({ item, rank: 0, value: distance });
+    else if (isClosed && isInside(place, lines[0])) ranked.push({ item, rank: 1, value: areaOf(lines[0]) });
+    else if (distance <= reach) ranked.push({ item, rank: 2, value: distance });
   }
-  return best?.item ?? null;
+  return ranked.sort((a, b) => a.rank - b.rank || a.value - b.value).map(({ item }) => item);
+}
+
+function isInside([x, y], line) {
+  let inside = false;
+  for (let i = 1; i < line.length; i += 1) {
+    const [ax, ay] = line[i - 1], [bx, by] = line[i];
+    if ((ay > y) !== (by > y) && x < ax + ((y - ay) / (by - ay)) * (bx - ax)) inside = !inside;
+  }
+  return inside;
+}
+
+function areaOf(line) {
+  let sum = 0;
+  for (let i = 1; i < line.length; i += 1) sum += line[i - 1][0] * line[i][1] - line[i][0] * line[i - 1][1];
+  return Math.abs(sum) / 2;
 }
 
 /** Axes of the ellipse of a covariance [[a, b], [b, c]]: half lengths and the direction of the first. */

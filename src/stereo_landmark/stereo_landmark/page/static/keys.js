@@ -11,7 +11,7 @@ const PARTS = ['processing', 'targets', 'points', 'tree', 'test'];
 
 const HELP = [
   ['1 … 5', 'Go to a part'], ['Ctrl+Z', 'Undo'], ['Ctrl+Shift+Z, Ctrl+Y', 'Redo'], ['Esc', 'Cancel a drag, unselect, show the whole image again'],
-  ['E  Q  L  C', 'Detectors: ellipses, quadrilaterals, parallel lines, corners'], ['↑  ↓', 'Select a chosen primitive'], ['Alt+↑  Alt+↓', 'Look for it earlier, later'],
+  ['E  Q  L  C', 'Detectors: ellipses, quadrilaterals, parallel lines, corners'], ['X', 'The next of several shapes under the pointer'], ['↑  ↓', 'Select a chosen primitive'], ['Alt+↑  Alt+↓', 'Look for it earlier, later'],
   ['Delete', 'Take out the selected primitive, or the last one'], ['N', 'Another target'], ['K', 'Check the procedure tree'], ['T', 'Test on the other pair'],
   ['Ctrl+S', 'Save'], ['+  −  0', 'Zoom in, out, fit'], ['?', 'These keys'],
 ];
@@ -70,7 +70,7 @@ export function listenToKeys({ goTo, back }) {
     if (up) return act(event, () => (event.altKey ? moveSelected(up) : select(up)));
     const others = {
       Delete: dropSelected, Backspace: dropSelected, n: () => step('add_target'), k: () => { goTo('tree'); check(); }, t: () => { goTo('test'); test(); },
-      '+': () => stage.zoom(1.4), '=': () => stage.zoom(1.4), '-': () => stage.zoom(1 / 1.4), 0: () => stage.fit(), '?': showKeys,
+      x: () => stage.nextShape(), '+': () => stage.zoom(1.4), '=': () => stage.zoom(1.4), '-': () => stage.zoom(1 / 1.4), 0: () => stage.fit(), '?': showKeys,
     };
     return others[key] && act(event, others[key]);
   });

@@ -12,7 +12,7 @@ import { updateStage } from './stage.js';
 
 export const PARTS = {
   processing: { title: 'Image processing', panel: panelProcessing, tip: 'Drag a slider; the edges follow. Double click a slider for its default. Wheel zooms, Alt+drag moves.' },
-  targets: { title: 'Targets', panel: panelTargets, tip: 'Drag a region, click outlines to choose them. Del takes out, Alt+↑ ↓ reorders, Esc cancels.' },
+  targets: { title: 'Targets', panel: panelTargets, tip: 'Drag a region, click shapes to choose them; X goes through shapes upon each other. Del takes out, Alt+↑ ↓ reorders, Esc cancels.' },
   points: { title: 'Corresponding points', panel: panelPoints, tip: 'Click a cross to leave the point out or take it back. Drag in the lower view to turn it.' },
   tree: { title: 'Procedure tree', panel: panelTree, tip: 'Branches are tried from the thickest to the thinnest.' },
   test: { title: 'Test and save', panel: panelTest, tip: 'Green crosses make the pose, amber ones were left out as inconsistent.' },

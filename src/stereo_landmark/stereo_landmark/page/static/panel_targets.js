@@ -96,7 +96,7 @@ export function panelTargets() {
       el('li', { className: app.state.kinds.length ? 'done' : 'next' }, 'Run the detectors for its shapes.')),
     detectors(),
     el('ol', { className: 'steps', start: 3 },
-      el('li', { className: target.primitives.length ? 'done' : 'next' }, 'Click on the outlines that make it up.'),
+      el('li', { className: target.primitives.length ? 'done' : 'next' }, 'Click on the shapes that make it up.'),
       el('li', {}, 'Order them: what is surest to be seen and rarest first.')),
     target.primitives.length ? el('ol', { className: 'chosen', 'data-testid': 'chosen' }, ...target.primitives.map(row))
       : el('p', { className: 'empty' }, app.state.found.length ? 'Nothing chosen yet.' : 'The detectors find nothing in this region. Try a larger one, more detectors, or a lower threshold in part 1.'),

@@ -2,7 +2,7 @@
 
 import { activeTarget, app, changed, step } from './app.js';
 import { COLOURS, KIND_NAMES, byId } from './dom.js';
-import { middleOf, nearest } from './geometry.js';
+import { middleOf, shapesAt } from './geometry.js';
 import { PictureView, resetLens, zoomLens } from './picture_view.js';
 import { SpaceView } from './space_view.js';
 import { treeView } from './tree_view.js';
@@ -21,6 +21,7 @@ export const stage = {
   fit: () => { resetLens(); redraw(); },
   redraw: () => redraw(),
   hover: (name) => hover(name),
+  nextShape: () => nextShape(),
 };
 window.__stage = stage;
 
@@ -126,10 +127,28 @@ function rectangle(a, b) {
 
 const keyOf = (found) => `${found.kind} ${found.number}`;
 
+/** Where several shapes lie upon each other, the key X goes from one to the next. */
+let turn = { among: '', count: 0 };
+let last = null;
+
+function meant(place) {
+  const shapes = shapesAt(app.state.found, (each) => each.outline, place, reach());
+  const among = shapes.map(keyOf).join();
+  if (among !== turn.among) turn = { among, count: 0 };
+  return shapes[turn.count % shapes.length] ?? null;
+}
+
+function nextShape() {
+  if (app.part !== 'targets' || !last) return;
+  turn.count += 1;
+  hoverAt(last.place, last.which, last.view);
+}
+
 function hoverAt(place, which, view) {
   let under = null;
   if (app.part === 'targets') {
-    const found = nearest(app.state.found, (each) => each.outline, place, reach());
+    last = { place, which, view };
+    const found = meant(place);
     under = found && keyOf(found);
     view.canvas.style.cursor = found ? 'pointer' : 'crosshair';
     if (found) byId('cursor').textContent = describe(found);
@@ -154,7 +173,7 @@ function describe(found) {
 }
 
 async function chooseAt(place) {
-  const found = nearest(app.state.found, (each) => each.outline, place, reach());
+  const found = meant(place);
   if (!found) { app.selected = null; changed(); return; }
   const answer = await step('toggle', { kind: found.kind, number: found.number });
   if (answer.error) return;

@@ -4,7 +4,7 @@ import { activeTarget, app, changed } from './app.js';
 import { COLOURS, el, svg } from './dom.js';
 
 const ROWS_MAX = 7;
-const [LEFT, TOP, COLUMN, ROW, NODE_W, NODE_H] = [118, 34, 150, 54, 122, 32];
+const [LEFT, TOP, COLUMN, ROW, NODE_W, NODE_H] = [118, 34, 164, 54, 136, 32];
 const MARKS = {
   found: ['✓ found', '#7ae582'], ambiguous: ['? ambiguous', '#ffb703'], missed: ['✗ not found', '#ff6b6b'],
   mistaken: ['✗ mistaken', '#ff6b6b'],
@@ -44,7 +44,7 @@ export function treeView() {
 function node(part, number, x, y) {
   const isSelected = part.name === app.selected;
   const group = svg('g', { class: `node${isSelected ? ' selected' : ''}`, onclick: () => { app.selected = isSelected ? null : part.name; changed(); } });
-  const label = part.name.length > 14 ? `${part.name.slice(0, 13)}…` : part.name;
+  const label = part.name.length > 14 ? `${part.name.slice(0, 9)}…${part.name.slice(-3)}` : part.name;
   group.append(
     svg('rect', { x, y: y - NODE_H / 2, width: NODE_W, height: NODE_H, rx: 8, stroke: COLOURS[part.kind] }),
     svg('circle', { cx: x + 16, cy: y, r: 9, fill: COLOURS[part.kind] }),
