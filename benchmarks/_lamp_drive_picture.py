@@ -52,12 +52,16 @@ def _draw_track(axes: Axes, drive: LampDrive) -> None:
         axes.plot(*drive.truth[each.image, :2], 'k*', markersize=9.0)
     for place, words in places.items():
         axes.annotate(
-            '\n'.join(words), np.array(place) / 5.0, (14, -26), textcoords='offset points', fontsize='small'
+            '\n'.join(words),
+            (place[0] / 5.0, place[1] / 5.0),
+            (-92, -34),
+            textcoords='offset points',
+            fontsize='small',
         )
     axes.set(
         aspect='equal', xlabel='x [m]', ylabel='y [m]', title='Commands of the lamps are obeyed at the stars'
     )
-    axes.margins(0.15)
+    axes.margins(0.12)
     axes.legend(loc='center', fontsize='small')
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, level_camera
 from vlc_beacon.core.pose.beacon import Beacon
@@ -66,14 +66,15 @@ def state_of(pose: PlanarPose) -> NDArray[np.float64]:
     return np.array([pose.x, pose.y, 0.0, pose.yaw, 0.0, 0.0])
 
 
-def cramer_rao_bound(view: View, noise: float, *, height_known: bool) -> float:
+def cramer_rao_bound(view: View, noise: ArrayLike, *, height_known: bool) -> float:
     """Return the least mean square error of the position in the plane [m^2], by differences of the projection.
 
     Args:
         view: whose visible lamps count.
-        noise: standard deviation of each coordinate [px].
+        noise: array-like, broadcast to shape (4, 2), standard deviation of each coordinate of each lamp [px].
         height_known: whether z is given.
     """
+    sigmas = np.broadcast_to(np.asarray(noise, dtype=np.float64), (4, 2))[view.visible]
     columns = []
     for k in (0, 1, 3) if height_known else (0, 1, 3, 2):
         step = np.eye(6)[k] * 1e-6
@@ -83,6 +84,6 @@ def cramer_rao_bound(view: View, noise: float, *, height_known: bool) -> float:
             )[view.visible]
             for sign in (1.0, -1.0)
         )
-        columns.append(((above - below) / 2e-6).ravel())
-    J = np.column_stack(columns) / noise
+        columns.append(((above - below) / 2e-6 / sigmas).ravel())
+    J = np.column_stack(columns)
     return float(np.trace(np.linalg.inv(J.T @ J)[:2, :2]))

@@ -1,7 +1,7 @@
 """Poses from lamps in the paper's room: `./shirube bench lamp_pose`.
 
-Prints the accuracy of the methods beside the bound of Cramér and Rao and the coverage of the room, poses from rendered
-images, drives with one lamp and odometry, the effect of tilt, and the time of an image on one core.
+Prints the accuracy of the methods beside the bound of Cramér and Rao and the coverage of the room, drives with one lamp
+and odometry, and the effect of tilt. Rendered images are the matter of `lamp_images`, times of `lamp_speed`.
 """
 
 from __future__ import annotations
@@ -9,24 +9,18 @@ from __future__ import annotations
 import argparse
 import math
 import os
-import time
-from typing import NamedTuple
 
 os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
-import cv2
 import numpy as np
 from _lamp_drives import errors_of_drive
-from _lamp_markers import FAMILIES, Markers, is_there
 from _lamp_methods import METHODS, Locate
-from _lamp_pictures import LIGHTS, Light, picture_of
+from _lamp_report import in_centimetres, in_digits
 from _lamp_room import BEACONS, CAMERA, IDS, MOUNT, View, cramer_rao_bound, random_views, view_from
-from numpy.typing import NDArray
+from _timed_answers import use_one_core
 from tqdm import tqdm
 
 from shirube_geometry import PlanarPose
-from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
-from vlc_beacon.core.lamp_image.lamp_tracks import LampTracks
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
 from vlc_beacon.core.pose.pose_fix import BeaconFix
 from vlc_beacon.core.pose.settings import PoseSettings
@@ -34,32 +28,7 @@ from vlc_beacon.core.pose.settings import PoseSettings
 NOISES = (0.2, 0.5)
 TILTS = (0.0, 0.5, 1.0, 2.0)
 IMU_SIGMA = math.radians(0.1)
-NEAR = 5.0
-"""What is found nearer to a lamp is that lamp [px]."""
-WARM_UP = 5
-"""Images before the clock counts."""
-SECTIONS = ('accuracy', 'images', 'drive', 'tilt', 'speed')
-
-
-class Found(NamedTuple):
-    """What was found in an image: ids (n,), centres (n, 2) and sigmas (n,) [px], and how many false ones."""
-
-    ids: NDArray[np.int64]
-    centres: NDArray[np.float64]
-    sigmas: NDArray[np.float64]
-    false: int
-
-
-def in_centimetres(errors: list[float] | NDArray[np.float64]) -> str:
-    """Return median / 95 % / max of errors [m]."""
-    if len(errors) == 0:
-        return '–'
-    return ' / '.join(f'{100.0 * value:.2f}' for value in np.percentile(errors, [50.0, 95.0, 100.0]))
-
-
-def in_digits(value: float) -> str:
-    """Return a number, a dash for NaN."""
-    return '–' if math.isnan(value) else f'{value:.3f}'
+SECTIONS = ('accuracy', 'drive', 'tilt')
 
 
 def accuracy(places: int, seed: int) -> None:
@@ -96,73 +65,6 @@ def row_of_accuracy(
     return (
         f'| {name} | {lamps} | {noise} | {len(errors)} of {len(views)} | {in_centimetres(errors)} '
         f'| {in_digits(100.0 * rms)} | {compared} |'
-    )
-
-
-def images(count: int, seed: int) -> None:
-    """Print errors of poses from rendered images, of lamps and of markers."""
-    families = FAMILIES if is_there() else ()
-    if not families:
-        print('OpenCV 4.7 or later would show markers beside the lamps.\n')
-    print('| light | what | in view | found | false | centre rms px | poses | median / 95 % / max cm |')
-    print('|---|---|---|---|---|---|---|---|')
-    finders: list[tuple[str, LampFinder | MarkerFinder]] = [('lamps', LampFinder())]
-    finders += [(name, MarkerFinder(name)) for name in families]
-    for light in tqdm(LIGHTS, leave=False):
-        for what, finder in finders:
-            tqdm.write(row_of_images(light, what, finder, count, seed))
-
-
-class LampFinder:
-    """Finds lamps in an image of a view; which is which is taken from the truth, since nothing is played here."""
-
-    def __init__(self) -> None:
-        """Make a detector."""
-        self._detector = LampDetector()
-
-    def find(self, view: View, light: Light, rng: np.random.Generator) -> Found:
-        """Return what is found."""
-        blobs = self._detector.detect(picture_of(view.pixels[view.visible], light, rng))
-        distances = np.hypot(*(blobs.centroids[:, None] - view.pixels[None]).transpose(2, 0, 1))
-        near = distances.min(axis=1) < NEAR
-        ids = IDS[distances.argmin(axis=1)][near]
-        return Found(ids, blobs.centroids[near], blobs.sigmas[near].max(axis=1), int((~near).sum()))
-
-
-class MarkerFinder:
-    """Finds printed markers in the lamps' places."""
-
-    def __init__(self, family: str) -> None:
-        """Take the family's name."""
-        self._markers = Markers(family, sensitive=True)
-
-    def find(self, view: View, light: Light, rng: np.random.Generator) -> Found:
-        """Return what is found."""
-        found = self._markers.find(self._markers.picture(view, light, rng))
-        offsets = found.centres - view.pixels[found.ids - 1]
-        near = np.hypot(offsets[:, 0], offsets[:, 1]) < NEAR
-        false = found.others + int((~near).sum())
-        return Found(found.ids[near], found.centres[near], np.full(int(near.sum()), 0.2), false)
-
-
-def row_of_images(light: Light, what: str, finder: LampFinder | MarkerFinder, count: int, seed: int) -> str:
-    """Return a line of the table: places that see two lamps or more."""
-    rng = np.random.default_rng(seed)
-    locator = BeaconLocator(BEACONS, MOUNT)
-    views = [view for view in random_views(3 * count, rng) if view.visible.sum() >= 2][:count]
-    shown, offsets, errors, false = 0, [np.empty((0, 2))], [], 0
-    for view in tqdm(views, leave=False):
-        found = finder.find(view, light, rng)
-        shown, false = shown + int(view.visible.sum()), false + found.false
-        offsets.append(found.centres - view.pixels[found.ids - 1])
-        fix = locator.locate(locator.rays(CAMERA, found.ids, found.centres, found.sigmas))
-        if isinstance(fix, BeaconFix):
-            errors.append(fix.T_map_base.distance_to(view.pose))
-    together = np.concatenate(offsets)
-    rms = math.sqrt(np.mean(together**2)) if len(together) else math.nan
-    return (
-        f'| {light.name} | {what} | {shown} | {len(together)} | {false} | {in_digits(rms)} '
-        f'| {len(errors)} of {len(views)} | {in_centimetres(errors)} |'
     )
 
 
@@ -216,46 +118,6 @@ def tilt(count: int, seed: int) -> None:
         )
 
 
-def speed(count: int, seed: int) -> None:
-    """Print the time of an image of 1280 x 1024 with four lamps, and of finding four markers, in turn."""
-    print(
-        '| light | detect ms | follow ms | pose ms | all ms: median / 95 % | images a second | ArUco detect ms |'
-    )
-    print('|---|---|---|---|---|---|---|')
-    for light in tqdm(LIGHTS, leave=False):
-        tqdm.write(row_of_speed(light, count, seed))
-
-
-def row_of_speed(light: Light, count: int, seed: int) -> str:
-    """Return a line of the table."""
-    rng = np.random.default_rng(seed)
-    view = view_from(PlanarPose(0.95, 0.85, 0.4))
-    detector, tracks, locator = LampDetector(), LampTracks(), BeaconLocator(BEACONS, MOUNT)
-    pictures = [picture_of(view.pixels, light, rng) for _ in range(4)]
-    markers = Markers('ArUco 4x4', sensitive=False) if is_there() else None
-    marked = markers.picture(view, light, rng) if markers else None
-    times, peer = [], [math.nan]
-    for k in range(count + WARM_UP):
-        picture, start = pictures[k % 4], time.process_time()
-        blobs = detector.detect(picture)
-        detected = time.process_time()
-        lit = [sample for sample in tracks.update(k / 60.0, picture, blobs) if sample.is_lit]
-        followed = time.process_time()
-        ids = [int(IDS[np.hypot(*(view.pixels - sample.centre).T).argmin()]) for sample in lit]
-        sigmas = [float(sample.sigma.max()) for sample in lit]
-        locator.locate(locator.rays(CAMERA, ids, [sample.centre for sample in lit], sigmas))
-        end = time.process_time()
-        times.append((detected - start, followed - detected, end - followed, end - start))
-        if markers and marked is not None:
-            markers.find(marked)
-            peer.append(time.process_time() - end)
-    spent = 1e3 * np.array(times[WARM_UP:])
-    parts = ' | '.join(f'{value:.2f}' for value in np.median(spent[:, :3], axis=0))
-    median, late = np.percentile(spent[:, 3], [50.0, 95.0])
-    aruco = 1e3 * float(np.nanmedian(peer[-count:]))
-    return f'| {light.name} | {parts} | {median:.2f} / {late:.2f} | {1e3 / spent[:, 3].mean():.0f} | {aruco:.2f} |'
-
-
 def main() -> int:
     """Print the chosen tables."""
     parser = argparse.ArgumentParser(
@@ -263,18 +125,14 @@ def main() -> int:
     )
     parser.add_argument('--only', nargs='+', choices=SECTIONS, default=SECTIONS, help='tables to print')
     parser.add_argument('--places', type=int, default=4000, help='places of the accuracy table')
-    parser.add_argument('--images', type=int, default=100, help='images of each light')
     parser.add_argument('--drives', type=int, default=6, help='drives of each kind')
     parser.add_argument('--seed', type=int, default=1, help='seed of places and noise')
     arguments = parser.parse_args()
-    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    cv2.setNumThreads(1)
+    use_one_core()
     sections = {
         'accuracy': lambda: accuracy(arguments.places, arguments.seed),
-        'images': lambda: images(arguments.images, arguments.seed),
         'drive': lambda: drives(arguments.drives),
         'tilt': lambda: tilt(300, arguments.seed),
-        'speed': lambda: speed(arguments.images, arguments.seed),
     }
     for name in arguments.only:
         print(f'### {name.capitalize()}\n')

@@ -24,7 +24,7 @@ from vlc_beacon.core.packet.data_packet import DataPacket
 from vlc_beacon.core.packet.packet_reader import Packet
 
 MILLION = 1_000_000
-PARTS = ('codes', 'ids', 'latency', 'errors', 'time')
+PARTS = ('codes', 'ids', 'distance', 'latency', 'errors', 'time')
 RUN_SECONDS = 40.0
 LARGE = manchester_link(8)
 WEIGHTS = (0.1, 0.6, 0.3)
@@ -36,8 +36,12 @@ DIFFICULTIES: dict[str, list[dict[str, Any]]] = {
     'jitter s': [{'jitter': jitter} for jitter in (0.0, 50e-6, 100e-6, 200e-6)],
 }
 EXPOSURES = {'UFSOOK': (1e-4, 5e-4, 1e-3, 2e-3), 'rolling': (20e-6, 60e-6, 80e-6, 100e-6)}
-DISTANCES = (0.6, 0.8, 1.0, 1.5, 2.0)
+ROW_FACTORS = (0.6, 0.8, 1.0, 1.5, 2.0)
 """Rows that the lamp covers over those that the code states; the lamp is the nearer the more."""
+DISTANCES = (1.25, 1.7, 2.5, 3.2, 4.0, 5.0)
+"""Of the paper's lamp from the camera [m]."""
+USUAL_DISTANCE, LAMP_PIXELS = 2.5, 0.065 * 636.4
+"""Where the SNR is the usual one [m], and the diameter of the paper's lamp in its camera at 1 m [px]."""
 
 
 def packets_right_and_wrong(
@@ -109,12 +113,37 @@ def print_difficulties(runs: int) -> None:
             f'| exposure µs {1e6 * global_one:g}, rolling {1e6 * rolling:g} | {" | ".join(cells)} |',
             flush=True,
         )
-    for factor in DISTANCES:
+    for factor in ROW_FACTORS:
         cells = ['–']
         for link in LINKS[1:]:
             rows = round(factor * link.usual.rows)
             cells.append(f'{difficulty_row(link, replace(link.usual, rows=rows), runs, 3)} ({rows} rows)')
         print(f'| rows × {factor:g} | {" | ".join(cells)} |', flush=True)
+    print()
+
+
+def at_distance(link: Link, distance: float) -> Channel:
+    """Return the channel of the paper's lamp at a distance [m].
+
+    A pixel in the lamp's image is as bright as before; there are fewer of them to average, in the lamp and in a row.
+    """
+    nearer = USUAL_DISTANCE / distance
+    if link.usual.rows:
+        return replace(link.usual, rows=round(LAMP_PIXELS / distance), snr=link.usual.snr * nearer**0.5)
+    return replace(link.usual, snr=link.usual.snr * nearer)
+
+
+def print_distances(runs: int) -> None:
+    """Prints IDs right, wrong and missed against distance; the lamp of the paper is too small for Manchester slots."""
+    print(
+        f'### IDs against distance\n\nThe lamp of 65 mm, SNR 15 at {USUAL_DISTANCE:g} m; '
+        f'right % / wrong (number) / missed %, {runs} lamps of {RUN_SECONDS:g} s each.\n'
+    )
+    links = LINKS[:2]
+    print(f'| distance m | lamp px | {" | ".join(link.name for link in links)} |\n|---|---|---|---|')
+    for distance in DISTANCES:
+        cells = [difficulty_row(link, at_distance(link, distance), runs, 7) for link in links]
+        print(f'| {distance:g} | {LAMP_PIXELS / distance:.0f} | {" | ".join(cells)} |', flush=True)
     print()
 
 
@@ -203,6 +232,7 @@ def main() -> int:
     parts: dict[str, Callable[[], None]] = {
         'codes': partial(print_profiles, max(1, runs // 10)),
         'ids': partial(print_difficulties, runs),
+        'distance': partial(print_distances, runs),
         'latency': partial(print_latencies, 2 * runs),
         'errors': partial(print_errors, options.share, options.processes),
         'time': print_times,

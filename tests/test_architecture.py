@@ -43,6 +43,7 @@ NOT_PURE = (
     'scene_simulator/scene_simulator/commands',
     'scene_simulator/scene_simulator/floor_bag.py',
     'scene_simulator/scene_simulator/lamp_bag.py',
+    'scene_simulator/scene_simulator/stereo_bag.py',
     'scene_simulator/scene_simulator/scene_messages.py',
     'scene_simulator/scene_simulator/survey.py',
 )

@@ -1,14 +1,129 @@
-"""The recorded drive under lamps holds what its page says: a survey of it finds the lamps that play there."""
+"""The recorded drive under lamps holds what its page says: IDs, commands and poses, and a survey finds its lamps."""
 
+from __future__ import annotations
+
+import math
+import shutil
+from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from vlc_beacon.commands import survey
+from shirube_bags.bag_reader import BagReader
+from shirube_bags.bag_trajectory import load_bag_trajectory
+from shirube_bags.trajectory_errors import compare_trajectories
+from shirube_bags.tum_file import load_tum
+from shirube_geometry import PlanarPose
+from shirube_ros.pose_conversion import planar_pose
+from vlc_beacon.bag_localization import BagLocalization, choose_topics
+from vlc_beacon.commands import locate, survey
+from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, Reception
+from vlc_beacon.core.trust.trust_settings import TrustSettings
+from vlc_beacon.core.trust.verdict import Accepted, Refusal, Refused
 from vlc_beacon.files.beacons_file import load_beacons
+from vlc_beacon.files.counter_file import CounterFile
+from vlc_beacon.located_image import LocatedImage
+from vlc_beacon.node_settings import NodeSettings
+from vlc_beacon.receiver_from_files import beacons_of, judge_of
 
 BAG = Path(__file__).parents[1] / 'bags' / 'lamp_drive'
+IMAGES = 1500
+"""The first 25 s: both commands of both lamps are heard where they count."""
+LAMP_A, LAMP_B = 4, 3
+
+
+@dataclass
+class Run:
+    """What the receiver made of the bag.
+
+    Attributes:
+        images: with their results.
+        truth: ``T_map_base`` by stamp [ns].
+        obeyed: accepted commands, in their order: the lamp, the operation, its value.
+        refused: why others were not.
+    """
+
+    images: list[LocatedImage]
+    truth: dict[int, PlanarPose]
+    obeyed: list[tuple[int, Operation, float]] = field(default_factory=list)
+    refused: set[Refusal] = field(default_factory=set)
+
+
+@pytest.fixture(scope='module')
+def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """The bag through the receiver, with the key that was made for it."""
+    folder = tmp_path_factory.mktemp('lamp_drive')
+    shutil.copy(BAG / 'demo_key', folder / 'key')
+    (folder / 'key').chmod(0o600)
+    CounterFile(folder / 'counters.json').renew(0)
+    node = NodeSettings(
+        beacons_file=str(BAG / 'beacons.yaml'),
+        key_file=str(folder / 'key'),
+        counter_file=str(folder / 'counters.json'),
+    )
+    beacons = beacons_of(node)
+    judge = judge_of(node, TrustSettings(), beacons)
+    with BagReader(BAG) as bag:
+        truth = {}
+        for raw in islice(bag.messages(['/ground_truth']), IMAGES):
+            message = bag.decode(raw)
+            stamp = message.header.stamp
+            truth[stamp.sec * 1_000_000_000 + stamp.nanosec] = planar_pose(message.pose, '/ground_truth')
+        localization = BagLocalization(
+            bag,
+            choose_topics(bag, None, None, None, None),
+            lambda: BeaconReceiver(beacons, node.mount, judge),
+        )
+        found = Run(list(islice(localization.run(), IMAGES)), truth)
+    for image in found.images:
+        assert isinstance(image.result, Reception)
+        for verdict in image.result.verdicts:
+            if isinstance(verdict.answer, Accepted):
+                command = verdict.answer.command
+                found.obeyed.append((command.beacon, Operation(command.operation), command.value))
+            elif isinstance(verdict.answer, Refused):
+                found.refused.add(verdict.answer.reason)
+    return found
+
+
+def test_the_commands_are_obeyed_at_their_lamps_and_once(run: Run) -> None:
+    assert run.obeyed == [
+        (LAMP_A, Operation.SLOW, 0.125),
+        (LAMP_A, Operation.TURN, pytest.approx(-math.pi / 2.0, abs=1e-4)),
+        (LAMP_B, Operation.TURN, pytest.approx(-math.pi / 2.0, abs=1e-4)),
+        (LAMP_B, Operation.SPEED_UP, 0.25),
+    ]
+    assert run.refused == {Refusal.OTHER_PLACE}
+
+
+def test_only_the_four_lamps_are_named_and_soon(run: Run) -> None:
+    named = [
+        {lamp.beacon for lamp in image.result.lamps if lamp.beacon is not None}
+        for image in run.images
+        if isinstance(image.result, Reception)
+    ]
+    assert set().union(*named) == set().union(*named[:150]) == {1, 2, 3, 4}
+
+
+def test_poses_are_as_good_as_they_say(run: Run) -> None:
+    fixes = [(image.fix, run.truth[image.stamp_ns]) for image in run.images if image.fix is not None]
+    assert len(fixes) > 0.85 * IMAGES
+    errors = np.array(
+        [
+            [fix.T_map_base.x - true.x, fix.T_map_base.y - true.y, true.turn_to(fix.T_map_base)]
+            for fix, true in fixes
+        ]
+    )
+    places = np.hypot(errors[:, 0], errors[:, 1])
+    assert np.median(places) < 0.004
+    assert places.max() < 0.025
+    assert np.abs(errors[:, 2]).max() < math.radians(1.0)
+    spreads = np.array([fix.covariance[:2, :2] for fix, _ in fixes])
+    squares = np.einsum('ni,nij,nj->n', errors[:, :2], np.linalg.inv(spreads), errors[:, :2])
+    assert np.sqrt(np.mean(squares) / 2.0) < 1.5
 
 
 def test_a_survey_finds_the_lamps_of_the_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -26,3 +141,17 @@ def test_a_survey_finds_the_lamps_of_the_bag(tmp_path: Path, capsys: pytest.Capt
     )
     assert np.abs(errors).max() < 0.005
     assert (np.abs(errors) < 3.0 * sigmas + 0.0001).all()
+
+
+def test_a_rolling_shutter_finds_the_same_way(tmp_path: Path) -> None:
+    bag = BAG.with_name('lamp_drive_rolling')
+    arguments = ['--beacons', str(bag / 'beacons.yaml'), '--bag', str(bag), '--out', str(tmp_path)]
+    camera = ['--shutter', 'rolling', '--exposure-time', '60e-6', '--camera-xyz', '0', '0', '0']
+    assert locate.main([*arguments, *camera]) == 0
+    with BagReader(bag) as reader:
+        truth = load_bag_trajectory(reader, '/ground_truth')
+    errors = compare_trajectories(load_tum(tmp_path / 'poses.tum'), truth, longest_gap=0.1)
+    assert len(errors.position) > 330
+    assert np.median(errors.position) < 0.004
+    assert errors.position.max() < 0.02
+    assert np.abs(errors.heading).max() < math.radians(0.5)

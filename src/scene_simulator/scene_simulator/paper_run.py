@@ -13,6 +13,7 @@ from light_waveform import Waveform
 from scene_simulator.ceiling_camera import CeilingCamera
 from scene_simulator.ceiling_room import PAPER_LAMPS, paper_room
 from scene_simulator.lamp_drive import LampDrive
+from scene_simulator.lamp_shape import LampShape
 from scene_simulator.leg_drive import LegDrive
 from scene_simulator.other_lights import distractors
 
@@ -32,6 +33,7 @@ def paper_run(
     camera: CeilingCamera | None = None,
     seed: int = 0,
     rest: float = 3.0,
+    shape: LampShape | None = None,
 ) -> LampDrive:
     """Return the run in the paper's dim room, with other lights about.
 
@@ -45,13 +47,14 @@ def paper_run(
         camera: the camera, by default the paper's with a global shutter and 0.5 ms of exposure.
         seed: of everything that is random.
         rest: how long the robot stands at the start [s].
+        shape: of the lamps, by default the paper's panels of 8 x 8 LEDs.
 
     Raises:
         SceneError: not four waveforms, or speeds that are not positive.
     """
     eye = camera or CeilingCamera()
     brightness = eye.brightness_for(1.0)
-    room = paper_room(waveforms, brightness=brightness).lit(0.03 * brightness, seed=seed)
+    room = paper_room(waveforms, shape, brightness).lit(0.03 * brightness, seed=seed)
     a, b = PAPER_LAMPS[LAMP_A], PAPER_LAMPS[LAMP_B]
     x = a[0] - _BESIDE
     corners = [(-0.1, a[1] - _BESIDE), (x, a[1] - _BESIDE), (x, b[1] + _BESIDE), (-1.0, b[1] + _BESIDE)]

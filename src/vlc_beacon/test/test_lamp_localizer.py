@@ -24,7 +24,7 @@ def seen(pose: PlanarPose, count: int = 4, dark: tuple[int, ...] = (), bloom: fl
     radius = 0.0325 * CAMERA.fx / (2.8 - MOUNT.xyz[2]) + bloom
     return [
         ReadLamp(
-            LampSample(i, pixel, np.full(2, 0.1), radius, np.ones(2), None, -1 if i in dark else i),
+            LampSample(i, pixel, np.full(2, math.inf if i in dark else 0.1), radius, np.ones(2), None, i),
             BEACONS[i].id,
             None,
             (),

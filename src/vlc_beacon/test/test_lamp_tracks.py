@@ -76,7 +76,7 @@ def test_a_dark_lamp_is_expected_on_its_way_and_given_up_in_the_end():
 
 
 def test_the_rest_of_a_dark_lamp_does_not_tell_its_place():
-    levels = [(1.0, 1.0), (0.08, 0.02), *STATES[1:], (0.02, 0.09)] * 12
+    levels = [(1.0, 1.0), (0.04, 0.01), *STATES[1:], (0.01, 0.04)] * 12
     for k, (middle, halves, samples) in enumerate(drive(levels, noise=0.5)):
         (sample,) = samples
         if k > 30:

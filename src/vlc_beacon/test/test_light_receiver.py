@@ -1,15 +1,21 @@
-"""Lamps that are told by a constant tone."""
+"""Lamps that are told by a constant tone, and lamps that are small."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
-from lamp_scenes import BEACONS, CAMERA, PLACES, speaking_room
+from lamp_pictures import draw_lamp, photograph, room
+from lamp_scenes import BEACONS, CAMERA, PLACES, id_packets, speaking_room
 
+from light_waveform import Waveform
 from scene_simulator.shutter import Shutter
-from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform
+from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_waveform
+from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.receiver.light_receiver import LightReceiver
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
@@ -37,3 +43,37 @@ def test_frequencies_must_be_given_to_all_lamps_or_none(number: int) -> None:
     beacons = [replace(BEACONS[i], frequency=TONES[i]) if i < number else BEACONS[i] for i in range(4)]
     with pytest.raises(VlcBeaconError, match=f'{number} of 4 have a frequency'):
         LightReceiver(beacons, SETTINGS)
+
+
+def film(diameter: float, seconds: float, *, rolling: bool) -> Iterator[tuple[float, np.ndarray]]:
+    """Yield stamps and images of four sharp discs without a halo that play their IDs [px, s]."""
+    rng, rate = np.random.default_rng(1), 30.003 if rolling else 60.004
+    play = (lambda packet: rs_fsk_waveform([packet], 30.0)) if rolling else lambda p: ufsook_waveform([p])
+    waveforms = [play(packet) for packet in id_packets()]
+    for stamp in np.arange(0.0, seconds, 1.0 / rate):
+        picture = room(160, 280)
+        for i, waveform in enumerate(waveforms):
+            centre = (50 + 60 * i + 8 * math.sin(stamp + i), 80 + 20 * math.sin(0.7 * stamp + 2 * i))
+            time = stamp + 0.123 * i
+            if rolling:
+                share = partial(_rows, waveform, time)
+                draw_lamp(picture, centre, 0.5 * diameter, 200.0, rows=share)
+            else:
+                halves = waveform.exposed(time, 5e-4)
+                angle = 0.3 * i + 0.2 * stamp
+                draw_lamp(picture, centre, 0.5 * diameter, 200.0, halves=halves, angle=angle)
+        yield float(stamp), photograph(picture, 1.0, rng)
+
+
+def _rows(waveform: Waveform, time: float, rows: np.ndarray) -> np.ndarray:
+    return waveform.exposed(time + rows * SETTINGS.row_time, SETTINGS.exposure_time)[:, 0]
+
+
+@pytest.mark.parametrize(('rolling', 'diameter', 'seconds'), [(False, 6.0, 3.5), (True, 14.0, 5.5)])
+def test_the_smallest_lamps_that_are_promised_get_their_ids(
+    rolling: bool, diameter: float, seconds: float
+) -> None:
+    receiver = LightReceiver(BEACONS, SETTINGS if rolling else ReceiverSettings())
+    for stamp, image in film(diameter, seconds, rolling=rolling):
+        lamps = receiver.receive(stamp, image)
+    assert sorted(str(lamp.beacon) for lamp in lamps) == ['1', '2', '3', '4']

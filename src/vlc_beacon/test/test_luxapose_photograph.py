@@ -48,7 +48,7 @@ def played(image, blobs):
     """Return the log likelihoods of the tones for each lamp, shape (lamps, tones)."""
     noise, tables = noise_sigma(image), []
     for centre, radius, background in zip(blobs.centroids, blobs.radii, blobs.backgrounds):
-        first, brightness = row_profile(image, centre, radius, background, LONGEST_STRIPE, noise)
+        first, brightness = row_profile(image, centre, radius, background, noise)
         rows = rows_of_frame(0.0, first, brightness, 1.0 / ROWS_A_SECOND, 5e-5)
         tables.append(tone_likelihoods(rows, TONES)[0])
     return np.array(tables)

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -75,6 +76,27 @@ def test_errors_are_as_large_as_the_covariance_says():
         normalised.append(error @ np.linalg.solve(filter_.covariance[:2, :2], error) / 2.0)
     # The filter allows for slip, which this odometry does not have.
     assert 0.2 < np.mean(normalised) < 1.3
+
+
+def test_errors_that_last_are_as_large_as_the_covariance_says():
+    """Lamps that hang a little elsewhere and a mount that leans: many images on a short way say nothing new."""
+    rng, settings = np.random.default_rng(2), PoseSettings()
+    squares = []
+    for _ in range(16):
+        shifted = [replace(b, xyz=tuple(b.xyz + settings.beacon_sigma * rng.normal(size=3))) for b in BEACONS]
+        tilt = settings.tilt_sigma * rng.normal(size=2)
+        pose = PlanarPose(0.7, 0.7, rng.uniform(-3.0, 3.0))
+        filter_ = PoseFilter(pose @ PlanarPose(*(0.01 * rng.normal(size=3))), 0.0, START, settings)
+        for _ in range(150):
+            pixels = pixels_of(shifted, pose, tilt=tilt) + 0.1 * rng.normal(size=(4, 2))
+            rays = lamp_rays(CAMERA, [b.id for b in BEACONS], pixels, np.full(4, 0.1))
+            filter_.add_lamps(rays, np.array([b.xyz for b in BEACONS]), LEVEL)
+            step = PlanarPose(0.004, 0.0, 0.005)
+            pose = pose @ step
+            filter_.move(step)
+        error = np.array([filter_.pose.x - pose.x, filter_.pose.y - pose.y])
+        squares.append(error @ np.linalg.solve(filter_.covariance[:2, :2], error) / 2.0)
+    assert 0.75 < math.sqrt(np.mean(squares)) < 1.15
 
 
 def test_a_lamp_in_the_wrong_place_is_left_out():

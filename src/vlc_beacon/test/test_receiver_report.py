@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from receptions import ACCEPTED, LAMPS, MOVED, REFUSED, with_fix, without_fix
+from dataclasses import replace
+
+from receptions import ACCEPTED, LAMPS, MOVED, REFUSED, a_lamp, with_fix, without_fix
 
 from shirube_ros.diagnostics import Level
+from vlc_beacon.core.receiver.followed_lamp import Silence
 from vlc_beacon.core.trust.command_judge import CommandJudge
 from vlc_beacon.core.trust.command_key import CommandKey
 from vlc_beacon.core.trust.trust_settings import TrustSettings
@@ -47,6 +50,23 @@ def test_moved_and_strange_lamps_are_named() -> None:
     assert status.status().level is Level.WARN
     assert 'lamp 1 moved' in status.status().message
     assert 'ID 9, which is not in the beacons file' in status.status().message
+
+
+def test_lamps_that_are_left_alone_are_counted_by_the_reason() -> None:
+    status, _ = report()
+    lamps = [replace(a_lamp(i), silence=silence) for i, silence in enumerate((*Silence, Silence.NO_CODE))]
+    status.add(with_fix(lamps=lamps), 0.01)
+    values = status.status().values
+    assert (values['lamps without a code'], values['lamps too small to be read']) == ('2', '1')
+
+
+def test_what_lamps_say_is_told_until_they_say_something_else() -> None:
+    status, _ = report()
+    for said in ('Door 3\nis shut', None, b'\x00\xff'):
+        status.add(with_fix(lamps=[replace(a_lamp(2, beacon=2), said=said)]), 0.01)
+        if said is None:
+            assert status.status().values['lamp 2 says'] == r"'Door 3\nis shut'"
+    assert status.status().values['lamp 2 says'] == '00ff'
 
 
 def test_no_fix_has_its_reason_and_detail() -> None:

@@ -11,7 +11,7 @@ def test_rows_tell_what_the_lamp_played():
     rows = blinking_rows(3500.0, ROW_TIME, EXPOSURE)
     picture = draw_lamp(room(level=20.0), (200.3, 150.4), 40.0, 150.0, rows=rows, blur=0.1)
     image = photograph(picture, 1.5, np.random.default_rng(1))
-    first, brightness = row_profile(image, np.array([200.3, 150.4]), 40.0, 20.0, 8.0, 1.5)
+    first, brightness = row_profile(image, np.array([200.3, 150.4]), 40.0, 20.0, 1.5)
     inner = slice(120 - first, 181 - first)
     shown = rows(first + np.arange(len(brightness)))
     assert len(brightness) >= 75
@@ -21,16 +21,27 @@ def test_rows_tell_what_the_lamp_played():
 
 def test_rows_end_where_the_lamp_does():
     picture = draw_lamp(room(level=20.0), (200.0, 150.0), 8.0, 100.0)
-    first, brightness = row_profile(photograph(picture), np.array([200.0, 150.0]), 8.0, 20.0, 4.0)
+    first, brightness = row_profile(photograph(picture), np.array([200.0, 150.0]), 8.0, 20.0)
     assert 136 <= first <= 143
     assert 16 <= len(brightness) <= 28
 
 
+@pytest.mark.parametrize('radius', [6.0, 8.0, 15.0])
+def test_rows_beside_a_striped_lamp_are_none_of_its_dark_stripes(radius):
+    """Dark rows that are no stripes tell of a tone that nobody plays."""
+    rows = blinking_rows(3500.0, ROW_TIME, EXPOSURE)
+    for v in np.arange(140.0, 156.0, 2.1):
+        picture = draw_lamp(room(), (200.0, v), radius, 200.0, rows=rows)
+        first, brightness = row_profile(photograph(picture), np.array([200.0, v]), radius, 4.0)
+        assert v - radius - 2.0 <= first <= v - 0.8 * radius
+        assert v + 0.8 * radius <= first + len(brightness) - 1 <= v + radius + 2.0
+
+
 def test_a_dark_lamp_has_no_rows():
-    _, brightness = row_profile(photograph(room()), np.array([200.0, 150.0]), 8.0, 4.0, 4.0)
+    _, brightness = row_profile(photograph(room()), np.array([200.0, 150.0]), 8.0, 4.0)
     assert len(brightness) == 0
 
 
 def test_a_place_outside_has_no_rows():
-    _, brightness = row_profile(photograph(room()), np.array([200.0, 900.0]), 8.0, 4.0, 4.0)
+    _, brightness = row_profile(photograph(room()), np.array([200.0, 900.0]), 8.0, 4.0)
     assert len(brightness) == 0

@@ -89,6 +89,7 @@ def test_bad_input_ends_in_one_line(bag: Path, tmp_path: Path, capsys: pytest.Ca
     bad = {
         'does not exist': [tmp_path / 'none'],
         'has no topic /pose': [bag, '--pose-topic', '/pose'],
+        'exposure_time is 2': [bag, '--exposure-time', '2'],
         'no lamp was found': [bag, '--camera-rpy', '3.14159', '0', '0'],
     }
     for complaint, arguments in bad.items():

@@ -82,12 +82,13 @@ def test_time_that_does_not_rise_is_left_out() -> None:
     assert receiver().add(np.zeros(0), tables[:0]) == []
 
 
-def test_the_checksum_finds_what_lost_frames_left_open() -> None:
+def test_the_checksum_decides_between_two_symbols_that_look_alike() -> None:
     stamps = np.arange(600) * 0.033
     tables = told_symbols([IdPacket(7)], 0.02, stamps)
     index = np.floor((stamps - 0.02) / CODE.duration).astype(int) % 13
-    tables[index == 4] = 0.0
+    symbols = CODE.symbols_of(IdPacket(7).to_bytes())
+    tables[index == 4, 0, (symbols[4] + 1) % 4] = 0.0
     assert {packet.packet for packet in receiver().add(stamps, tables)} == {IdPacket(7)}
-    # Two symbols of an ID are too many for its checksum.
-    tables[index == 7] = 0.0
+    # Two such symbols of an ID are too many for its checksum.
+    tables[index == 7, 0, (symbols[7] + 1) % 4] = 0.0
     assert receiver().add(stamps, tables) == []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from shirube_geometry import PlanarPose
-from vlc_beacon.core.receiver.trusted_place import WAIT, TrustedPlace
+from vlc_beacon.core.receiver.trusted_place import SPEED_MAX, WAIT, TrustedPlace
 
 T_MAP_ODOM = PlanarPose(3.0, -1.0, 0.7)
 
@@ -35,7 +35,29 @@ def test_the_old_place_is_believed_at_once_and_the_wait_begins_anew() -> None:
     assert not place.is_believed(WAIT + 1.5, T_MAP_ODOM @ moved, driven(0.0))
 
 
-def test_without_odometry_every_pose_is_believed() -> None:
+def test_without_odometry_a_robot_may_drive_but_not_jump() -> None:
+    place, moved = TrustedPlace(), PlanarPose(1.0, 0.0, 0.0)
+    for step in range(20):
+        assert place.is_believed(0.1 * step, T_MAP_ODOM @ driven(0.2 * step), None)
+    here = T_MAP_ODOM @ driven(3.8)
+    # However long copied lamps shine, the way that a robot could have driven meanwhile does not grow.
+    for stamp in (2.0, 5.0, WAIT):
+        assert not place.is_believed(stamp, here @ moved, None)
+    assert place.is_believed(WAIT + 1.0, here, None)
+    assert not place.is_believed(WAIT + 1.1, here @ moved, None)
+    assert place.is_believed(2.0 * WAIT + 1.2, here @ moved, None)
+
+
+def test_without_odometry_a_robot_may_be_elsewhere_after_a_gap_in_view() -> None:
     place = TrustedPlace()
     assert place.is_believed(0.0, T_MAP_ODOM, None)
-    assert place.is_believed(0.1, PlanarPose(0.0, 0.0, 0.0), None)
+    assert place.is_believed(3.0, T_MAP_ODOM @ PlanarPose(3.0 * SPEED_MAX, 0.0, 2.0), None)
+    assert not place.is_believed(4.0, T_MAP_ODOM @ PlanarPose(20.0, 0.0, 2.0), None)
+
+
+def test_odometry_that_comes_late_is_taken_up() -> None:
+    place = TrustedPlace()
+    assert place.is_believed(0.0, T_MAP_ODOM, None)
+    assert place.is_believed(0.1, T_MAP_ODOM, driven(7.0))
+    assert place.is_believed(9.0, T_MAP_ODOM @ driven(7.0).inverse() @ driven(12.0), driven(12.0))
+    assert not place.is_believed(9.1, T_MAP_ODOM, driven(12.0))

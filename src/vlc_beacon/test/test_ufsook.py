@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from flicker import worst_flicker
 
+from vlc_beacon.core.lamp_image.lamp_tracks import COAST
 from vlc_beacon.core.light_code.ufsook import (
     FRAME_RATE,
     MARK,
@@ -13,6 +14,7 @@ from vlc_beacon.core.light_code.ufsook import (
     ufsook_waveform,
     waveform_of_symbols,
 )
+from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX, IdPacket
 
 
 def cycles_a_second(symbol: int) -> float:
@@ -89,3 +91,11 @@ def test_uncertain_times_blur_the_edges_only() -> None:
     sharp, _ = expected_levels(1e-4, 240, 0.0)
     assert np.abs(means - sharp).max() > 0.1
     assert np.median(variances) < 1e-9 < 0.05 < variances.max()
+
+
+def test_no_id_leaves_a_lamp_dark_for_longer_than_it_is_remembered() -> None:
+    """To frames that find both halves dark in a space, equal symbols are one long darkness."""
+    for beacon in range(BEACON_ID_MAX + 1):
+        symbols = UFSOOK.symbols_of(IdPacket(beacon).to_bytes())
+        changes = np.flatnonzero(np.diff(np.tile(symbols, 2)))
+        assert np.diff(changes).max() * UFSOOK.duration + 1.0 / FRAME_RATE < COAST

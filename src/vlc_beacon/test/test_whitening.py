@@ -9,9 +9,11 @@ def test_twice_is_nothing() -> None:
         assert whiten(whiten(data)) == data
 
 
-def test_it_begins_as_the_shift_register_does() -> None:
-    # x^15 + x^14 + 1 from all ones: 14 zeros and a one go round after the first feedback.
-    assert whiten(bytes(4)) == bytes([0b00000000, 0b00000010, 0b00000000, 0b00001100])
+def test_it_goes_on_as_the_shift_register_does() -> None:
+    """Each bit is the sum of those 14 and 15 places before it."""
+    bits = np.unpackbits(np.frombuffer(whiten(bytes(LENGTH)), np.uint8))
+    assert (bits[15:] == bits[1:-14] ^ bits[:-15]).all()
+    assert bits.any()
 
 
 def test_even_content_gets_as_many_ones_as_zeros() -> None:

@@ -38,6 +38,7 @@ class ReceiverReport:
         self._fixes = 0
         self._no_fixes: Counter[str] = Counter()
         self._commands: Counter[str] = Counter()
+        self._messages: dict[str, str] = {}
         self._alarm, self._alarm_at = '', -float('inf')
 
     def add(self, reception: Reception, duration: float) -> None:
@@ -47,6 +48,7 @@ class ReceiverReport:
             self._fixes += 1
         else:
             self._no_fixes[reception.result.reason.value] += 1
+        self._messages |= dict(messages_of(reception))
         for verdict in reception.verdicts:
             answer = verdict.answer
             if isinstance(answer, Accepted):
@@ -61,6 +63,7 @@ class ReceiverReport:
         values = {'beacons': self._beacons_file, 'images with a pose': str(self._fixes)}
         values |= {f'images without: {reason}': str(number) for reason, number in self._no_fixes.items()}
         values |= {f'commands {kind}': str(number) for kind, number in self._commands.items()}
+        values |= {f'{speaker} says': words for speaker, words in self._messages.items()}
         if self._latest is None:
             return Status(Level.WARN, 'no image yet; check the topics image_raw and camera_info', values)
         values |= _reception_values(self._latest) | {
@@ -89,6 +92,19 @@ class ReceiverReport:
         return warnings
 
 
+def messages_of(reception: Reception) -> list[tuple[str, str]]:
+    """Return who said what in an image; bytes in hexadecimal, text in quotes on one line."""
+    return [
+        ('a lamp' if lamp.beacon is None else f'lamp {lamp.beacon}', _quoted(lamp.said))
+        for lamp in reception.lamps
+        if lamp.said is not None
+    ]
+
+
+def _quoted(message: str | bytes) -> str:
+    return message.hex() if isinstance(message, bytes) else repr(message)
+
+
 def _in_words(doubt: BeaconDoubt) -> str:
     if doubt.swapped_with is not None:
         return f'lamp {doubt.id} {doubt.kind.value} with {doubt.swapped_with}'
@@ -101,6 +117,8 @@ def _reception_values(reception: Reception) -> dict[str, str]:
         'lamps in view': str(len(reception.lamps)),
         'beacons in view': ', '.join(map(str, names)) or 'none',
     }
+    silent = Counter(lamp.silence.value for lamp in reception.lamps if lamp.silence is not None)
+    values |= {f'lamps {silence}': str(number) for silence, number in silent.items()}
     result = reception.result
     if not isinstance(result, BeaconFix):
         return values | {'detail': result.detail}

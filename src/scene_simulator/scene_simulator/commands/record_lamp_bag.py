@@ -19,20 +19,24 @@ from scene_simulator.ceiling_camera import CeilingCamera
 from scene_simulator.ceiling_room import PAPER_LAMPS
 from scene_simulator.lamp_bag import record_lamp_drive, write_beacons
 from scene_simulator.lamp_drive import LampDrive
-from scene_simulator.lamp_shape import LedGrid
+from scene_simulator.lamp_shape import Disc, LedGrid
 from scene_simulator.paper_run import paper_run
 from scene_simulator.scene_error import SceneError
+from scene_simulator.shutter import Shutter
 from shirube_bags.errors import BagError
 from shirube_geometry import PinholeCamera
 
-CAMERA = CeilingCamera(PinholeCamera(640, 512, 318.2, 318.2, 319.5, 255.5))
+GLOBAL = CeilingCamera(PinholeCamera(640, 512, 318.2, 318.2, 319.5, 255.5))
 """The paper's camera at half its resolution: large enough to read the lamps, and a third of the bag's size."""
+
+ROLLING = CeilingCamera(shutter=Shutter(exposure=60e-6, row_time=18.9e-6))
+"""A telephone's shutter behind the paper's optics at full resolution: a lamp must cover 16 rows."""
 
 REST = 5.0
 """Two IDs and two commands of lamp A have then been played when the robot begins to turn there [s]."""
 
-CLOCK = CameraClock(rate=60.003, stamp_jitter=5e-5)
-"""The camera and the lamps have clocks of their own, 50 ppm apart."""
+CLOCK_RATIO, JITTER = 1.00005, 5e-5
+"""The camera and the lamps have clocks of their own, 50 ppm apart; the jitter of the stamps [s]."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -65,7 +69,11 @@ def make_drive(options: argparse.Namespace) -> tuple[LampDrive, list[int]]:
             raise SceneError(f'{text}: give each lamp as ID=FILE.csv, with an ID of its own')
         ids.append(int(name))
         waveforms.append(_load(Path(path)))
-    return replace(paper_run(waveforms, camera=CAMERA, seed=options.seed, rest=REST), clock=CLOCK), ids
+    camera, rate, shape = (
+        (ROLLING, 30.0, Disc()) if options.shutter == 'rolling' else (GLOBAL, 60.0, LedGrid())
+    )
+    drive = paper_run(waveforms, camera=camera, seed=options.seed, rest=REST, shape=shape)
+    return replace(drive, clock=CameraClock(CLOCK_RATIO * rate, JITTER)), ids
 
 
 def _load(path: Path) -> Waveform:
@@ -86,6 +94,12 @@ def _parser() -> argparse.ArgumentParser:
         metavar='ID=FILE.csv',
         help='ID and waveform of each lamp: at (0, 0), (0, 1.8), (1.8, 0) and (1.8, 1.8) m; '
         'the last one is A, the one before B',
+    )
+    parser.add_argument(
+        '--shutter',
+        default='global',
+        choices=('global', 'rolling'),
+        help='of the camera; a rolling one sees discs at 30 images a second and full resolution (default: %(default)s)',
     )
     parser.add_argument(
         '--seed', type=int, default=0, help='seed of the room, noise and errors (default: %(default)s)'

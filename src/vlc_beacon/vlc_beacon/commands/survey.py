@@ -14,8 +14,10 @@ from shirube_bags.bag_reader import BagReader
 from shirube_bags.errors import ShirubeBagsError
 from shirube_geometry import CameraMount
 from shirube_ros.message_error import MessageError
+from shirube_settings import SettingsError, check_settings
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.settings import PoseSettings
+from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.survey.beacon_survey import NotSurveyed, SurveyedLamp, survey_lamp
 from vlc_beacon.core.survey.lamp_watch import LampWatch
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
@@ -34,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         save_beacons(
             options.out, [Beacon(beacon, lamp.xyz, options.lamp_radius) for beacon, lamp in found.items()]
         )
-    except (VlcBeaconError, ShirubeBagsError, MessageError) as fault:
+    except (VlcBeaconError, ShirubeBagsError, MessageError, SettingsError) as fault:
         print(f'survey: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:
@@ -47,12 +49,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def survey(options: argparse.Namespace) -> Mapping[int, SurveyedLamp | NotSurveyed]:
     """Return what became of each lamp that was heard, and tell it."""
     mount = CameraMount(tuple(options.camera_xyz), tuple(options.camera_rpy))
+    light = ReceiverSettings(
+        options.shutter, options.row_time, options.exposure_time, options.lamp_frame_rate
+    )
+    check_settings(light)
     with BagReader(options.bag) as bag:
         imu = options.imu_topic if options.imu_topic in bag.topics else ''
         topics = DriveTopics(options.image_topic, options.camera_info_topic, options.pose_topic, imu)
         bag.select_topics([topics.image, topics.camera_info, topics.pose])
         camera = load_camera(bag, topics.camera_info)
-        watch = LampWatch(camera, options.exposure_time)
+        watch = LampWatch(camera, light)
         total = bag.topics[topics.image].message_count
         for image in tqdm(
             drive_images(bag, topics, mount, camera), total=total, unit='image', delay=1.0, disable=None
@@ -77,8 +83,8 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     parser = argparse.ArgumentParser(
         prog='survey',
-        description='Find where lamps hang that play their ID in ufsook, from a bag of images of a global shutter and '
-        'of known poses. Drive past each lamp, back and forth if you can: turns take out errors of the mount.',
+        description='Find where lamps hang that play their ID, from a bag of images and of known poses. '
+        'Drive past each lamp, back and forth if you can: turns take out errors of the mount.',
     )
     add = parser.add_argument
     add('bag', type=Path, help='rosbag2 with images, camera_info, poses and perhaps an imu')
@@ -94,7 +100,14 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add('--imu-topic', default='/imu', metavar='TOPIC',
         help='whose orientation tells the tilt, where the bag has it (default: %(default)s)')  # fmt: skip
-    add('--exposure-time', type=float, default=0.0005, help='of an image [s] (default: %(default)s)')
+    light = ReceiverSettings()
+    add('--shutter', choices=('global', 'rolling'), default=light.shutter, help='default: %(default)s')
+    add('--row-time', type=float, default=light.row_time,
+        help='from row to row of a rolling shutter [s] (default: %(default)s)')  # fmt: skip
+    add('--exposure-time', type=float, default=light.exposure_time,
+        help='how long a row collects light [s] (default: %(default)s)')  # fmt: skip
+    add('--lamp-frame-rate', type=float, default=light.lamp_frame_rate,
+        help='that the lamps were made for, of a rolling shutter [1/s] (default: %(default)s)')  # fmt: skip
     add('--tilt-sigma', type=float, default=PoseSettings.tilt_sigma,
         help='constant error of the known tilt [rad] (default: %(default)s)')  # fmt: skip
     add('--camera-xyz', type=float, nargs=3, default=(0.0, 0.0, 0.0), metavar=('X', 'Y', 'Z'),

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-# A side reaches over the vertex by no more than this part of itself, nor over a gap longer than that.
+# A side reaches over the vertex by no more than this part of itself; and no gap is longer than the side.
 _PART = 0.5
 
 
@@ -43,61 +43,58 @@ def link_corners(
         angle_min: smallest angle between both lines [rad].
     """
     n = len(ends)
-    xs = ends[:, :, 0].copy().reshape(2 * n)
-    order = np.argsort(xs)
-    sorted_x = xs[order]
-    room = 64 * n + 16
-    steps = ends[:, 1] - ends[:, 0]
-    reaches = np.minimum(
-        gap_max, np.maximum(_PART * np.sqrt(steps[:, 0] ** 2 + steps[:, 1] ** 2), overshoot_max)
-    )
-    sides, which = np.empty((room, 2), np.int64), np.empty((room, 2), np.int64)
-    vertices, gaps, turns = np.empty((room, 2)), np.empty((room, 2)), np.empty(room)
+    # By end: where it is, the unit vector that goes on over it, the side's length and its reach.
+    outward, lengths = np.empty((2 * n, 2)), np.empty(2 * n)
+    for i in range(n):
+        dx, dy = ends[i, 1] - ends[i, 0]
+        length = np.sqrt(dx * dx + dy * dy)
+        for e in range(2):
+            sign = 2.0 * e - 1.0
+            outward[2 * i + e, 0], outward[2 * i + e, 1] = sign * dx / length, sign * dy / length
+            lengths[2 * i + e] = length
+    order = np.argsort(ends[:, :, 0].copy().reshape(2 * n))
+    places, outward, lengths = ends.copy().reshape(2 * n, 2)[order], outward[order], lengths[order]
+    reaches = np.minimum(gap_max, np.maximum(lengths, overshoot_max))
+    overshoots = np.minimum(overshoot_max, _PART * lengths)
+    sine_min = np.sin(angle_min)
+    pairs, gaps = np.empty((16 * n + 16, 2), np.int64), np.empty((16 * n + 16, 2))
     count = 0
     for a in range(2 * n):
-        i, e = order[a] // 2, order[a] % 2
         for b in range(a + 1, 2 * n):
-            j, f = order[b] // 2, order[b] % 2
-            if sorted_x[b] - sorted_x[a] > reaches[i] + gap_max or count == room:
+            dx, dy = places[b, 0] - places[a, 0], places[b, 1] - places[a, 1]
+            if dx > reaches[a] + gap_max or count == len(pairs):
                 break
-            reach = reaches[i] + reaches[j]
-            if i == j or sorted_x[b] - sorted_x[a] > reach or abs(ends[i, e, 1] - ends[j, f, 1]) > reach:
+            reach = reaches[a] + reaches[b]
+            if dx > reach or abs(dy) > reach or order[a] // 2 == order[b] // 2:
                 continue
-            x, y, gap_i, gap_j, turn = _meet(ends, i, e, j, f, reaches, overshoot_max, angle_min)
-            if turn == 0.0:
+            cross = outward[a, 0] * outward[b, 1] - outward[a, 1] * outward[b, 0]
+            if abs(cross) < sine_min:
                 continue
-            sides[count, 0], sides[count, 1], which[count, 0], which[count, 1] = i, j, e, f
-            vertices[count, 0], vertices[count, 1] = x, y
-            gaps[count, 0], gaps[count, 1] = gap_i, gap_j
-            turns[count] = turn
-            count += 1
-    return CornerLinks(sides[:count], which[:count], vertices[:count], gaps[:count], turns[:count])
+            gap_a = (dx * outward[b, 1] - dy * outward[b, 0]) / cross
+            gap_b = (dx * outward[a, 1] - dy * outward[a, 0]) / cross
+            if -overshoots[a] <= gap_a <= reaches[a] and -overshoots[b] <= gap_b <= reaches[b]:
+                pairs[count, 0], pairs[count, 1], gaps[count, 0], gaps[count, 1] = a, b, gap_a, gap_b
+                count += 1
+    return _described(pairs[:count], gaps[:count], order, places, outward)
 
 
 @njit(cache=True, error_model='numpy')
-def _meet(
-    ends: NDArray[np.float64],
-    i: int,
-    e: int,
-    j: int,
-    f: int,
-    reaches: NDArray[np.float64],
-    overshoot_max: float,
-    angle_min: float,
-) -> tuple[float, float, float, float, float]:
-    """Return the vertex, both gaps and the turn; a turn of 0 where there is no corner."""
-    ax, ay = ends[i, e, 0] - ends[i, 1 - e, 0], ends[i, e, 1] - ends[i, 1 - e, 1]
-    bx, by = ends[j, f, 0] - ends[j, 1 - f, 0], ends[j, f, 1] - ends[j, 1 - f, 1]
-    length_i, length_j = np.sqrt(ax * ax + ay * ay), np.sqrt(bx * bx + by * by)
-    ax, ay, bx, by = ax / length_i, ay / length_i, bx / length_j, by / length_j
-    cross = ax * by - ay * bx
-    if abs(cross) < np.sin(angle_min):
-        return 0.0, 0.0, 0.0, 0.0, 0.0
-    dx, dy = ends[j, f, 0] - ends[i, e, 0], ends[j, f, 1] - ends[i, e, 1]
-    gap_i, gap_j = (dx * by - dy * bx) / cross, (dx * ay - dy * ax) / cross
-    for gap, length, reach in ((gap_i, length_i, reaches[i]), (gap_j, length_j, reaches[j])):
-        if gap > reach or gap < -min(overshoot_max, _PART * length):
-            return 0.0, 0.0, 0.0, 0.0, 0.0
-    # Out along the first, in along the second: the second is walked against its outward direction.
-    turn = np.arctan2(-cross, -(ax * bx + ay * by))
-    return ends[i, e, 0] + gap_i * ax, ends[i, e, 1] + gap_i * ay, gap_i, gap_j, turn
+def _described(
+    pairs: NDArray[np.int64],
+    gaps: NDArray[np.float64],
+    order: NDArray[np.int64],
+    places: NDArray[np.float64],
+    outward: NDArray[np.float64],
+) -> CornerLinks:
+    n = len(pairs)
+    sides, which = np.empty((n, 2), np.int64), np.empty((n, 2), np.int64)
+    vertices, turns = np.empty((n, 2)), np.empty(n)
+    for k in range(n):
+        a, b = pairs[k]
+        for c in range(2):
+            sides[k, c], which[k, c] = order[pairs[k, c]] // 2, order[pairs[k, c]] % 2
+            vertices[k, c] = places[a, c] + gaps[k, 0] * outward[a, c]
+        # Out along the first, in along the second: the second is walked against its outward direction.
+        cross = outward[a, 0] * outward[b, 1] - outward[a, 1] * outward[b, 0]
+        turns[k] = np.arctan2(-cross, -(outward[a, 0] * outward[b, 0] + outward[a, 1] * outward[b, 1]))
+    return CornerLinks(sides, which, vertices, gaps.copy(), turns)

@@ -27,9 +27,12 @@ def crossing_covariance(
     """
     arms = np.sum((vertices[:, None] - middles) * directions, axis=2)
     offsets = variances[..., 0] + arms**2 * variances[..., 1]
-    normals = np.stack([-directions[..., 1], directions[..., 0]], axis=2)
-    inverse = np.linalg.inv(normals)
-    return np.asarray(inverse * offsets[:, None, :] @ inverse.transpose(0, 2, 1), dtype=np.float64)
+    one, other = directions[:, 0], directions[:, 1]
+    sines = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+    # An offset of one line moves the vertex along the other one.
+    along_other = other[:, :, None] * other[:, None, :] * offsets[:, :1, None]
+    along_one = one[:, :, None] * one[:, None, :] * offsets[:, 1:, None]
+    return np.asarray((along_other + along_one) / sines[:, None, None] ** 2, dtype=np.float64)
 
 
 def crossing_of(one: RefinedLine, other: RefinedLine) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -21,6 +21,8 @@ _AGREEING = 3.0
 _SHADING = 0.03
 # A section all of one grey level, or all on one side of the edge.
 _SINGULAR = 1e-6
+# Noise that moves the edge so far hides it [px].
+_SIGMA_MAX = 1.0
 _ROUNDING = 12.0**-0.5
 
 
@@ -47,13 +49,11 @@ class SectionOffsets(NamedTuple):
         offsets: shape (k,), how far the edge lies along the normal from the outline [px].
         sigmas: shape (k,), standard deviations by the noise of the image [px]; infinite where nothing was measured.
         blur_step: what is to be added to the blur [px].
-        polarity: 1 where it is brighter at positive distances, else -1.
     """
 
     offsets: NDArray[np.float64]
     sigmas: NDArray[np.float64]
     blur_step: float
-    polarity: int
 
 
 class _Sums(NamedTuple):
@@ -150,7 +150,7 @@ def _offsets(sums: _Sums, fits: _Fits) -> SectionOffsets:
     contrasts = fits.solutions[:, 1].copy()
     offsets, sigmas = np.zeros(count), np.full(count, np.inf)
     if not np.any(measured):
-        return SectionOffsets(offsets, sigmas, 0.0, 0)
+        return SectionOffsets(offsets, sigmas, 0.0)
     noise = max(np.sqrt(np.nanmedian(fits.rests)), _ROUNDING)
     polarity = 1 if np.median(contrasts[measured]) > 0.0 else -1
     contrasts *= polarity
@@ -161,7 +161,8 @@ def _offsets(sums: _Sums, fits: _Fits) -> SectionOffsets:
             continue
         solution, inverse = fits.solutions[k], fits.inverses[k]
         offsets[k] = min(max(-solution[2] / solution[1], -_OFFSET_MAX), _OFFSET_MAX)
-        sigmas[k] = noise * np.sqrt(inverse[2, 2]) / contrasts[k]
+        sigma = noise * np.sqrt(inverse[2, 2]) / max(contrasts[k], 1e-9)
+        sigmas[k] = sigma if sigma < _SIGMA_MAX else np.inf
         # The blur is one for the whole outline: of its column that part counts which the others leave.
         blur = sums.normal[k, 3]
         left, rest = blur[3], sums.right[k, 3]
@@ -171,7 +172,7 @@ def _offsets(sums: _Sums, fits: _Fits) -> SectionOffsets:
                 left -= blur[r] * inverse[r, c] * blur[c]
         pull += rest * solution[1]
         weight += left * solution[1] ** 2
-    return SectionOffsets(offsets, sigmas, pull / weight, polarity)
+    return SectionOffsets(offsets, sigmas, pull / weight)
 
 
 @njit(cache=True, error_model='numpy')

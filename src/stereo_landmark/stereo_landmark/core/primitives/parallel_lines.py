@@ -26,7 +26,7 @@ class ParallelLines:
 
     Attributes:
         width: distance between the lines [px].
-        length: of the part where they run side by side [px].
+        length: of the part where they run side by side [px]; corners, which the filter rounds, are left out.
         tilt: of their common direction, in (-pi/2, pi/2] [rad].
         centre: shape (2,), middle of that part [px].
         polarity: 1 where it is bright between them, -1 where it is dark, 0 where they are two steps.

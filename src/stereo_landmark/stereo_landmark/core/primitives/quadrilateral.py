@@ -13,7 +13,7 @@ from stereo_landmark.core.primitives.corner_links import link_corners
 from stereo_landmark.core.primitives.crossing import crossing_covariance, joint_covariance, meeting_point
 from stereo_landmark.core.primitives.image_point import ImagePoint
 from stereo_landmark.core.primitives.line_refinement import refine_line
-from stereo_landmark.core.primitives.quadrilateral_search import distinct_outlines, find_rings, order_links
+from stereo_landmark.core.primitives.quadrilateral_search import corner_graph, distinct_outlines, find_rings
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.sides import Sides
 from stereo_landmark.core.primitives.turning import folded, larger_of
@@ -153,10 +153,8 @@ def detect_quadrilaterals(sides: Sides, settings: PrimitiveSettings) -> list[Qua
     links = link_corners(
         sides.ends, settings.hidden_corner_max, settings.corner_gap_max, settings.corner_angle_min
     )
-    rings, corners, seen = find_rings(
-        *order_links(links, len(sides)),
-        *(sides.ends, sides.covered, settings.side_seen_min, settings.outline_seen_min),
-    )
+    graph = corner_graph(links, sides.ends, sides.covered, settings.side_seen_min, settings.outline_seen_min)
+    rings, corners, seen = find_rings(graph)
     corners, rings = _from_upper_left(corners, rings)
     kept = distinct_outlines(corners.reshape(-1, 8), np.argsort(-seen, kind='stable'), _SAME)
     polarities = np.where(np.sum(rings % 2 == 0, axis=1) >= 2, 1, -1)

@@ -18,7 +18,8 @@ WINDOW = 5.0
 """A primitive counts as found this near to where it is expected from a fitted pose [px]."""
 BORDER = 8.0
 """What is expected nearer to the border may be out of view [px]."""
-CHANCE_MAX = 0.5
+CHANCE_MIN, CHANCE_MAX = 0.05, 0.5
+"""That a window holds a primitive anyhow; walls have patterns, so chance is never as small as if they had none."""
 
 
 class Evidence:
@@ -83,4 +84,4 @@ class Evidence:
         """Return how likely a window anywhere holds a primitive of the kind."""
         area = self._view.rig.left.width * self._view.rig.left.height
         count = len(self._view.left.kinds[primitive.kind].primitives)
-        return min(max(count, 1) * math.pi * WINDOW**2 / area, CHANCE_MAX)
+        return min(max(count * math.pi * WINDOW**2 / area, CHANCE_MIN), CHANCE_MAX)

@@ -33,7 +33,7 @@ class SearchSettings:
         0.5, 'part of the primitives of a target that must be found', minimum=0.1, maximum=1.0
     )
     found_probability: float = setting(
-        0.7, 'how likely a primitive is found that should be in view', minimum=0.1, maximum=0.99
+        0.8, 'how likely a primitive is found that should be in view', minimum=0.1, maximum=0.99
     )
     evidence_min: float = setting(
         4.0, 'log likelihood above chance that a place needs to be believed', minimum=0.0, maximum=100.0

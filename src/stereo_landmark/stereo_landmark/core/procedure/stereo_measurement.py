@@ -8,6 +8,7 @@ import numpy as np
 
 from stereo_landmark.core.place.stereo_points import StereoPoints
 from stereo_landmark.core.place.stereo_rig import MEASURED
+from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 from stereo_landmark.core.procedure.primitive import Primitive, as_ordered
 
 NamedPair = tuple[str, Primitive, Primitive]
@@ -20,8 +21,17 @@ def pair_as_taught(taught: Primitive, left: Primitive, right: Primitive) -> tupl
     return ordered, as_ordered(right, ordered)
 
 
+def invariant_points(primitive: Primitive) -> tuple[str, ...]:
+    """Return the names of the points that are the same spot from wherever they are seen.
+
+    The mean of the corners of a quadrilateral is not: seen at an angle it moves towards the farther side.
+    """
+    names = primitive.image_points()
+    return tuple(name for name in names if not (isinstance(primitive, Quadrilateral) and name == 'centre'))
+
+
 def stereo_points(pairs: Iterable[NamedPair]) -> StereoPoints:
-    """Return all points of primitives, named ``primitive/point``.
+    """Return the invariant points of primitives, named ``primitive/point``.
 
     Args:
         pairs: primitives whose points have the same names in both images.
@@ -30,12 +40,12 @@ def stereo_points(pairs: Iterable[NamedPair]) -> StereoPoints:
     pixels: list[np.ndarray] = []
     covariances: list[np.ndarray] = []
     for name, left, right in pairs:
-        there = right.image_points()
-        for point, here in left.image_points().items():
+        here, there = left.image_points(), right.image_points()
+        for point in invariant_points(left):
             names.append(f'{name}/{point}')
-            pixels.append(np.concatenate([here.position, there[point].position]))
+            pixels.append(np.concatenate([here[point].position, there[point].position]))
             covariance = np.zeros((MEASURED, MEASURED))
-            covariance[:2, :2], covariance[2:, 2:] = here.covariance, there[point].covariance
+            covariance[:2, :2], covariance[2:, 2:] = here[point].covariance, there[point].covariance
             covariances.append(covariance)
     return StereoPoints(
         tuple(names),

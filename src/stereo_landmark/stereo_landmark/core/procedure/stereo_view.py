@@ -17,6 +17,9 @@ from stereo_landmark.core.procedure.stereo_matching import alike_pairs, mutual_b
 DEPTHS = (0.3, 30.0)
 """Of what a robot can locate itself by [m]."""
 
+WEIGHTS = {Kind.ELLIPSE: 1.0, Kind.QUADRILATERAL: 1.0, Kind.PARALLEL_LINES: 0.5, Kind.CORNER: 0.2}
+"""How much the word of a primitive counts for its neighbours: many corners are seen by one camera only."""
+
 
 @dataclass(frozen=True)
 class StereoView:
@@ -52,13 +55,15 @@ class StereoView:
         # Primitives of all kinds support each other.
         first = np.cumsum([0, *(len(self.left.kinds[kind].primitives) for kind in pairs)])
         owners = [numbers[:, 0] + base for numbers, base in zip(pairs.values(), first, strict=False)]
-        support = supports(np.concatenate(places), np.concatenate(disparities), np.concatenate(owners))
-        partners, begin = {}, 0
-        for kind, numbers in pairs.items():
-            end = begin + len(numbers)
-            chosen = numbers[mutual_best(numbers, support[begin:end])]
+        weights = [np.full(len(numbers), WEIGHTS[kind]) for kind, numbers in pairs.items()]
+        support = supports(*(np.concatenate(parts) for parts in (places, disparities, owners, weights)))
+        ends = np.cumsum([len(numbers) for numbers in pairs.values()])
+        partners = {}
+        for (kind, numbers), seen, own in zip(
+            pairs.items(), disparities, np.split(support, ends[:-1]), strict=True
+        ):
+            chosen = numbers[mutual_best(numbers, seen, own)]
             partners[kind] = dict(chosen.tolist())
-            begin = end
         return partners
 
     def _alike(self, kind: Kind) -> NDArray[np.int64]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from stereo_landmark.core.place.reprojection_fit import fit_reprojection
 from stereo_landmark.core.place.settings import PlaceSettings
 from stereo_landmark.core.place.stereo_points import StereoPoints
 from stereo_landmark.core.place.stereo_rig import MEASURED
+from stereo_landmark.core.procedure.circles import centre_motion
 from stereo_landmark.core.procedure.evidence import Evidence
 from stereo_landmark.core.procedure.prediction import expected_pixels
 from stereo_landmark.core.procedure.primitive import refined_pair
@@ -72,7 +73,8 @@ class TargetSearch:
             if pair is not None:
                 measured.append((name, *pair))
         found = tuple(name for name, _, _ in measured)
-        return TargetSighting(target.name, best.state, stereo_points(measured), found, best.evidence)
+        points = _without_motion(stereo_points(measured), target, best.state, view)
+        return TargetSighting(target.name, best.state, points, found, best.evidence)
 
     def _readings(
         self, target: TaughtTarget, positions: NDArray[np.float64], view: StereoView
@@ -140,6 +142,18 @@ class TargetSearch:
             detail = f'evidence {best.evidence:.1f} and {others[0].evidence:.1f}'
             return NoTargetSighting(target.name, NoSightingReason.AMBIGUOUS, detail)
         return best
+
+
+def _without_motion(
+    points: StereoPoints, target: TaughtTarget, state: NDArray[np.float64], view: StereoView
+) -> StereoPoints:
+    """Return points of which the centres of circles are where they were taught, not where they appear to be."""
+    pixels = points.pixels.copy()
+    for taught in target.primitives:
+        name = f'{target.name}/{taught.name}/centre'
+        if taught.normal is not None and name in points.names:
+            pixels[points.names.index(name)] -= centre_motion(taught, state, view)
+    return replace(points, pixels=pixels)
 
 
 def _pairs(

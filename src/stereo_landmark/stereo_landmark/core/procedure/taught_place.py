@@ -11,7 +11,7 @@ from shirube_geometry import PlanarPose
 from stereo_landmark.core.place.stereo_points import SpatialPoints
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import Kind, Primitive, kind_of
+from stereo_landmark.core.procedure.primitive import Kind, Primitive, kind_of, size_of
 
 
 @dataclass(frozen=True)
@@ -22,16 +22,23 @@ class TaughtPrimitive:
         name: unique in its target.
         shape: as the left camera saw it; its covariance is zero.
         position: of its centre in the place's frame, shape (3,) [m].
+        normal: of the wall that a circle is on, shape (3,), in the place's frame; None for what is no circle.
     """
 
     name: str
     shape: Primitive
     position: NDArray[np.float64]
+    normal: NDArray[np.float64] | None = None
 
     @property
     def kind(self) -> Kind:
         """What it is."""
         return kind_of(self.shape)
+
+    @property
+    def size(self) -> float:
+        """How large the left camera saw it [px]."""
+        return size_of(self.shape)
 
 
 @dataclass(frozen=True)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shirube_geometry import PlanarPose
 from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints, measurable, triangulate
+from stereo_landmark.core.primitives.ellipse import Ellipse
+from stereo_landmark.core.procedure.circles import wall_normal
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 from stereo_landmark.core.procedure.primitive import (
     Kind,
@@ -108,12 +110,15 @@ class Teacher:
             pairs += mine
             targets.append(self._target(choice, mine))
         _check_names([target.name for target in targets])
+        coordinates = self.coordinates(stereo_points(pairs))
+        surroundings = self._surroundings([left for _, left, _ in pairs])
+        around = np.vstack([coordinates.positions, *(each.position[None] for each in surroundings)])
         return TaughtPlace(
             name,
             self._view.rig,
-            tuple(targets),
-            self.coordinates(stereo_points(pairs)),
-            self._surroundings([left for _, left, _ in pairs]),
+            tuple(_on_walls(target, around) for target in targets),
+            coordinates,
+            surroundings,
             self._processing,
             T_map_place,
         )
@@ -157,22 +162,43 @@ class Teacher:
 
     def _surroundings(self, taught: Iterable[Primitive]) -> tuple[TaughtPrimitive, ...]:
         """Return what else both images show for certain, of each spot the most telling."""
-        taken = [primitive.centre for primitive in taught]
+        taken = list(taught)
         found: list[TaughtPrimitive] = []
         for kind in SURROUNDING_KINDS:
             for primitive in self._view.left.kinds[kind].primitives:
                 if len(found) == SURROUNDINGS_MAX:
                     return tuple(found)
-                distances = np.hypot(*(np.array(taken) - primitive.centre).T)
-                if distances.min() < SURROUNDINGS_APART:
+                if any(_belong_together(primitive, other) for other in taken):
                     continue
                 partner = self._partner(primitive)
                 if partner is not None:
-                    taken.append(primitive.centre)
+                    taken.append(primitive)
                     position = self._position(primitive, partner)
                     name = f'{kind.value} {len(found) + 1}'
                     found.append(TaughtPrimitive(name, without_covariance(primitive), position))
         return tuple(found)
+
+
+def _on_walls(target: TaughtTarget, around: NDArray[np.float64]) -> TaughtTarget:
+    """Return a target whose circles have the normals of their walls, which follow from what is around, shape (n, 3)."""
+    primitives = tuple(
+        replace(each, normal=wall_normal(each.position, around)) if each.kind is Kind.ELLIPSE else each
+        for each in target.primitives
+    )
+    return replace(target, primitives=primitives)
+
+
+def _belong_together(one: Primitive, other: Primitive) -> bool:
+    """Tell whether two primitives may be of one thing: a corner on the outline of a plate says nothing new."""
+    spots, others = _spots(one), _spots(other)
+    gaps = np.linalg.norm(spots[:, None] - others[None], axis=2)
+    radii = [float(each.semi_axes[0]) if isinstance(each, Ellipse) else 0.0 for each in (one, other)]
+    return bool(gaps.min() - sum(radii) < SURROUNDINGS_APART)
+
+
+def _spots(primitive: Primitive) -> NDArray[np.float64]:
+    """Return the points of a primitive, shape (n, 2) [px]."""
+    return np.array([point.position for point in primitive.image_points().values()])
 
 
 def _check_names(names: Sequence[str]) -> None:

@@ -13,6 +13,9 @@ def bend_points(
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Split each segment where it is farthest from its chord until none is farther than the tolerance.
 
+    A split of a long chord may fall into the middle of a side; when the rest is split, too, it is needed no
+    more and taken back.
+
     Args:
         points: shape (n, 2), points of all segments one after another [px].
         starts: shape (m + 1,), where each begins.
@@ -39,8 +42,26 @@ def bend_points(
                 stack[depth, 0], stack[depth, 1] = a, far
                 stack[depth + 1, 0], stack[depth + 1, 1] = far, b
                 depth += 2
+        _drop_needless(points, first, last, tolerance, chosen)
     bends = np.flatnonzero(chosen).astype(np.int32)
     return bends, np.searchsorted(bends, starts).astype(np.int32)
+
+
+@njit(cache=True, error_model='numpy')
+def _drop_needless(
+    points: NDArray[np.float64], first: int, last: int, tolerance: float, chosen: NDArray[np.bool_]
+) -> None:
+    """Take back the bend points of a segment without which it is as near to its polyline."""
+    before, bend = first, -1
+    for i in range(first + 1, last + 1):
+        if not chosen[i]:
+            continue
+        if bend >= 0:
+            if _farthest(points, before, i)[1] <= tolerance:
+                chosen[bend] = False
+            else:
+                before = bend
+        bend = i
 
 
 @njit(cache=True, error_model='numpy')

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from stereo_landmark.core.edges.edges import Edges
 from stereo_landmark.core.edges.settings import EdgeSettings
@@ -27,7 +27,7 @@ class Segments:
         bends: shape (k,), numbers of the bend points in ``points``, ends included.
         bend_starts: shape (m + 1,), where each segment's begin in ``bends``.
         index: shape (h, w), number in ``points`` of the edge in each pixel, -1 where there is none.
-        neighbour_distance: ends not farther apart than this make neighbours [px].
+        neighbour_distance: an end not farther from a segment than this makes both neighbours [px].
     """
 
     points: NDArray[np.float64]
@@ -87,13 +87,23 @@ class Segments:
 
     @cached_property
     def neighbours(self) -> list[list[int]]:
-        """The segments that begin or end near an end of each, in rising order."""
-        ends = self.end_points.reshape(-1, 2)
+        """The segments near an end of each, and those whose ends are near it, in rising order."""
         near: list[set[int]] = [set() for _ in range(len(self))]
-        for a, b in cKDTree(ends).query_pairs(self.neighbour_distance) if len(self) else ():
-            if a // 2 != b // 2:
-                near[a // 2].add(b // 2)
-                near[b // 2].add(a // 2)
+        reach = math.ceil(self.neighbour_distance)
+        for segment, ends in enumerate(self.end_points):
+            for x, y in ends:
+                window = self.index[
+                    max(round(y) - reach, 0) : round(y) + reach + 1,
+                    max(round(x) - reach, 0) : round(x) + reach + 1,
+                ]
+                points = window[window >= 0]
+                close = np.hypot(*(self.points[points] - [x, y]).T) <= self.neighbour_distance
+                for other in np.unique(
+                    np.searchsorted(self.starts, points[close], side='right') - 1
+                ).tolist():
+                    if other != segment:
+                        near[segment].add(other)
+                        near[other].add(segment)
         return [sorted(others) for others in near]
 
 

@@ -44,14 +44,12 @@ class LampDetector:
         lowest = max(settings.contrast_min, settings.noise_sigmas * noise / CELL)
         boxes, peaks = candidate_spots(contrast, lowest, settings)
         stripe_rows = round(settings.stripe_rows)
+        limits = settings.diameter_min, settings.diameter_max, settings.roundness_min
         found: list[NDArray[np.float64]] = []
         for box, peak in zip(boxes, peaks, strict=True):
-            measures = blob.measure_blob(image, box, peak, noise, stripe_rows)
-            diameter = 2.0 * measures[blob.RADIUS]
+            measures = blob.measure_blob(image, box, peak, noise, stripe_rows, limits)
             if (
                 measures[blob.AREA] > 0.0
-                and measures[blob.ROUNDNESS] >= settings.roundness_min
-                and settings.diameter_min <= diameter <= settings.diameter_max
                 and _is_whole(measures, image.shape)
                 and not any(_are_one(measures, other) for other in found)
             ):

@@ -16,7 +16,7 @@ HALF_JUMP = 0.3
 MIDDLE_ERROR = 0.02
 """Of the middle of a half dark lamp, which follows from the levels of its halves. [radii]"""
 GATE_SIGMAS = 4.0
-FAINT = 0.15
+FAINT = 0.06
 """A lamp whose halves both are darker than this share of their full brightness does not tell where it is."""
 RADIUS_KEPT, FULL_KEPT = 0.998, 0.9995
 """Share of the largest radius and brightness that is kept from frame to frame."""

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
 from vlc_beacon.core.lamp_image.lamp_track import LampTrack
 
-COAST = 0.4
-"""A lamp that was dark for longer is gone [s]."""
+COAST = 0.6
+"""A lamp that was dark for longer is gone [s]. Equal symbols may look dark, and some ID has 16 of them in a row."""
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,22 @@ class LampSettings:
     noise_sigmas: float = setting(
         4.0, 'and so many standard deviations of the noise', minimum=1.0, maximum=20.0
     )
-    diameter_min: float = setting(4.0, 'smallest lamp', unit='px', minimum=2.0, maximum=1000.0)
-    diameter_max: float = setting(120.0, 'largest lamp', unit='px', minimum=4.0, maximum=4000.0)
+    diameter_min: float = setting(
+        4.0,
+        'smallest lamp that is followed; ufsook is read from 6, rs_fsk from 12 to 16 at a row time of 18.9 us, '
+        'manchester from 320 there',
+        unit='px',
+        minimum=2.0,
+        maximum=1000.0,
+    )
+    diameter_max: float = setting(
+        120.0,
+        'largest lamp; manchester needs lamps of 320 and more at a row time of 18.9 us, so 450 here, but windows and '
+        'ceiling lights of such a size are then looked at, too',
+        unit='px',
+        minimum=4.0,
+        maximum=4000.0,
+    )
     roundness_min: float = setting(
         0.4, 'width over length of a lamp of which one half may be dark', minimum=0.0, maximum=1.0
     )

@@ -39,11 +39,11 @@ def fit_striped_disc(image: NDArray[np.uint8], blobs: LampBlobs, noise: float) -
     centroids, sigmas, radii = blobs.centroids.copy(), blobs.sigmas.copy(), blobs.radii.copy()
     for i in range(len(blobs)):
         points = rim_points(image, centroids[i], radii[i], blobs.backgrounds[i], 4.0 * noise)
-        circle = _fit_circle(points) if len(points) >= POINTS_MIN else None
-        if circle is None:
+        circle = _fit_circle(points) if len(points) >= POINTS_MIN else np.empty(0)
+        if len(circle) == 0:
             sigmas[i] = np.maximum(sigmas[i], np.array(UNCERTAIN) * radii[i])
             continue
-        centroids[i], radii[i], sigmas[i] = circle[0], circle[1], circle[2]
+        centroids[i], radii[i], sigmas[i] = circle[:2], circle[2], circle[3:]
     return replace(blobs, centroids=centroids, sigmas=sigmas, radii=radii)
 
 
@@ -92,17 +92,16 @@ def rim_points(
     return points[:count]
 
 
-def _fit_circle(
-    points: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], float, NDArray[np.float64]] | None:
-    """Return centre, radius and sigma of the centre along u and v; None where the points lie on no circle."""
-    middle = points.mean(axis=0)
+@njit(cache=True)
+def _fit_circle(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return u, v, radius and the sigmas of u and v [px], shape (5,); shape (0,) where the points lie on no circle."""
+    middle = np.array([points[:, 0].mean(), points[:, 1].mean()])
     local = points - middle
-    rows = np.column_stack([2.0 * local, np.ones(len(local))])
-    solution, _, rank, _ = np.linalg.lstsq(rows, (local**2).sum(axis=1), rcond=None)
-    squared = solution[2] + solution[:2] @ solution[:2]
+    rows = np.column_stack((2.0 * local, np.ones((len(local), 1))))
+    solution, _, rank, _ = np.linalg.lstsq(rows, (local**2).sum(axis=1))
+    squared = solution[2] + solution[0] ** 2 + solution[1] ** 2
     if rank < 3 or squared <= 0.0:
-        return None
+        return np.empty(0)
     circle = np.array([solution[0], solution[1], math.sqrt(squared)])
     used = np.ones(len(local), dtype=np.bool_)
     information = np.eye(3)
@@ -111,18 +110,17 @@ def _fit_circle(
         offsets = local - circle[:2]
         distances = np.hypot(offsets[:, 0], offsets[:, 1])
         residuals = distances - circle[2]
-        rms = math.sqrt(float(np.mean(residuals[used] ** 2)))
+        rms = math.sqrt(np.mean(residuals[used] ** 2))
         used = np.abs(residuals) <= max(OUTLIER * rms, 0.2)
-        jacobian = np.column_stack([-offsets / np.maximum(distances, 1e-9)[:, None], -np.ones(len(local))])[
-            used
-        ]
+        ones = np.ones((len(local), 1))
+        jacobian = np.column_stack((-offsets / np.maximum(distances, 1e-9).reshape(-1, 1), -ones))[used]
         information = jacobian.T @ jacobian
         if len(jacobian) < POINTS_MIN or np.linalg.cond(information) > 1e6:
-            return None
+            return np.empty(0)
         circle = circle - np.linalg.solve(information, jacobian.T @ residuals[used])
-    reach = 0.5 * float(np.ptp(points, axis=0).max())
+    reach = 0.5 * max(np.ptp(points[:, 0]), np.ptp(points[:, 1]))
     if rms > ROUGH * circle[2] or circle[2] > 2.0 * reach or not circle[2] > 0.0:
-        return None
+        return np.empty(0)
     freedom = len(points) / max(len(points) - 3, 1)
     variances = np.diag(np.linalg.inv(information))[:2] * rms**2 * freedom
-    return circle[:2] + middle, float(circle[2]), np.sqrt(variances + SIGMA_MIN**2)
+    return np.concatenate((circle[:2] + middle, circle[2:], np.sqrt(variances + SIGMA_MIN**2)))

@@ -15,6 +15,8 @@ from vlc_beacon.core.packet.data_packet import DATA_OVERHEAD
 from vlc_beacon.core.packet.id_packet import ID_BYTES
 
 DATA_BYTES = 100
+UFSOOK_ROWS_MIN = 6
+"""Where the halves of a lamp can be told apart."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +40,8 @@ class LightProfile:
 
 
 def ufsook_profile() -> LightProfile:
-    """Return the profile of UFSOOK; its lamps must be large enough for their halves to be told apart."""
-    return _symbol_profile('ufsook', 2, UFSOOK)
+    """Return the profile of UFSOOK."""
+    return _symbol_profile('ufsook', UFSOOK_ROWS_MIN, UFSOOK)
 
 
 def rs_fsk_profile(frame_rate: float, row_time: float) -> LightProfile:

@@ -26,8 +26,8 @@ EIGHTHS = (64, 56, 60, 60)
 """Eighths of a cycle in each symbol: eight, seven and seven and a half blinks."""
 FIRST_EIGHTH = (1, 1, 1, 5)
 """The eighth of a cycle that each symbol begins with."""
-_LEVELS = np.repeat([[1.0, 1.0], [1.0, 0.0], [0.0, 0.0], [0.0, 1.0]], 2, axis=0)
-"""Both halves in each eighth of a cycle."""
+HALVES = np.repeat([[1.0, 1.0], [1.0, 0.0], [0.0, 0.0], [0.0, 1.0]], 2, axis=0)
+"""Levels of both halves in each eighth of a cycle, shape (8, 2)."""
 
 
 def ufsook_waveform(packets: list[bytes], clock_scale: float = 1.0) -> Waveform:
@@ -45,7 +45,7 @@ def waveform_of_symbols(symbols: NDArray[np.int64], clock_scale: float = 1.0) ->
     """Return the waveform of symbols, shape (n,), with two parts."""
     eighths = [FIRST_EIGHTH[s] + np.arange(EIGHTHS[s]) for s in symbols]
     durations = [np.full(EIGHTHS[s], UFSOOK.duration / EIGHTHS[s] * clock_scale) for s in symbols]
-    return waveform_of_steps(np.concatenate(durations), _LEVELS[np.concatenate(eighths) % 8])
+    return waveform_of_steps(np.concatenate(durations), HALVES[np.concatenate(eighths) % 8])
 
 
 def expected_levels(
@@ -68,7 +68,7 @@ def expected_levels(
     for symbol in range(4):
         # Exposures that run out of the symbol go on as the symbol would, which is as good a guess as any.
         eighth = UFSOOK.duration / EIGHTHS[symbol]
-        blinks = waveform_of_steps(np.full(8, eighth), _LEVELS)
+        blinks = waveform_of_steps(np.full(8, eighth), HALVES)
         shift = FIRST_EIGHTH[symbol] * eighth
         levels.append(blinks.exposed(starts[:, None] + shift + around * timing_sigma, exposure))
     seen = np.stack(levels)

@@ -19,9 +19,10 @@ from vlc_beacon.core.pose.pose_fix import ExpectedPose
 from vlc_beacon.core.pose.settings import PoseSettings
 
 X, Y, Z, YAW, WAY_SCALE, TURN_SCALE, WAY_TURN = range(7)
-CORRELATION_WAY = 0.5
+CORRELATION_WAY = 1.0
 """Errors of lamps, lens and tilt stay the same over about this way [m]: images from nearer say nothing new of them."""
-CORRELATED_MAX = 60.0
+CORRELATED_MAX = 300.0
+"""So many images at most count as one: five seconds of a robot that stands."""
 HEIGHT_WALK = 0.001
 """How much the floor's height changes over one metre [m]."""
 ITERATIONS = 2

@@ -1,16 +1,27 @@
-"""One lamp that is followed: its decoder, its name as soon as it is sure, and what it asked for last."""
+"""One lamp that is followed: its decoder, its name as soon as it is sure, and what it said last."""
 
 from __future__ import annotations
 
 from collections.abc import Set as AbstractSet
+from enum import Enum
 
 from vlc_beacon.core.packet.command_packet import CommandPacket
+from vlc_beacon.core.packet.data_packet import DataPacket
 from vlc_beacon.core.packet.id_confirmation import IdConfirmation
 from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX, IdPacket
+from vlc_beacon.core.packet.message_assembly import MessageAssembly
 from vlc_beacon.core.packet.packet_reader import ReceivedPacket
 from vlc_beacon.core.receiver.lamp_decoder import LampDecoder, LampView
+from vlc_beacon.core.receiver.patience import Patience
 
 _ALL_IDS = frozenset(range(BEACON_ID_MAX + 1))
+
+
+class Silence(Enum):
+    """Why a lamp is left alone."""
+
+    NO_CODE = 'without a code'
+    TOO_SMALL = 'too small to be read'
 
 
 class FollowedLamp:
@@ -20,32 +31,50 @@ class FollowedLamp:
         beacon: its ID, None until it is confirmed.
         stranger: an ID that it plays but that is not in the beacons file, None for none.
         heard: the commands in the last frame.
+        said: the message that the last frame completed, None for none.
+        silence: why it is left alone, None for a lamp that is listened to.
     """
 
-    def __init__(self, decoder: LampDecoder, known: AbstractSet[int]) -> None:
+    def __init__(self, decoder: LampDecoder, known: AbstractSet[int], readable_diameter: float) -> None:
         """Begin with a lamp that was just found.
 
         Args:
             decoder: of this lamp alone.
             known: the IDs in the beacons file.
+            readable_diameter: lamps that are smaller may be too small to be read [px].
         """
         self._decoder = decoder
         self._known = known
+        self._readable_diameter = readable_diameter
+        self._patience = Patience()
         self._confirmation = IdConfirmation(_ALL_IDS)
         self.beacon: int | None = None
         self.stranger: int | None = None
+        self._assembly = MessageAssembly()
         self.heard: list[CommandPacket] = []
+        self.said: str | bytes | None = None
+        self.silence: Silence | None = None
 
     def see(self, view: LampView) -> None:
         """Take a frame."""
-        self.heard = []
-        for received in self._decoder.read(view):
-            self._take(received)
+        self.heard, self.said = [], None
+        if self._patience.listens(view.stamp) or self.beacon is not None:
+            for received in self._decoder.read(view):
+                self._patience.hear(view.stamp)
+                self._take(received)
+        self.silence = self._silence(view) if self._patience.is_over and self.beacon is None else None
+
+    def _silence(self, view: LampView) -> Silence:
+        is_small = 2.0 * view.sample.radius < self._readable_diameter
+        return Silence.TOO_SMALL if is_small else Silence.NO_CODE
 
     def _take(self, received: ReceivedPacket) -> None:
         packet = received.packet
         if isinstance(packet, CommandPacket):
             self.heard.append(packet)
+        elif isinstance(packet, DataPacket):
+            message = self._assembly.add(packet)
+            self.said = self.said if message is None else message
         elif isinstance(packet, IdPacket):
             confirmed = self._confirmation.add(packet.beacon)
             if confirmed is not None and confirmed in self._known:

@@ -12,9 +12,10 @@ from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.lamp_image.lamp_tracks import LampSample, LampTracks
 from vlc_beacon.core.lamp_image.settings import LampSettings
+from vlc_beacon.core.light_code.light_profile import LightProfile, rs_fsk_profile, ufsook_profile
 from vlc_beacon.core.packet.command_packet import CommandPacket
 from vlc_beacon.core.pose.beacon import Beacon
-from vlc_beacon.core.receiver.followed_lamp import FollowedLamp
+from vlc_beacon.core.receiver.followed_lamp import FollowedLamp, Silence
 from vlc_beacon.core.receiver.global_shutter_decoder import GlobalShutterDecoder
 from vlc_beacon.core.receiver.lamp_decoder import LampDecoder, LampView
 from vlc_beacon.core.receiver.rolling_shutter_decoder import RollingShutterDecoder
@@ -32,12 +33,16 @@ class ReadLamp:
         beacon: its confirmed ID, None while there is none.
         stranger: an ID that it plays twice but that is not in the beacons file, None for none.
         heard: the command packets that this image completed.
+        silence: why it is left alone, None for a lamp that is listened to.
+        said: the text or the bytes that this image completed, None for none; nobody vouches for it.
     """
 
     sample: LampSample
     beacon: int | None
     stranger: int | None
     heard: tuple[CommandPacket, ...]
+    silence: Silence | None = None
+    said: str | bytes | None = None
 
 
 class LightReceiver:
@@ -58,6 +63,7 @@ class LightReceiver:
         self._tones = _tones(known) if settings.is_rolling else {}
         self._timing = row_timing(settings, self._tones.values())
         self._settings = settings
+        self._readable_diameter = float(_profile(settings).rows_min)
         self._detector = LampDetector(_lamp_settings(settings, self._timing))
         self._tracks = LampTracks(split_lamps=not settings.is_rolling)
         self._lamps: dict[int, FollowedLamp] = {}
@@ -89,13 +95,13 @@ class LightReceiver:
     def _read(self, stamp: float, image: NDArray[np.uint8], sample: LampSample) -> ReadLamp:
         lamp = self._lamps[sample.key]
         lamp.see(LampView(stamp, image, sample, self._backgrounds[sample.key]))
-        return ReadLamp(sample, lamp.beacon, lamp.stranger, tuple(lamp.heard))
+        return ReadLamp(sample, lamp.beacon, lamp.stranger, tuple(lamp.heard), lamp.silence, lamp.said)
 
     def _new_lamp(self) -> FollowedLamp:
         decoder: LampDecoder = GlobalShutterDecoder(self._settings.exposure_time)
         if self._settings.is_rolling:
             decoder = RollingShutterDecoder(self._timing, self._tones)
-        return FollowedLamp(decoder, self._known)
+        return FollowedLamp(decoder, self._known, self._readable_diameter)
 
 
 def _tones(beacons: list[Beacon]) -> dict[int, float]:
@@ -106,6 +112,13 @@ def _tones(beacons: list[Beacon]) -> dict[int, float]:
             'give one to all, of two or more, or to none whose lamps play their IDs'
         )
     return tones
+
+
+def _profile(settings: ReceiverSettings) -> LightProfile:
+    """Return the light code for the smallest lamps."""
+    if settings.is_rolling:
+        return rs_fsk_profile(settings.lamp_frame_rate, settings.row_time)
+    return ufsook_profile()
 
 
 def _lamp_settings(settings: ReceiverSettings, timing: RowTiming) -> LampSettings:

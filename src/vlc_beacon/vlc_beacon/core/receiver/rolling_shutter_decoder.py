@@ -55,9 +55,7 @@ class RollingShutterDecoder:
         sample, timing = view.sample, self._timing
         if not sample.is_lit:
             return None
-        first, brightness = row_profile(
-            view.image, sample.centre, sample.radius, view.background, timing.stripe_rows
-        )
+        first, brightness = row_profile(view.image, sample.centre, sample.radius, view.background)
         if len(brightness) < ROWS_MIN or float(np.std(brightness)) < FLICKER_MIN:
             return None
         return rows_of_frame(view.stamp, first, brightness, timing.row_time, timing.exposure)

@@ -1,4 +1,4 @@
-"""Collects the bearings of lamps that play their ID to a global shutter, image by image."""
+"""Collects the bearings of lamps that play their ID, image by image."""
 
 from __future__ import annotations
 
@@ -7,20 +7,17 @@ from collections import defaultdict
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from shirube_geometry import PinholeCamera
-from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
-from vlc_beacon.core.lamp_image.lamp_tracks import LampSample, LampTracks
-from vlc_beacon.core.light_code.brightness_scale import BrightnessScale
-from vlc_beacon.core.light_code.ufsook_decoder import UfsookDecoder
-from vlc_beacon.core.packet.id_confirmation import IdConfirmation
-from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX, IdPacket
+from vlc_beacon.core.receiver.light_receiver import LightReceiver, ReadLamp
+from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.survey.lamp_bearings import LampBearings
 
-_ALL_IDS = frozenset(range(BEACON_ID_MAX + 1))
 PIXEL_SIGMA = 0.1
 """Error of the camera's calibration, beside that of the centres [px]."""
 _Sighting = tuple[float, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]
+_CameraPose = tuple[float, NDArray[np.float64], NDArray[np.float64]]
 
 
 def image_turn(before: NDArray[np.float64], after: NDArray[np.float64]) -> float:
@@ -29,32 +26,22 @@ def image_turn(before: NDArray[np.float64], after: NDArray[np.float64]) -> float
     return math.atan2(change[1, 0], change[0, 0])
 
 
-class _Follower:
-    """One lamp on its way through the images."""
-
-    def __init__(self) -> None:
-        self.scale = BrightnessScale()
-        self.decoder = UfsookDecoder()
-        self.confirmation = IdConfirmation(_ALL_IDS)
-        self.beacon: int | None = None
-        self.sightings: list[_Sighting] = []
-
-
 class LampWatch:
     """Follows the lamps over a drive.
 
     Args:
         camera: intrinsics.
-        exposure: of the images [s].
+        settings: of shutter and lamps.
     """
 
-    def __init__(self, camera: PinholeCamera, exposure: float) -> None:
+    def __init__(self, camera: PinholeCamera, settings: ReceiverSettings) -> None:
         self._camera = camera
-        self._exposure = exposure
-        self._detector = LampDetector()
-        self._tracks = LampTracks()
-        self._followers: defaultdict[int, _Follower] = defaultdict(_Follower)
-        self._last_rotation: NDArray[np.float64] | None = None
+        self._row_time = settings.row_time if settings.is_rolling else 0.0
+        # Without a beacons file all lamps are strangers, and are told by that.
+        self._light = LightReceiver([], settings)
+        self._beacons: dict[int, int] = {}
+        self._sightings: defaultdict[int, list[_Sighting]] = defaultdict(list)
+        self._last: _CameraPose | None = None
 
     def add(
         self,
@@ -68,39 +55,30 @@ class LampWatch:
         Args:
             stamp: later than the last one [s].
             image: shape (h, w), grey.
-            position: shape (3,), of the camera in the map [m].
-            rotation: shape (3, 3), ``R_map_camera``.
+            position: shape (3,), of the camera in the map at the stamp [m].
+            rotation: shape (3, 3), ``R_map_camera`` then.
         """
-        before = rotation if self._last_rotation is None else self._last_rotation
-        self._last_rotation = rotation
-        turn = image_turn(before, rotation)
-        for sample in self._tracks.update(stamp, image, self._detector.detect(image), turn):
-            self._follow(stamp, sample, position, rotation)
+        now = stamp, position, rotation
+        before, self._last = self._last or now, now
+        for lamp in self._light.receive(stamp, image, image_turn(before[2], rotation)):
+            if lamp.stranger is not None:
+                self._beacons[lamp.sample.key] = lamp.stranger
+            if lamp.sample.is_lit:
+                self._sightings[lamp.sample.key].append(self._sighting(lamp, before, now))
 
     def bearings(self) -> dict[int, LampBearings]:
         """Return the bearings of each lamp whose ID was heard twice in a row, by ID."""
         by_beacon: defaultdict[int, list[_Sighting]] = defaultdict(list)
-        for follower in self._followers.values():
-            if follower.beacon is not None:
-                by_beacon[follower.beacon] += follower.sightings
+        for key, beacon in self._beacons.items():
+            by_beacon[beacon] += self._sightings[key]
         return {beacon: self._bearings_of(sightings) for beacon, sightings in sorted(by_beacon.items())}
 
-    def _follow(
-        self,
-        stamp: float,
-        sample: LampSample,
-        position: NDArray[np.float64],
-        rotation: NDArray[np.float64],
-    ) -> None:
-        follower = self._followers[sample.key]
-        brightness = follower.scale.scaled(sample.parts)
-        for received in follower.decoder.add_frame(stamp, brightness, self._exposure):
-            if isinstance(received.packet, IdPacket):
-                confirmed = follower.confirmation.add(received.packet.beacon)
-                follower.beacon = follower.beacon if confirmed is None else confirmed
-        if sample.is_lit:
-            sigma = float(np.hypot(sample.sigma.max(), PIXEL_SIGMA))
-            follower.sightings.append((stamp, position, rotation, sample.centre, sigma))
+    def _sighting(self, lamp: ReadLamp, before: _CameraPose, now: _CameraPose) -> _Sighting:
+        """Return where the lamp was seen and from where; rows of a rolling shutter are seen a little later."""
+        centre = lamp.sample.centre
+        sigma = float(np.hypot(lamp.sample.sigma.max(), PIXEL_SIGMA))
+        stamp, position, rotation = _moved_on(before, now, self._row_time * float(centre[1]))
+        return stamp, position, rotation, centre, sigma
 
     def _bearings_of(self, sightings: list[_Sighting]) -> LampBearings:
         stamps, positions, rotations, centres, sigmas = zip(
@@ -113,3 +91,15 @@ class LampWatch:
             self._camera.rays_from_pixels(np.array(centres))[:, :2],
             np.array(sigmas) / self._camera.fx,
         )
+
+
+def _moved_on(before: _CameraPose, now: _CameraPose, delay: float) -> _CameraPose:
+    """Return the camera's pose a little after ``now`` [s], which goes on as it did."""
+    stamp, position, rotation = now
+    step = stamp - before[0]
+    if delay == 0.0 or step <= 0.0:
+        return now
+    share = delay / step
+    turn = Rotation.from_matrix(before[2].T @ rotation).as_rotvec()
+    onward = Rotation.from_rotvec(share * turn).as_matrix()
+    return stamp + delay, position + share * (position - before[1]), rotation @ onward

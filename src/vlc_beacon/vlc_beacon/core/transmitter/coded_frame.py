@@ -14,13 +14,13 @@ from vlc_beacon.core.light_code.manchester import PREAMBLE, SlotFormat
 from vlc_beacon.core.light_code.reed_solomon_block import slots_of_packet
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_code, symbol_tones
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
-from vlc_beacon.core.light_code.ufsook import EIGHTHS, FIRST_EIGHTH, UFSOOK
+from vlc_beacon.core.light_code.ufsook import EIGHTHS, FIRST_EIGHTH, HALVES, UFSOOK
 from vlc_beacon.core.transmitter.lamp_frame import TICK_RATE, LampFrame, Section, train_of_duration
 
 OFF, ON_A, ON_B, ON = range(4)
 """States of the lamp: both halves, one of them, none."""
-QUADRATURE = (ON, ON, ON_A, ON_A, OFF, OFF, ON_B, ON_B)
-"""A blink in eighths: half B runs a quarter of a cycle ahead of half A."""
+_BLINK = tuple((HALVES @ (ON_A, ON_B)).astype(int).tolist())
+"""States of the lamp in each eighth of a cycle of UFSOOK."""
 _CHIPS = tuple(ON if chip else OFF for chip in PREAMBLE)
 _ONE_AT, _ZERO_AT, _PREAMBLE_AT = 2, 5, 0
 """Where 10, 01 and the whole preamble begin on the wheel of the preamble's chips."""
@@ -32,7 +32,7 @@ def ufsook_frame(packets: Sequence[bytes], plays: int = 0, tick_rate: float = TI
         train_of_duration(first, eighths, UFSOOK.duration, tick_rate)
         for first, eighths in zip(FIRST_EIGHTH, EIGHTHS, strict=True)
     )
-    return LampFrame(QUADRATURE, UFSOOK.bits, trains, UFSOOK.marker, _symbols(UFSOOK, packets), plays)
+    return LampFrame(_BLINK, UFSOOK.bits, trains, UFSOOK.marker, _symbols(UFSOOK, packets), plays)
 
 
 def rs_fsk_frame(

@@ -15,7 +15,7 @@ class TrustSettings:
         0.5, 'speed that no command can exceed', unit='m/s', minimum=0.0, maximum=10.0
     )
     zone_radius: float = setting(
-        1.0,
+        0.3,
         'horizontal distance from its beacon within which a command is obeyed',
         unit='m',
         minimum=0.05,

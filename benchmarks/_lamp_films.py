@@ -1,0 +1,137 @@
+"""Films of the room whose four lamps speak, as a camera on a slow robot takes them, and the receiver for them."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from scene_simulator.camera_clock import CameraClock
+from scene_simulator.ceiling_camera import PAPER_OPTICS, UPWARD, CeilingCamera
+from scene_simulator.ceiling_room import PAPER_LAMPS, paper_room
+from scene_simulator.lamp_drive import LampDrive, LampFrame
+from scene_simulator.lamp_shape import Disc, LampShape, LedGrid
+from scene_simulator.leg_drive import LegDrive
+from scene_simulator.other_lights import distractors
+from scene_simulator.shutter import Shutter
+from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
+from vlc_beacon.core.light_code.ufsook import ufsook_waveform
+from vlc_beacon.core.packet.command_packet import Command
+from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
+from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.trust.command_judge import CommandJudge
+from vlc_beacon.core.trust.command_key import CommandKey
+from vlc_beacon.core.trust.counters import Counters
+from vlc_beacon.core.trust.trust_settings import TrustSettings
+
+BEACONS = tuple(Beacon(k + 1, xyz, LedGrid.radius) for k, xyz in enumerate(PAPER_LAMPS))
+COMMANDING = 4
+"""The beacon that says a command, too."""
+KEY = CommandKey(bytes(range(32)))
+GLOBAL_RATE, ROLLING_RATE = 60.0, 30.0
+"""Images a second that the codes ask for."""
+LEVEL = 0.9
+"""Of a lamp in the image, 1 is 255."""
+
+
+@dataclass(frozen=True)
+class Film:
+    """How a film is taken.
+
+    Attributes:
+        name: as the table calls it.
+        shutter: of the camera.
+        rate: images a second.
+        ambient: light of the ceiling over that of the lamps.
+        shape: of the lamps.
+    """
+
+    name: str
+    shutter: Shutter
+    rate: float
+    ambient: float
+    shape: LampShape
+
+
+_GLOBAL, _ROLLING = Shutter(), Shutter(60e-6, 18.9e-6)
+_PANEL, _DISC = LedGrid(), Disc(LedGrid.radius)
+FILMS = (
+    Film('global, UFSOOK, panels, dim room', _GLOBAL, GLOBAL_RATE, 0.03, _PANEL),
+    Film('global, UFSOOK, panels, lit room', _GLOBAL, GLOBAL_RATE, 0.3, _PANEL),
+    Film('rolling, RS-FSK, discs, dim room', _ROLLING, ROLLING_RATE, 0.03, _DISC),
+    Film('rolling, RS-FSK, discs, lit room', _ROLLING, ROLLING_RATE, 0.3, _DISC),
+    Film('rolling, RS-FSK, panels, lit room', _ROLLING, ROLLING_RATE, 0.3, _PANEL),
+)
+"""Panels are the paper's 8 x 8 LEDs, discs the same lamps behind frosted glass."""
+
+
+class CounterMemory:
+    """Keeps the counters of commands while a film runs."""
+
+    def __init__(self) -> None:
+        """Begin with no counter heard."""
+        self._counters = Counters()
+
+    def read(self) -> Counters:
+        """Return the counters."""
+        return self._counters
+
+    def write(self, counters: Counters) -> None:
+        """Keep the counters."""
+        self._counters = counters
+
+
+def spoken(beacon: int) -> list[bytes]:
+    """Return what a lamp plays in turn: its ID twice, and one of them a command."""
+    packets = [IdPacket(beacon).to_bytes()] * 2
+    if beacon == COMMANDING:
+        packets.append(KEY.sign(Command(beacon, Operation.SLOW, 0.125, 1)).to_bytes())
+    return packets
+
+
+def drive_of(film: Film) -> LampDrive:
+    """Return a slow drive in the middle of the room, other lights about."""
+    eye = CeilingCamera(PAPER_OPTICS, film.shutter)
+    brightness = eye.brightness_for(LEVEL)
+    packets = [spoken(beacon.id) for beacon in BEACONS]
+    is_global = film.shutter.row_time == 0.0
+    waveforms = [ufsook_waveform(each) if is_global else rs_fsk_waveform(each, film.rate) for each in packets]
+    room = paper_room(waveforms, film.shape, brightness).lit(film.ambient * brightness)
+    # Lamps are switched on one by one and their clocks are not those of the camera.
+    lamps = tuple(
+        replace(lamp, phase=0.1234 * k, clock_offset=20.0 * k - 30.0) for k, lamp in enumerate(room.lamps)
+    )
+    room = replace(room, lamps=lamps).with_lights(distractors(brightness))
+    route = LegDrive([(0.7, 0.9), (1.1, 0.9)], [0.04], 0.1)
+    return LampDrive(room, route, eye, UPWARD, clock=CameraClock(film.rate), seed=1)
+
+
+def receiver_for(film: Film) -> BeaconReceiver:
+    """Return a receiver that knows the lamps and the key."""
+    settings = ReceiverSettings(
+        shutter='rolling' if film.shutter.row_time else 'global',
+        row_time=film.shutter.row_time or ReceiverSettings().row_time,
+        exposure_time=film.shutter.exposure,
+    )
+    places = {beacon.id: beacon.xyz[:2] for beacon in BEACONS}
+    judge = CommandJudge(
+        KEY, CounterMemory(), places, TrustSettings(zone_radius=math.hypot(*BEACONS[3].xyz[:2]))
+    )
+    return BeaconReceiver(BEACONS, UPWARD, judge, settings)
+
+
+def frames_told(drive: LampDrive, receiver: BeaconReceiver, seconds: float) -> Iterator[LampFrame]:
+    """Yield the frames of a drive after the receiver was told what wheels and inertial unit said before each."""
+    wheels, tilts = deque(drive.odometry(seconds)), deque(drive.tilt_readings(seconds))
+    for frame in drive.frames(seconds):
+        while wheels and wheels[0].time <= frame.stamp:
+            wheel = wheels.popleft()
+            receiver.add_odometry(wheel.time, wheel.pose)
+        while tilts and tilts[0].time <= frame.stamp:
+            tilt = tilts.popleft()
+            receiver.add_tilt(tilt.time, tilt.roll, tilt.pitch)
+        yield frame

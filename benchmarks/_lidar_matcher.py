@@ -1,0 +1,80 @@
+"""A 2-D lidar scan matcher: points of a scan on lines of a map that was made before (point-to-line ICP, robust).
+
+It is given more than lamps need: a map of exact poses and a first guess near the truth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from shirube_geometry import PlanarPose
+
+CELL = 0.04
+"""Points of the map in a cell become one [m]."""
+NEIGHBOURS = 0.12
+"""Around a point, that tell the direction of its line [m]."""
+POINTS_MIN = 5
+THIN = 0.015
+"""Standard deviation across a line, at the most: corners are none [m]."""
+GATES = (0.4,) * 8 + (0.2,) * 8 + (0.1,) * 8 + (0.05,) * 12
+"""Points that are farther from the map are left out, step by step [m]."""
+SCALE = 0.02
+"""Residuals beyond it count less [m]."""
+SHARE_MIN = 0.3
+"""Of the points that must be near the map at the end."""
+
+
+class ScanMatcher:
+    """Matches scans with a map."""
+
+    def __init__(self, scans: Iterable[tuple[PlanarPose, NDArray[np.float64]]]) -> None:
+        """Make the map of scans, shape (n, 2) in the base frame [m], at known poses."""
+        points = np.concatenate([pose.transform(scan) for pose, scan in scans])
+        thin = _means_of_cells(points)
+        near = cKDTree(points).query_ball_point(thin, NEIGHBOURS)
+        lines = [line for line in (_line(points[members]) for members in near) if line is not None]
+        self._points, self._normals = np.array(lines).transpose(1, 0, 2)
+        self._tree = cKDTree(self._points)
+
+    def match(self, scan: NDArray[np.float64], guess: PlanarPose) -> PlanarPose | None:
+        """Return ``T_map_base`` of a scan, shape (n, 2) in the base frame [m]; None where too few points fit."""
+        pose, share = guess, 0.0
+        for gate in GATES:
+            points = pose.transform(scan)
+            distances, nearest = map(np.asarray, self._tree.query(points, distance_upper_bound=gate))
+            paired = np.isfinite(distances)
+            share = float(paired.mean())
+            if share < SHARE_MIN:
+                return None
+            pose = self._step(pose, points[paired], nearest[paired])
+        return pose
+
+    def _step(self, pose: PlanarPose, points: NDArray[np.float64], nearest: NDArray[np.int64]) -> PlanarPose:
+        normals = self._normals[nearest]
+        residuals = ((points - self._points[nearest]) * normals).sum(axis=1)
+        lever = points - [pose.x, pose.y]
+        turn = lever[:, 0] * normals[:, 1] - lever[:, 1] * normals[:, 0]
+        J = np.column_stack([normals, turn])
+        weights = 1.0 / (1.0 + (residuals / SCALE) ** 2)
+        normal = J.T @ (weights[:, None] * J) + 1e-9 * np.eye(3)
+        x, y, yaw = np.linalg.solve(normal, -J.T @ (weights * residuals)).tolist()
+        return PlanarPose(pose.x + x, pose.y + y, pose.yaw + yaw)
+
+
+def _means_of_cells(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    _, cells, counts = np.unique(np.floor(points / CELL), axis=0, return_inverse=True, return_counts=True)
+    sums = np.zeros((len(counts), 2))
+    np.add.at(sums, cells.ravel(), points)
+    return sums / counts[:, None]
+
+
+def _line(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Return the middle of points, shape (n, 2), and the direction across their line; None where they form none."""
+    if len(points) < POINTS_MIN:
+        return None
+    variances, directions = np.linalg.eigh(np.cov(points.T))
+    return (points.mean(axis=0), directions[:, 0]) if variances[0] < THIN**2 else None

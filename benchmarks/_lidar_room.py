@@ -1,0 +1,152 @@
+"""The paper's room with furniture in it, for a lidar that sees it and a camera that looks past it to the lamps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from _lamp_room import PLACES, ROOM
+from numpy.typing import NDArray
+
+from shirube_geometry import PlanarPose
+
+MIDDLE = (0.9, 0.9)
+"""Of the room [m]."""
+BEAMS = 360
+RANGE_NOISE = 0.01
+"""Standard deviation of a range [m]."""
+ROBOT_RADIUS = 0.25
+"""[m]"""
+TRIES = 200
+KINDS = (
+    *(((1.0, 0.4), 1.8, True),) * 3,
+    ((2.0, 0.9), 0.8, True),
+    *(((1.4, 0.8), 0.75, False),) * 2,
+    *(((0.45, 0.45), 0.9, False),) * 4,
+)
+"""Shelves, a sofa, sideboards, boxes: width and depth [m], height [m], and whether it stands at a wall."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A piece of furniture.
+
+    Attributes:
+        pose: of its middle in the map; at a wall it looks into the room.
+        size: along its x and y [m].
+        height: [m].
+    """
+
+    pose: PlanarPose
+    size: tuple[float, float]
+    height: float
+
+    @property
+    def corners(self) -> NDArray[np.float64]:
+        """Shape (4, 2), in turn [m]."""
+        half = 0.5 * np.array(self.size)
+        return self.pose.transform(half * [(-1, -1), (1, -1), (1, 1), (-1, 1)])
+
+    def holds(self, points: NDArray[np.float64], margin: float) -> NDArray[np.bool_]:
+        """Return which points, shape (n, 2) [m], are in it or nearer to it than a margin along its axes."""
+        inside = np.abs(self.pose.inverse().transform(points)) <= 0.5 * np.array(self.size) + margin
+        return np.asarray(inside.all(axis=1))
+
+
+@dataclass(frozen=True)
+class FurnishedRoom:
+    """Four walls and furniture."""
+
+    pieces: tuple[Piece, ...]
+
+    @cached_property
+    def _segments(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Starts and ends of walls and sides, shapes (n, 2) [m]."""
+        half = 0.5 * np.array(ROOM)
+        walls = np.array(MIDDLE) + half * [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+        outlines = [walls, *(piece.corners for piece in self.pieces)]
+        return np.concatenate(outlines), np.concatenate([np.roll(each, -1, axis=0) for each in outlines])
+
+    def is_free(self, pose: PlanarPose) -> bool:
+        """Return whether the robot can stand there."""
+        place = np.array([[pose.x, pose.y]])
+        in_room = (np.abs(place[0] - MIDDLE) <= 0.5 * np.array(ROOM) - ROBOT_RADIUS).all()
+        return bool(in_room) and not any(piece.holds(place, ROBOT_RADIUS)[0] for piece in self.pieces)
+
+    def scan(self, pose: PlanarPose, rng: np.random.Generator) -> NDArray[np.float64]:
+        """Return what the lidar on ``base_link`` sees, shape (BEAMS, 2), points in the base frame [m]."""
+        angles = np.arange(BEAMS) * (2.0 * math.pi / BEAMS)
+        directions = np.column_stack([np.cos(angles), np.sin(angles)])
+        starts, ends = (pose.inverse().transform(points) for points in self._segments)
+        along = ends - starts
+        across = directions[:, None, 0] * along[None, :, 1] - directions[:, None, 1] * along[None, :, 0]
+        with np.errstate(divide='ignore', invalid='ignore'):
+            ranges = (starts[:, 0] * along[:, 1] - starts[:, 1] * along[:, 0]) / across
+            share = (
+                starts[None, :, 0] * directions[:, None, 1] - starts[None, :, 1] * directions[:, None, 0]
+            ) / across
+        hit = (ranges > 0.0) & (share >= 0.0) & (share <= 1.0)
+        nearest = np.where(hit, ranges, np.inf).min(axis=1)
+        return (nearest + RANGE_NOISE * rng.standard_normal(BEAMS))[:, None] * directions
+
+    def hides_lamps(self, pose: PlanarPose) -> NDArray[np.bool_]:
+        """Return which lamps furniture hides from the camera on the floor, shape (4,)."""
+        hidden = np.zeros(len(PLACES), dtype=np.bool_)
+        for piece in self.pieces:
+            # Up to there the way to the lamp is below the top of the piece.
+            low = np.linspace(0.0, 1.0, 100)[:, None] * min(piece.height / PLACES[0, 2], 1.0)
+            for k, lamp in enumerate(PLACES):
+                way = np.array([pose.x, pose.y]) + low * (lamp[:2] - [pose.x, pose.y])
+                hidden[k] |= piece.holds(way, 0.0).any()
+        return hidden
+
+
+def furnished_room(rng: np.random.Generator) -> FurnishedRoom:
+    """Return a room with all furniture at places of chance."""
+    pieces: list[Piece] = []
+    for size, height, at_wall in KINDS:
+        for _ in range(TRIES):
+            piece = Piece(_somewhere(size, rng, at_wall=at_wall), size, height)
+            if _fits(piece, pieces):
+                pieces.append(piece)
+                break
+    return FurnishedRoom(tuple(pieces))
+
+
+def shifted(room: FurnishedRoom, rng: np.random.Generator) -> FurnishedRoom:
+    """Return the room with every piece pushed by 5 to 30 cm and turned by up to 10 degrees."""
+    pieces = []
+    for piece in room.pieces:
+        way, towards = rng.uniform(0.05, 0.3), rng.uniform(-math.pi, math.pi)
+        push = PlanarPose(
+            way * math.cos(towards), way * math.sin(towards), math.radians(rng.uniform(-10.0, 10.0))
+        )
+        pieces.append(Piece(piece.pose @ push, piece.size, piece.height))
+    return FurnishedRoom(tuple(pieces))
+
+
+def _somewhere(size: tuple[float, float], rng: np.random.Generator, *, at_wall: bool) -> PlanarPose:
+    half = 0.5 * np.array(ROOM)
+    if not at_wall:
+        x, y = MIDDLE + rng.uniform(-1.0, 1.0, 2) * (half - 0.5 * max(size))
+        return PlanarPose(float(x), float(y), rng.uniform(-math.pi, math.pi))
+    side = int(rng.integers(4))
+    along, out = (half[0], half[1]) if side % 2 == 0 else (half[1], half[0])
+    local = PlanarPose(rng.uniform(-1.0, 1.0) * (along - 0.5 * size[0]), 0.5 * size[1] - out, 0.0)
+    return PlanarPose(*MIDDLE, 0.0) @ PlanarPose(0.0, 0.0, side * 0.5 * math.pi) @ local
+
+
+def _fits(piece: Piece, others: Sequence[Piece]) -> bool:
+    """Return whether pieces leave room for the robot between them, or touch with no gap to speak of."""
+    return not any(
+        other.holds(_grid(piece), 0.1).any() or piece.holds(_grid(other), 0.1).any() for other in others
+    )
+
+
+def _grid(piece: Piece) -> NDArray[np.float64]:
+    half = 0.5 * np.array(piece.size)
+    steps = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 7)] * 2), axis=-1).reshape(-1, 2)
+    return piece.pose.transform(half * steps)

@@ -1,0 +1,129 @@
+"""The paper's run (3.3) in a closed loop: what lamps say moves the robot, and what it sees follows from that."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from scene_simulator.camera_motion import camera_pose
+from scene_simulator.ceiling_camera import UPWARD, CeilingCamera
+from scene_simulator.ceiling_room import PAPER_LAMPS, paper_room
+from scene_simulator.lamp_shape import Disc
+from scene_simulator.shutter import Shutter
+from shirube_geometry import PinholeCamera, PlanarPose
+from vlc_beacon.core.drive.command_executor import CommandExecutor
+from vlc_beacon.core.drive.drive_settings import DriveSettings
+from vlc_beacon.core.drive.velocity import Velocity
+from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
+from vlc_beacon.core.packet.command_packet import Command
+from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.pose_fix import BeaconFix
+from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
+from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.trust.command_judge import CommandJudge
+from vlc_beacon.core.trust.command_key import CommandKey
+from vlc_beacon.core.trust.counters import Counters
+from vlc_beacon.core.trust.trust_settings import TrustSettings
+from vlc_beacon.core.trust.verdict import Accepted
+
+KEY = CommandKey(bytes(range(32)))
+CAMERA = PinholeCamera(320, 320, 150.0, 150.0, 159.5, 159.5)
+RADIUS = 0.12
+LIGHT = ReceiverSettings(shutter='rolling', row_time=18.9e-6, exposure_time=6e-5)
+CRUISE, SLOW = 0.4, 0.2
+HEARD = 15.2
+"""All lamps have said everything twice by then [s]."""
+STAMPS = np.concatenate([np.arange(0.0, HEARD, 1.0 / 30.0), np.arange(HEARD, 32.5, 0.1)])
+"""Poses alone need fewer images than the light's code [s]."""
+SAID = {
+    3: ((Operation.TURN, -0.5 * math.pi), (Operation.SPEED_UP, CRUISE)),
+    4: ((Operation.SLOW, SLOW), (Operation.TURN, -0.5 * math.pi)),
+}
+"""What the paper's B and A say."""
+TRUST = TrustSettings()
+
+
+class Memory:
+    def read(self) -> Counters:
+        return Counters()
+
+    def write(self, _: Counters) -> None:
+        """Forget them: nobody starts the robot again."""
+
+
+class Robot:
+    """Wheels that do a little less than they are told, and the camera on top."""
+
+    def __init__(self, pose: PlanarPose) -> None:
+        self.pose, self.velocity, self.stamp = pose, Velocity(), 0.0
+
+    def pose_at(self, stamp: float) -> PlanarPose:
+        since = stamp - self.stamp
+        turn = 0.98 * self.velocity.turn_rate * since
+        way = 0.98 * self.velocity.forward * since
+        return self.pose @ PlanarPose(way * math.cos(0.5 * turn), way * math.sin(0.5 * turn), turn)
+
+    def obey(self, velocity: Velocity | None, stamp: float) -> None:
+        self.pose, self.stamp, self.velocity = self.pose_at(stamp), stamp, velocity or Velocity()
+
+
+def packets_of(beacon: int) -> list[bytes]:
+    rules = [KEY.sign(Command(beacon, *said, 1)).to_bytes() for said in SAID.get(beacon, ())]
+    return [*rules, IdPacket(beacon).to_bytes(), IdPacket(beacon).to_bytes()]
+
+
+@pytest.fixture(scope='module')
+def run() -> list[tuple[float, PlanarPose, Velocity]]:
+    """Stamps, true poses and velocities; the robot begins 0.7 m before A and stands until A was heard."""
+    beacons = [Beacon(i + 1, place, RADIUS) for i, place in enumerate(PAPER_LAMPS)]
+    judge = CommandJudge(KEY, Memory(), {b.id: b.xyz[:2] for b in beacons}, TRUST)
+    receiver = BeaconReceiver(beacons, UPWARD, judge, LIGHT)
+    executor = CommandExecutor(DriveSettings(cruise_speed=CRUISE), TRUST.speed_limit)
+    eye = CeilingCamera(CAMERA, Shutter(LIGHT.exposure_time, LIGHT.row_time))
+    waveforms = [rs_fsk_waveform(packets_of(beacon.id), 30.0) for beacon in beacons]
+    room = paper_room(waveforms, Disc(RADIUS), eye.brightness_for(0.9))
+    robot, rng, told = Robot(PlanarPose(1.1, 1.8, 0.0)), np.random.default_rng(1), []
+    for stamp in STAMPS.tolist():
+        photo = eye.photograph(room, lambda time: camera_pose(robot.pose_at(time), UPWARD), stamp, rng)
+        reception = receiver.receive(stamp, photo.image, CAMERA)
+        if isinstance(reception.result, BeaconFix) and stamp >= HEARD:
+            executor.robot_at(stamp, reception.result.T_map_base)
+        for verdict in reception.verdicts:
+            if isinstance(verdict.answer, Accepted):
+                command = verdict.answer.command
+                executor.obey(Operation(command.operation), command.value)
+        velocity = executor.velocity(stamp)
+        told.append((stamp, robot.pose, velocity or Velocity()))
+        # An image takes a while to be read.
+        robot.obey(velocity, stamp + 0.02)
+    return told
+
+
+def test_the_robot_turns_where_the_lamps_say(run: list[tuple[float, PlanarPose, Velocity]]) -> None:
+    for lamp, yaw in ((4, 0.0), (3, -0.5 * math.pi)):
+        x, y, _ = PAPER_LAMPS[lamp - 1]
+        # Where it is half way round.
+        half = yaw - 0.25 * math.pi
+        _, pose, _ = min(run, key=lambda told: abs(told[1].turn_to(PlanarPose(0.0, 0.0, half))))
+        assert math.hypot(pose.x - x, pose.y - y) < TRUST.zone_radius + 0.05
+
+
+def test_it_drives_off_backwards_at_the_speed_that_it_was_told(
+    run: list[tuple[float, PlanarPose, Velocity]],
+) -> None:
+    _, end, velocity = run[-1]
+    assert abs(end.turn_to(PlanarPose(0.0, 0.0, math.pi))) < 0.02
+    assert velocity.forward == pytest.approx(CRUISE)
+    assert end.y == pytest.approx(0.0, abs=TRUST.zone_radius + 0.05)
+    assert end.x < 1.5
+
+
+def test_it_is_slow_from_a_to_b(run: list[tuple[float, PlanarPose, Velocity]]) -> None:
+    ahead = [velocity.forward for _, pose, velocity in run if 0.5 < pose.y < 1.3]
+    assert np.median(ahead) == pytest.approx(SLOW)
+    assert max(ahead) <= SLOW + 1e-9
+    assert max(velocity.forward for _, _, velocity in run) <= TRUST.speed_limit

@@ -1,0 +1,92 @@
+"""Lamps that flicker without a code, and lamps that speak up late."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vlc_beacon.core.lamp_image.lamp_tracks import LampSample
+from vlc_beacon.core.light_code.ufsook import ufsook_waveform
+from vlc_beacon.core.packet.data_packet import packets_of_message
+from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.receiver.followed_lamp import FollowedLamp, Silence
+from vlc_beacon.core.receiver.global_shutter_decoder import GlobalShutterDecoder
+from vlc_beacon.core.receiver.lamp_decoder import LampView
+from vlc_beacon.core.receiver.patience import LISTEN, REST
+
+RATE, EXPOSURE = 60.004, 5e-4
+NOTHING = np.zeros((16, 16), np.uint8)
+
+
+class CountingDecoder:
+    def __init__(self):
+        self.decoder, self.reads = GlobalShutterDecoder(EXPOSURE), 0
+
+    def read(self, view):
+        self.reads += 1
+        return self.decoder.read(view)
+
+
+def mains(frequency):
+    """Return the light of a lamp on the mains: it goes out twice a cycle."""
+    return lambda stamp: np.full(2, math.sin(math.pi * frequency * stamp) ** 2)
+
+
+def speaking(beacon):
+    waveform = ufsook_waveform([IdPacket(beacon).to_bytes()])
+    return lambda stamp: waveform.exposed(stamp, EXPOSURE)
+
+
+def watch(lamp, light, begin, seconds, diameter=16.0):
+    """Let a lamp be seen for a while."""
+    for stamp in np.arange(begin, begin + seconds, 1.0 / RATE):
+        parts = light(stamp)
+        sample = LampSample(1, np.zeros(2), np.full(2, 0.1), 0.5 * diameter, parts, None, 0)
+        lamp.see(LampView(float(stamp), NOTHING, sample, 0.0))
+
+
+@pytest.mark.parametrize('frequency', [100.0, 120.0, 100.2])
+def test_a_lamp_on_the_mains_is_left_alone_in_the_end(frequency):
+    decoder = CountingDecoder()
+    lamp = FollowedLamp(decoder, {1}, 6.0)
+    watch(lamp, mains(frequency), 0.0, LISTEN - 1.0)
+    assert lamp.silence is None
+    watch(lamp, mains(frequency), LISTEN - 1.0, REST)
+    assert lamp.silence is Silence.NO_CODE
+    assert decoder.reads == pytest.approx(LISTEN * RATE, abs=2)
+    assert (lamp.beacon, lamp.stranger) == (None, None)
+
+
+def test_a_lamp_that_cannot_be_read_may_be_too_small():
+    lamp = FollowedLamp(CountingDecoder(), {1}, 6.0)
+    watch(lamp, mains(100.0), 0.0, LISTEN + 1.0, diameter=5.0)
+    assert lamp.silence is Silence.TOO_SMALL
+
+
+def test_a_lamp_that_was_switched_on_is_found_in_the_end():
+    lamp = FollowedLamp(GlobalShutterDecoder(EXPOSURE), {7}, 6.0)
+    watch(lamp, mains(100.0), 0.0, LISTEN + REST - 1.0)
+    assert lamp.silence is Silence.NO_CODE
+    watch(lamp, speaking(7), LISTEN + REST, 8.0)
+    assert (lamp.beacon, lamp.silence) == (7, None)
+
+
+def test_a_named_lamp_is_listened_to_for_ever():
+    decoder = CountingDecoder()
+    lamp = FollowedLamp(decoder, {7}, 6.0)
+    watch(lamp, speaking(7), 0.0, 5.0)
+    reads = decoder.reads
+    watch(lamp, mains(100.0), 5.0, 2.0 * LISTEN)
+    assert lamp.beacon == 7
+    assert lamp.silence is None
+    assert decoder.reads - reads == pytest.approx(2.0 * LISTEN * RATE, abs=2)
+
+
+def test_a_message_is_told_when_it_is_whole():
+    lamp, said = FollowedLamp(GlobalShutterDecoder(EXPOSURE), {7}, 6.0), []
+    waveform = ufsook_waveform([packet.to_bytes() for packet in packets_of_message('Guten Tag')])
+    for stamp in np.arange(0.0, 20.0, 1.0 / RATE):
+        sample = LampSample(1, np.zeros(2), np.full(2, 0.1), 8.0, waveform.exposed(stamp, EXPOSURE), None, 0)
+        lamp.see(LampView(float(stamp), NOTHING, sample, 0.0))
+        said += [] if lamp.said is None else [lamp.said]
+    assert said == ['Guten Tag']

@@ -1,0 +1,54 @@
+"""Runs every compiled kernel once on a made-up lamp, so that the first real image does not wait for a compiler."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from light_waveform import Waveform
+from vlc_beacon.core.light_code.lamp_rows import rows_of_frame
+from vlc_beacon.core.light_code.manchester import SlotFormat
+from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
+from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
+from vlc_beacon.core.light_code.ufsook import FRAME_RATE, ufsook_waveform
+from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.receiver.light_receiver import LightReceiver
+from vlc_beacon.core.receiver.settings import ReceiverSettings
+
+_SECONDS = 1.6
+"""A beat is found and an ID is read."""
+_SIDE, _RADIUS, _LEVEL = 96, 12.0, 200.0
+_SHUTTERS = ('global', 'rolling')
+
+
+def warm_up(settings: ReceiverSettings) -> None:
+    """Read a made-up lamp with the shutter of the settings."""
+    receiver = LightReceiver([], ReceiverSettings(settings.shutter))
+    rate = settings.lamp_frame_rate if settings.is_rolling else FRAME_RATE
+    packets = [IdPacket(1).to_bytes()]
+    light = rs_fsk_waveform(packets, rate) if settings.is_rolling else ufsook_waveform(packets)
+    for stamp in np.arange(0.0, _SECONDS, 1.0 / rate).tolist():
+        receiver.receive(stamp, _image(light, stamp, settings))
+    if settings.is_rolling:
+        slots = SlotFormat()
+        rows = np.random.default_rng(0).uniform(
+            size=slots.rows_min(settings.row_time, settings.exposure_time)
+        )
+        seen = rows_of_frame(0.0, 0, rows, settings.row_time, settings.exposure_time)
+        ManchesterDecoder(slots).add_frames(seen)
+
+
+def _image(light: Waveform, stamp: float, settings: ReceiverSettings) -> NDArray[np.uint8]:
+    """Return an image of a disc, shape (_SIDE, _SIDE), whose halves or rows show the light."""
+    v, u = np.indices((_SIDE, _SIDE)) - 0.5 * _SIDE
+    if settings.is_rolling:
+        shares = light.exposed(stamp + np.arange(_SIDE) * settings.row_time, settings.exposure_time)
+    else:
+        first, second = light.exposed(stamp, settings.exposure_time)
+        shares = np.where(u < 0.0, first, second)
+    return np.where(np.hypot(u, v) < _RADIUS, _LEVEL * shares, 4.0).astype(np.uint8)
+
+
+if __name__ == '__main__':
+    for shutter in _SHUTTERS:
+        warm_up(ReceiverSettings(shutter))
