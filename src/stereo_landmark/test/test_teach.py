@@ -130,13 +130,10 @@ def test_a_size_tells_things_in_one_place_apart(lesson, tmp_path):
         assert all(size[0] < part.shape.semi_axes[0] < size[1] for part in target.primitives)
 
 
-def test_every_kind_can_be_taught_and_comes_back_from_its_file(lesson):
-    for kind in Kind:
-        lesson.primitives.append(
-            {'kind': kind.value, 'name': f'low {kind.value}', 'region': [0, 130, 376, 240], 'count': 1}
-        )
-    (target,) = lesson.place().targets
-    assert [part.kind for part in target.primitives[4:]] == list(Kind)
+def test_a_quadrilateral_is_taught_by_its_corners(lesson):
+    lesson.primitives.append({'kind': 'quadrilateral', 'name': 'plate', 'near': [298, 211]})
+    names = [name for name in lesson.place().coordinates.names if 'plate' in name]
+    assert names == [f'meters/plate/corner_{i}' for i in range(4)]
 
 
 def test_a_bag_teaches_the_same_as_its_images(lesson, tmp_path):
