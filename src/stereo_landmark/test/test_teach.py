@@ -131,7 +131,7 @@ def test_a_size_tells_things_in_one_place_apart(lesson, tmp_path):
 
 
 def test_a_quadrilateral_is_taught_by_its_corners(lesson):
-    lesson.primitives.append({'kind': 'quadrilateral', 'name': 'plate', 'near': [298, 211]})
+    lesson.primitives.append({'kind': 'quadrilateral', 'name': 'plate', 'near': [266, 187]})
     names = [name for name in lesson.place().coordinates.names if 'plate' in name]
     assert names == [f'meters/plate/corner_{i}' for i in range(4)]
 
