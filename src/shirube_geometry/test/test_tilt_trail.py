@@ -1,17 +1,19 @@
 from shirube_geometry import TiltTrail
 
 
-def test_the_reading_nearest_to_a_time_counts():
+def test_the_nearest_reading_counts_before_and_after() -> None:
     trail = TiltTrail()
-    for number in range(5):
-        trail.add(0.1 * number, 0.01 * number, -0.01 * number)
-    assert trail.tilt_at(0.21) == (0.02, -0.02)
-    assert trail.tilt_at(0.45) == (0.04, -0.04)
+    for k in range(50):
+        trail.add(0.02 * k, 0.001 * k, -0.002 * k)
+    assert trail.tilt_at(0.4) == (0.02, -0.04)
+    assert trail.tilt_at(0.411) == (0.021, -0.042)
+    assert trail.tilt_at(1.02) == (0.049, -0.098)
 
 
-def test_without_a_reading_near_the_tilt_is_not_known():
+def test_an_old_reading_says_nothing() -> None:
     trail = TiltTrail()
     assert trail.tilt_at(0.0) is None
     trail.add(1.0, 0.1, 0.2)
+    assert trail.tilt_at(1.05) == (0.1, 0.2)
     assert trail.tilt_at(1.2) is None
-    assert trail.tilt_at(0.95) == (0.1, 0.2)
+    assert trail.tilt_at(0.8) is None

@@ -42,6 +42,7 @@ from stereo_landmark.files.grey_image import grey
 from stereo_landmark.files.place_file import load_places
 from stereo_landmark.localizer_report import LocalizerReport
 from stereo_landmark.node_settings import NodeSettings
+from stereo_landmark.rehearsal import rehearse
 from stereo_landmark.target_markers import target_markers
 
 _TELL_INTERVAL = 1.0
@@ -95,7 +96,10 @@ class StereoLandmarkNode(Node):
         refuse_misspelled_parameters(self)
         if not self._settings.places_dir:
             raise SettingsError('places_dir is not set; give the folder of the taught places')
-        places = load_places(Path(self._settings.places_dir))
+        folder = Path(self._settings.places_dir)
+        places = load_places(folder)
+        for line in rehearse(folder, places, method):
+            self.get_logger().warning(line)
         self._new_stream = partial(create_stream, places, self._settings.mount, self._settings, method)
         self._stream = self._new_stream()
         self._was_at: str | None = ''

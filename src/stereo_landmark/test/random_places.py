@@ -14,6 +14,7 @@ from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.primitives.parallel_lines import ParallelLines
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+from stereo_landmark.core.procedure.stereo_measurement import invariant_points
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
 from stereo_landmark.files.taught_images import TaughtImages
 
@@ -63,7 +64,7 @@ def random_place(seed, name='hall'):
         f'{target}/{part.name}/{point}'
         for target, those in zip(NAMES, parts)
         for part in those
-        for point in part.shape.image_points()
+        for point in invariant_points(part.shape)
     )
     roots = awkward(rng, len(names), 3, 3)
     points = SpatialPoints(names, awkward(rng, len(names), 3), np.array([root.T @ root for root in roots]))

@@ -134,7 +134,9 @@ def test_unequal_numbers_of_images_are_refused(once, capsys):
 def test_a_view_of_something_else_is_told_with_its_reason(files, tmp_path, capsys):
     for side in ('left', 'right'):
         cv2.imwrite(str(files.images[side]), np.full((240, 376), 120, np.uint8))
-    assert 'no pair gave a displacement' in refusal(capsys, *files.options('--out', str(tmp_path / 'out')))
+    assert 'no pair gave a displacement: nothing looks like it' in refusal(
+        capsys, *files.options('--out', str(tmp_path / 'out'))
+    )
     (row,) = csv.DictReader((tmp_path / 'out/poses.csv').open())
     assert row['reason'] == 'nothing looks like it'
     assert 'meters' in row['detail']
@@ -181,3 +183,11 @@ def test_stamps_without_a_partner_are_told_and_paired_when_asked(once, tmp_path,
     assert 'no stamps in common; give --approximate-sync' in line
     assert main(bag_options(once, tmp_path / 'bag', *out, '--approximate-sync', '0.005')) == 0
     assert len(load_tum(tmp_path / 'out/displacements_wall.tum')) == 2
+
+
+def test_a_bag_of_other_cameras_ends_with_the_line_that_says_so(once, tmp_path, capsys):
+    other = PinholeCamera(376, 240, 351.0, 351.0, 187.5, 119.5)
+    calibrations = rectified_calibration(other), rectified_calibration(other, 0.2)
+    write_pairs(tmp_path / 'bag', [(START, START, *seen(HERE))], calibrations)
+    line = refusal(capsys, *bag_options(once, tmp_path / 'bag', '--out', str(tmp_path / 'out')))
+    assert 'no pair gave a displacement: place wall was taught with other cameras' in line

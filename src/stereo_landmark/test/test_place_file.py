@@ -25,6 +25,7 @@ def test_a_place_is_loaded_as_it_was_saved_to_the_last_bit(tmp_path, seed):
     assert is_same(load_images(path), images)
     text = path.read_bytes()
     assert save_place(tmp_path, load_place(path), load_images(path)).read_bytes() == text
+    assert is_same(load_images(path), images)
 
 
 def test_all_places_of_a_folder_are_loaded_in_the_order_of_their_names(tmp_path):

@@ -1,10 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from place_scenes import CAMERA, MOUNT
 from stereo_calibrations import RealPairs, raw_calibrations
 
 from shirube_geometry import PinholeCamera, matrix_from_rpy
-from stereo_landmark.core.pair.camera_calibration import stereo_rig
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.pair_check import PairFault, pair_fault
 from stereo_landmark.core.pair.rectification import Rectifier
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
@@ -53,6 +55,13 @@ def test_rectified_images_show_points_where_the_rig_says():
         found = np.array([centre(image, place) for place in expected])
         assert np.abs(found - expected).max() < 0.06
     assert np.allclose(R_right @ (ROTATION @ left[0] + SHIFT), rectified[0] - [rig.baseline, 0.0, 0.0])
+
+
+def test_where_the_lens_shows_nothing_there_is_no_black_frame():
+    lens = replace(CAMERA, distortion=(0.3, 0.0, 0.0, 0.0, 0.0))
+    projection = np.column_stack([CAMERA.matrix * [[0.8], [0.8], [1.0]], np.zeros(3)])
+    calibration = CameraCalibration(lens, tuple(np.eye(3).ravel()), tuple(projection.ravel().tolist()))
+    assert (Rectifier(calibration).rectify(np.full((480, 752), 140, np.uint8)) == 140).all()
 
 
 def test_an_image_of_another_size_is_refused():

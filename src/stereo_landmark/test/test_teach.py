@@ -1,14 +1,17 @@
 """``teach --batch`` on a drawn wall, and one clear line for whatever is wrong with the lesson."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 import yaml
+from drawn_wall import Wall, look
 from pair_bag import write_pairs
 from place_scenes import MOUNT
 from random_places import is_same
 from stereo_calibrations import rectified_calibration, write_calibration
-from taught_wall import CALIBRATIONS, HERE, METERS, RAW, RIG, T_MAP_PLACE, TAUGHT, raw_image, seen
+from taught_wall import CALIBRATIONS, HERE, METERS, RAW, RIG, T_MAP_PLACE, TAUGHT, WALL, raw_image, seen
 
 from stereo_landmark.commands.locate import main as locate
 from stereo_landmark.commands.teach import main
@@ -114,6 +117,23 @@ def test_regions_and_orders_choose_what_words_say(lesson):
     centres = [part.shape.centre[0] for part in target.primitives[:3]]
     assert centres == pytest.approx(sorted((u for u, _ in CENTRES), reverse=True)[:3], abs=2.0)
     assert target.points == ('meter 1/centre', 'meter 3/centre', 'corner 1/vertex')
+
+
+def test_a_size_tells_things_in_one_place_apart(lesson, tmp_path):
+    rim = Wall((*WALL.things, *(replace(meter, radius=0.05, level=200.0) for meter in METERS)))
+    for side, image in zip(('left', 'right'), look(rim, np.zeros(6), RIG)):
+        cv2.imwrite(str(tmp_path / f'{side}.png'), image)
+    for size in ([4.0, 8.0], [10.0, 15.0]):
+        for part in lesson.primitives:
+            part['size'] = size
+        (target,) = lesson.place().targets
+        assert all(size[0] < part.shape.semi_axes[0] < size[1] for part in target.primitives)
+
+
+def test_a_quadrilateral_is_taught_by_its_corners(lesson):
+    lesson.primitives.append({'kind': 'quadrilateral', 'name': 'plate', 'near': [266, 187]})
+    names = [name for name in lesson.place().coordinates.names if 'plate' in name]
+    assert names == [f'meters/plate/corner_{i}' for i in range(4)]
 
 
 def test_a_bag_teaches_the_same_as_its_images(lesson, tmp_path):

@@ -50,10 +50,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print(f'{places.total()} of {len(frames)} pairs have a displacement; see {", ".join(map(str, files))}')
     for name, number in places.most_common():
         print(f'{number} at {name}')
-    for failure, number in Counter(frame.failure[0] for frame in frames if frame.fix is None).most_common():
+    failures = Counter(frame.failure[0] for frame in frames if frame.fix is None).most_common()
+    for failure, number in failures:
         print(f'{number} without: {failure}')
     if not places:
-        print('locate: no pair gave a displacement; check places, cameras and images', file=sys.stderr)
+        print(f'locate: no pair gave a displacement: {failures[0][0]}', file=sys.stderr)
     return 0 if places else 1
 
 

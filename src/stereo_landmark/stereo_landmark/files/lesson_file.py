@@ -10,7 +10,7 @@ from shirube_geometry import CameraMount, PlanarPose
 from shirube_settings import SettingsError, settings_from_values
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 from stereo_landmark.core.procedure.primitive import Kind
-from stereo_landmark.core.procedure.primitive_choice import Choice, NearChoice, Order, RegionChoice
+from stereo_landmark.core.procedure.primitive_choice import ANY_SIZE, Choice, NearChoice, Order, RegionChoice
 from stereo_landmark.files.schema_check import check_schema
 from stereo_landmark.files.settings_entry import flattened
 from stereo_landmark.files.yaml_file import LandmarkFileError, read_yaml
@@ -141,12 +141,14 @@ def _choice(where: str, entry: dict[str, Any]) -> Choice:
     kind, name = Kind(entry['kind']), entry.get('name', '')
     if ('near' in entry) == ('region' in entry):
         raise LandmarkFileError(f'{where}: give each primitive either near or region')
+    smallest, largest = map(float, entry.get('size', ANY_SIZE))
     if 'near' in entry:
         for other in ('order', 'count'):
             if other in entry:
                 raise LandmarkFileError(f'{where}: {other} goes with region only; leave it out')
         u, v = map(float, entry['near'])
-        return NearChoice(kind, (u, v), name)
+        return NearChoice(kind, (u, v), (smallest, largest), name)
     left, top, right, bottom = map(float, entry['region'])
     order = Order(entry.get('order', Order.LEFT_TO_RIGHT.value))
-    return RegionChoice(kind, (left, top, right, bottom), order, entry.get('count'), name)
+    region = (left, top, right, bottom)
+    return RegionChoice(kind, region, (smallest, largest), order, entry.get('count'), name)

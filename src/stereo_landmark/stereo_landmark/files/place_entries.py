@@ -10,6 +10,7 @@ from shirube_geometry import PlanarPose
 from shirube_settings import SettingsError, describe_settings, settings_from_values
 from stereo_landmark.core.place.stereo_points import SpatialPoints
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+from stereo_landmark.core.procedure.stereo_measurement import invariant_points
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.calibration_entry import calibration_entry, rig_from_entry
@@ -115,7 +116,7 @@ def _check_points(targets: tuple[TaughtTarget, ...], coordinates: SpatialPoints)
     """Refuse places in which what is seen has no coordinates."""
     for target in targets:
         for primitive in target.primitives:
-            for point in primitive.shape.image_points():
+            for point in invariant_points(primitive.shape):
                 name = f'{target.name}/{primitive.name}/{point}'
                 if name not in coordinates.names:
                     raise StereoLandmarkError(f'coordinates: {name} is missing; {_REMEDY}')

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -14,6 +15,9 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 NEAR = 20.0
 """A primitive that is farther from the given place is another one [px]."""
+
+
+ANY_SIZE = (0.0, math.inf)
 
 
 class Order(Enum):
@@ -42,11 +46,13 @@ class NearChoice:
     Attributes:
         kind: of the primitive.
         place: u and v near its centre [px].
+        sizes: smallest and largest, as `size_of` tells them; they tell a rim's inside from its outside [px].
         name: that it gets; the kind and a number if empty.
     """
 
     kind: Kind
     place: tuple[float, float]
+    sizes: tuple[float, float] = ANY_SIZE
     name: str = ''
 
     def found_in(self, scene: DetectedScene) -> list[Primitive]:
@@ -55,13 +61,17 @@ class NearChoice:
         Raises:
             StereoLandmarkError: there is none near.
         """
-        among = scene.kinds[self.kind]
-        offsets = np.hypot(*(among.centres - self.place).T)
+        among = _of_size(scene, self.kind, self.sizes)
+        centres = np.array([primitive.centre for primitive in among]).reshape(-1, 2)
+        offsets = np.hypot(*(centres - self.place).T)
         if not len(offsets) or offsets.min() > NEAR:
             where = f'{self.place[0]:g}, {self.place[1]:g}'
-            nearest = 'there is none' if not len(offsets) else f'the nearest is {offsets.min():.0f} px off'
+            nearest = 'there is none of these sizes in the image'
+            if len(offsets):
+                u, v = centres[int(offsets.argmin())]
+                nearest = f'the nearest is at {u:.0f}, {v:.0f}'
             raise StereoLandmarkError(f'no {self.kind.value} near {where}, {nearest}; correct near')
-        return [among.primitives[int(offsets.argmin())]]
+        return [among[int(offsets.argmin())]]
 
 
 @dataclass(frozen=True)
@@ -71,6 +81,7 @@ class RegionChoice:
     Attributes:
         kind: of the primitives.
         region: left, top, right, bottom; their centres are inside [px].
+        sizes: smallest and largest [px].
         order: in which they are taken.
         count: as many there must be, and no more are taken; None for any number.
         name: that they get, with a number; the kind if empty.
@@ -78,6 +89,7 @@ class RegionChoice:
 
     kind: Kind
     region: tuple[float, float, float, float]
+    sizes: tuple[float, float] = ANY_SIZE
     order: Order = Order.LEFT_TO_RIGHT
     count: int | None = None
     name: str = ''
@@ -91,7 +103,7 @@ class RegionChoice:
         left, top, right, bottom = self.region
         found = [
             primitive
-            for primitive in scene.kinds[self.kind].primitives
+            for primitive in _of_size(scene, self.kind, self.sizes)
             if left <= primitive.centre[0] <= right and top <= primitive.centre[1] <= bottom
         ]
         if len(found) < (self.count or 1):
@@ -123,6 +135,10 @@ def named_primitives(choices: list[Choice], scene: DetectedScene) -> dict[str, P
                 )
             named[_name(choice, number, named)] = primitive
     return named
+
+
+def _of_size(scene: DetectedScene, kind: Kind, sizes: tuple[float, float]) -> list[Primitive]:
+    return [each for each in scene.kinds[kind].primitives if sizes[0] <= size_of(each) <= sizes[1]]
 
 
 def _name(choice: Choice, number: int, taken: dict[str, Primitive]) -> str:
