@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from threading import Event, Thread
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pytest
@@ -35,12 +35,12 @@ class Cameras:
         self._infos = [self.node.create_publisher(CameraInfo, f'{side}/camera_info', 5) for side in SIDES]
         self._thread = Thread(target=self._work)
 
-    def __enter__(self) -> Cameras:
+    def __enter__(self) -> Self:
         self.heard = CameraListener(self.listener, 'raw', 0.0)
         self._thread.start()
         return self
 
-    def __exit__(self, *_: Any) -> None:
+    def __exit__(self, *_: object) -> None:
         self._end.set()
         self._thread.join()
 
@@ -87,5 +87,5 @@ def test_silent_cameras_are_told(graph: IsolatedGraph, monkeypatch: pytest.Monke
     monkeypatch.setattr('stereo_landmark.page.live_pairs.FIRST_WAIT', 0.3)
     with Cameras(graph) as cameras:
         cameras.state = None
-        with pytest.raises(StereoLandmarkError, match='no pair of images came within 0.3 s'):
+        with pytest.raises(StereoLandmarkError, match=r'no pair of images came within 0\.3 s'):
             LivePairs(cameras.heard, MOUNT, rectify=False)

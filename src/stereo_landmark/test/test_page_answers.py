@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from place_scenes import MOUNT
-from taught_wall import CALIBRATIONS, HERE, METERS, T_MAP_PLACE
+from taught_wall import CALIBRATIONS, HERE, T_MAP_PLACE
 from teaching_wall import PAIRS, images_of, meters_of, new_session
 
 from stereo_landmark.files.place_file import load_images, load_place

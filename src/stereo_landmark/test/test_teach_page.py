@@ -7,9 +7,10 @@ import subprocess
 import sys
 import time
 
+import cv2
 import pytest
 from place_scenes import MOUNT
-from taught_wall import HERE, METERS, RIG, TAUGHT, write_files
+from taught_wall import HERE, METERS, RIG, TAUGHT, seen, write_files
 
 from stereo_landmark.files.place_file import load_place
 
@@ -21,9 +22,6 @@ needs_browser = pytest.mark.skipif(
 
 @pytest.fixture(scope='module')
 def files(tmp_path_factory):
-    import cv2
-    from taught_wall import seen
-
     folder = tmp_path_factory.mktemp('page')
     files = write_files(folder)
     shutil.rmtree(files.places)
@@ -96,12 +94,9 @@ def engineer(address):
         browser.close()
 
 
-@needs_browser
-@pytest.mark.timeout(240)
-def test_an_engineer_teaches_a_place_in_the_browser(engineer, files):
+def process_images(engineer):
+    """The edges follow the slider, and all of its movement is one step."""
     page = engineer.page
-
-    # Part 1: the edges follow the slider, and all of its movement is one step.
     before = engineer.look('window.__state.edges.left')
     x, y = engineer.middle('slider-edges.threshold')
     engineer.drag((x - 10, y), (x + 120, y))
@@ -111,7 +106,10 @@ def test_an_engineer_teaches_a_place_in_the_browser(engineer, files):
     engineer.wait('!window.__state.state.can_undo')
     engineer.wait(f'window.__state.edges.left === {before}')
 
-    # Part 2: a region, its primitives, their order.
+
+def choose_targets(engineer):
+    """A region, its primitives, their order."""
+    page = engineer.page
     page.get_by_test_id('part-targets').click()
     engineer.wait("window.__state.part === 'targets'")
     engineer.drag(engineer.at((2, 60)), engineer.at((370, 120)))
@@ -137,7 +135,10 @@ def test_an_engineer_teaches_a_place_in_the_browser(engineer, files):
     page.keyboard.press('Escape')
     page.mouse.up()
 
-    # Part 3: points, one left out and taken back.
+
+def choose_points(engineer):
+    """Points, one left out and taken back."""
+    page = engineer.page
     page.keyboard.press('3')
     point = page.get_by_test_id('point-ellipse 2/centre')
     point.uncheck()
@@ -146,13 +147,19 @@ def test_an_engineer_teaches_a_place_in_the_browser(engineer, files):
     engineer.wait('window.__state.state.targets[0].points.every((p) => p.used)')
     assert '±' in page.get_by_test_id('expected').inner_text()
 
-    # Part 4: the tree is checked as soon as it is shown.
+
+def check_tree(engineer):
+    """The tree is checked as soon as it is shown."""
+    page = engineer.page
     page.keyboard.press('4')
     engineer.wait('window.__state.checks[0]?.trials.length > 4')
     assert engineer.look("window.__state.checks[0].trials.every((t) => t.outcome === 'found')")
     assert page.get_by_test_id('tree').locator('.node').count() == len(METERS) ** 2
 
-    # Part 5: the other pair, and saving.
+
+def try_and_save(engineer):
+    """The other pair, and saving."""
+    page = engineer.page
     page.keyboard.press('5')
     engineer.wait('window.__state.test?.is_fix')
     found = engineer.look('[window.__state.test.x, window.__state.test.y, window.__state.test.yaw]')
@@ -165,6 +172,16 @@ def test_an_engineer_teaches_a_place_in_the_browser(engineer, files):
     engineer.wait("window.__state.state.place === 'wall'")
     page.keyboard.press('Control+s')
     engineer.wait('window.__state.isSaved')
+
+
+@needs_browser
+@pytest.mark.timeout(240)
+def test_an_engineer_teaches_a_place_in_the_browser(engineer, files):
+    process_images(engineer)
+    choose_targets(engineer)
+    choose_points(engineer)
+    check_tree(engineer)
+    try_and_save(engineer)
     place = load_place(files.places / 'wall.yaml')
     assert [part.name for part in place.targets[0].primitives] == [
         'ellipse 4',

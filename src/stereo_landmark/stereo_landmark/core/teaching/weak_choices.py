@@ -119,7 +119,12 @@ def _unmeasured(draft: TargetDraft, parts: Sequence[MeasuredPrimitive]) -> Itera
 
 def _geometry(draft: TargetDraft, measured: MeasuredTarget, fix: PlaceFix | NoPlaceFix) -> Iterator[Hint]:
     if not draft.primitives:
-        yield Hint(Weight.STOP, draft.name, '', 'nothing is chosen; draw a region and click on shapes, or remove the target')
+        yield Hint(
+            Weight.STOP,
+            draft.name,
+            '',
+            'nothing is chosen; draw a region and click on shapes, or remove the target',
+        )
         return
     if isinstance(fix, NoPlaceFix):
         text = f'{fix.reason.value} ({fix.detail}); choose more points, farther apart or nearer'
