@@ -4,8 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from place_scenes import MOUNT
-from taught_wall import CALIBRATIONS, HERE, T_MAP_PLACE
+from taught_wall import HERE, RIG, T_MAP_PLACE
 from teaching_wall import PAIRS, images_of, meters_of, new_session
 
 from stereo_landmark.files.place_file import load_images, load_place
@@ -16,7 +15,7 @@ from stereo_landmark.page.place_saver import PlaceSaver
 
 @pytest.fixture
 def answers(tmp_path):
-    source = RecordedPairs(['taught', 'here'], images_of, CALIBRATIONS, MOUNT)
+    source = RecordedPairs(['taught', 'here'], images_of, RIG)
     return PageAnswers(source, PlaceSaver(tmp_path))
 
 
@@ -109,7 +108,7 @@ def test_a_place_from_elsewhere_is_replaced_only_on_purpose(answers, tmp_path):
     path = tmp_path / 'place_1.yaml'
     assert ask(answers, 'save', replace=False)['saved']
     assert ask(answers, 'save', replace=False)['saved']
-    other = PageAnswers(RecordedPairs(['taught'], images_of, CALIBRATIONS, MOUNT), PlaceSaver(tmp_path))
+    other = PageAnswers(RecordedPairs(['taught'], images_of, RIG), PlaceSaver(tmp_path))
     choose_meters(other, 3)
     answer = ask(other, 'save', replace=False)
     assert answer['exists']

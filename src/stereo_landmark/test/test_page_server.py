@@ -5,8 +5,7 @@ import asyncio
 import pytest
 from aiohttp import WSServerHandshakeError
 from aiohttp.test_utils import TestClient, TestServer
-from place_scenes import MOUNT
-from taught_wall import CALIBRATIONS
+from taught_wall import RIG
 from teaching_wall import images_of
 
 from stereo_landmark.page.access import is_loopback
@@ -22,7 +21,7 @@ def talk(tmp_path):
 
     def run(conversation, token=''):
         async def whole():
-            source = RecordedPairs(['taught', 'here'], images_of, CALIBRATIONS, MOUNT)
+            source = RecordedPairs(['taught', 'here'], images_of, RIG)
             server = PageServer(PageAnswers(source, PlaceSaver(tmp_path)), token)
             async with TestClient(TestServer(server.application())) as client:
                 await asyncio.wait_for(conversation(client), 60.0)

@@ -111,6 +111,7 @@ def make_parser() -> argparse.ArgumentParser:
         '--left', type=Path, nargs='+', help='a folder of left images, or images; the first pair is taught'
     )
     source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_infos and perhaps an imu')
+    source.add_argument('--place', type=Path, metavar='YAML', help='a taught place, to be taught further')
     source.add_argument(
         '--live', action='store_true', help='listen to left/image_rect and so on; --ros-args may follow'
     )

@@ -10,6 +10,7 @@ from tqdm import tqdm
 from shirube_bags.bag_reader import BagReader
 from shirube_geometry import CameraMount, TiltTrail
 from stereo_landmark.bag_images import BagImage, BagTilt, choose_topics, read_images
+from stereo_landmark.core.pair.camera_calibration import stereo_rig
 from stereo_landmark.core.pair.stamp_pairing import StampPairing
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.teaching_session import StereoImages
@@ -45,7 +46,8 @@ def bag_pairs(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs:
         return StereoImages(left.pixels, right.pixels, tilt)
 
     labels = [f'{each - seconds[0]:.1f} s' for each in seconds]
-    return RecordedPairs(labels, read, calibrations, mount, rectify=options.rectify)
+    raw = calibrations if options.rectify else None
+    return RecordedPairs(labels, read, stereo_rig(*calibrations, mount), raw)
 
 
 def _read(options: argparse.Namespace) -> tuple[list[_Pair], TiltTrail]:

@@ -6,6 +6,7 @@ import argparse
 
 from shirube_geometry import CameraMount
 from shirube_ros.image_files import list_images
+from stereo_landmark.core.pair.camera_calibration import stereo_rig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.teaching_session import StereoImages
 from stereo_landmark.files.calibration_file import load_camera_calibration
@@ -36,4 +37,5 @@ def file_pairs(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs
     def read(number: int) -> StereoImages:
         return StereoImages(load_grey_image(left[number]), load_grey_image(right[number]), (roll, pitch))
 
-    return RecordedPairs([path.name for path in left], read, calibrations, mount, rectify=options.rectify)
+    raw = calibrations if options.rectify else None
+    return RecordedPairs([path.name for path in left], read, stereo_rig(*calibrations, mount), raw)

@@ -25,7 +25,7 @@ from shirube_ros.message_guard import MessageGuard
 from shirube_ros.quality_of_service import odometry_profile
 from shirube_ros.tilt_conversion import tilt_of_imu
 from stereo_landmark.calibration_message import calibration_from_camera_info
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.pair_stream import Side
 from stereo_landmark.core.pair.stamp_pairing import StampPairing
 from stereo_landmark.core.place.stereo_rig import StereoRig
@@ -128,7 +128,10 @@ class LivePairs:
         self.labels: list[str] = []
         first, self._calibrations = listener.next_pair(FIRST_WAIT)
         self._recorded = RecordedPairs(
-            self.labels, self._taken.__getitem__, self._calibrations, mount, rectify=rectify
+            self.labels,
+            self._taken.__getitem__,
+            stereo_rig(*self._calibrations, mount),
+            self._calibrations if rectify else None,
         )
         self._add(first)
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from shirube_geometry import CameraMount
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.pair.pair_check import pair_fault
 from stereo_landmark.core.pair.rectification import Rectifier
 from stereo_landmark.core.place.stereo_rig import StereoRig
@@ -50,12 +49,8 @@ class RecordedPairs:
     Args:
         labels: what each pair is called.
         read: gives the left and the right image of a number, each of shape (h, w), raw or rectified, and the tilt.
-        calibrations: of the left and of the right camera.
-        mount: the left camera's optical frame, as rectified, on the robot.
-        rectify: whether the images are raw.
-
-    Raises:
-        StereoLandmarkError: the calibrations are no pair's.
+        rig: the rectified cameras.
+        raw: calibrations of the left and of the right camera where the images come raw, else None.
     """
 
     is_live = False
@@ -64,15 +59,13 @@ class RecordedPairs:
         self,
         labels: Sequence[str],
         read: Callable[[int], StereoImages],
-        calibrations: tuple[CameraCalibration, CameraCalibration],
-        mount: CameraMount,
-        *,
-        rectify: bool = False,
+        rig: StereoRig,
+        raw: tuple[CameraCalibration, CameraCalibration] | None = None,
     ) -> None:
-        self.rig = stereo_rig(*calibrations, mount)
+        self.rig = rig
         self.labels = labels
         self._read = read
-        self._rectifiers = [Rectifier(each) for each in calibrations] if rectify else []
+        self._rectifiers = [Rectifier(each) for each in raw or ()]
         self._ready: dict[int, StereoImages] = {}
 
     def images(self, number: int) -> StereoImages:

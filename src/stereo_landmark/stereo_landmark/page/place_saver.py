@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
@@ -20,11 +21,12 @@ class PlaceSaver:
 
     Args:
         folder: for the files.
+        mine: files that are taught further, and so may be replaced.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, mine: Iterable[Path] = ()) -> None:
         self._folder = folder
-        self._mine: set[Path] = set()
+        self._mine = set(mine)
 
     def save(self, place: TaughtPlace, images: StereoImages, *, replace: bool = False) -> Path:
         """Write a place and return its file.

@@ -10,7 +10,9 @@ from pathlib import Path
 
 from shirube_geometry import CameraMount
 from shirube_settings import check_settings
+from stereo_landmark.core.teaching.state_of_place import state_of_place
 from stereo_landmark.core.teaching.teaching_state import TeachingState
+from stereo_landmark.files.place_file import load_place
 from stereo_landmark.node_settings import NodeSettings
 from stereo_landmark.page.access import is_loopback, new_token
 from stereo_landmark.page.bag_pairs import bag_pairs
@@ -19,6 +21,7 @@ from stereo_landmark.page.page_answers import PageAnswers
 from stereo_landmark.page.page_server import PageServer, serve
 from stereo_landmark.page.pair_source import PairSource
 from stereo_landmark.page.place_saver import PlaceSaver
+from stereo_landmark.page.taught_pair import taught_pair
 
 PORT = 8765
 _NODE = NodeSettings()
@@ -36,7 +39,7 @@ def open_page(options: argparse.Namespace) -> None:
     """
     with _source(options) as source:
         token = '' if is_loopback(options.host) else new_token()
-        answers = PageAnswers(source, PlaceSaver(options.places), TeachingState(name=options.name))
+        answers = _answers(source, options)
         answers.images(answers.session.state.pair)
 
         def say(port: int) -> None:
@@ -45,6 +48,13 @@ def open_page(options: argparse.Namespace) -> None:
             print(f'The teaching page: http://{host}:{port}/{query} (Ctrl-C ends it)', flush=True)  # noqa: T201
 
         serve(PageServer(answers, token), options.host, options.port, say)
+
+
+def _answers(source: PairSource, options: argparse.Namespace) -> PageAnswers:
+    if options.place is None:
+        return PageAnswers(source, PlaceSaver(options.places), TeachingState(name=options.name))
+    saver = PlaceSaver(options.place.parent, [options.place])
+    return PageAnswers(source, saver, state_of_place(load_place(options.place)))
 
 
 @contextmanager
@@ -56,6 +66,8 @@ def _source(options: argparse.Namespace) -> Iterator[PairSource]:
         # Loaded when it is asked for: files and bags need no ROS.
         with import_module('stereo_landmark.page.live_pairs').live_pairs(options, mount) as source:
             yield source
+    elif options.place is not None:
+        yield taught_pair(options.place)
     else:
         yield bag_pairs(options, mount) if options.bag else file_pairs(options, mount)
 
