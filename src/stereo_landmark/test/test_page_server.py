@@ -24,7 +24,7 @@ def talk(tmp_path):
             source = RecordedPairs(['taught', 'here'], images_of, RIG)
             server = PageServer(PageAnswers(source, PlaceSaver(tmp_path)), token)
             async with TestClient(TestServer(server.application())) as client:
-                await asyncio.wait_for(conversation(client), 60.0)
+                await asyncio.wait_for(conversation(client), 110.0)
 
         asyncio.run(whole())
 

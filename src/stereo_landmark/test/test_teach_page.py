@@ -54,7 +54,8 @@ class Engineer:
         page.on('pageerror', lambda fault: self.faults.append(str(fault)))
         page.on('console', lambda said: self.faults.append(said.text) if said.type == 'error' else None)
         page.goto(address)
-        self.wait('window.__state?.edges.left > 0')
+        # The very first start compiles the detectors.
+        self.wait('window.__state?.edges.left > 0', 240.0)
 
     def look(self, expression):
         return self.page.evaluate(expression)
@@ -175,7 +176,7 @@ def try_and_save(engineer):
 
 
 @needs_browser
-@pytest.mark.timeout(240)
+@pytest.mark.timeout(400)
 def test_an_engineer_teaches_a_place_in_the_browser(engineer, files):
     process_images(engineer)
     choose_targets(engineer)
