@@ -41,7 +41,7 @@ class UndoHistory(Generic[State]):
             state: the new state.
             gesture: name of a movement, such as one drag of a slider; all its states are one step. Empty for none.
         """
-        if gesture and gesture == self._gesture and not self.can_redo:
+        if gesture and gesture == self._gesture:
             self._states[self._now] = state
             return
         self._states[self._now + 1 :] = [state]
