@@ -37,7 +37,8 @@ def primitive(rng, name):
         ParallelLines(*positive[:2], tilt, awkward(rng, 2), polarity, np.zeros((3, 3)), positive[2]),
         Corner(awkward(rng, 2), tilt, 2.0 * tilt, positive[:2], polarity, np.zeros((2, 2))),
     )
-    return TaughtPrimitive(name, shapes[rng.integers(4)], awkward(rng, 3))
+    normal = awkward(rng, 3) if rng.integers(2) else None
+    return TaughtPrimitive(name, shapes[rng.integers(4)], awkward(rng, 3), normal)
 
 
 def processing(rng):

@@ -27,7 +27,8 @@ def primitive_entry(taught: TaughtPrimitive) -> dict[str, Any]:
     """Return a primitive by its fields."""
     names = [field.name for field in dataclasses.fields(taught.shape) if field.name != 'covariance']
     shape = {name: getattr(taught.shape, name) for name in names}
-    return {'name': taught.name, 'kind': taught.kind.value, 'position': taught.position, 'shape': shape}
+    entry = {'name': taught.name, 'kind': taught.kind.value, 'position': taught.position, 'shape': shape}
+    return entry if taught.normal is None else {**entry, 'normal': taught.normal}
 
 
 def primitive_from_entry(entry: dict[str, Any]) -> TaughtPrimitive:
@@ -35,7 +36,8 @@ def primitive_from_entry(entry: dict[str, Any]) -> TaughtPrimitive:
     kind, rows = _TYPES[Kind(entry['kind'])]
     values = {name: _number_or_array(name, value) for name, value in entry['shape'].items()}
     shape = kind(**values, covariance=np.zeros((rows, rows)))
-    return TaughtPrimitive(entry['name'], shape, np.array(entry['position'], dtype=np.float64))
+    normal = np.array(entry['normal'], dtype=np.float64) if 'normal' in entry else None
+    return TaughtPrimitive(entry['name'], shape, np.array(entry['position'], dtype=np.float64), normal)
 
 
 def _number_or_array(name: str, value: Any) -> Any:
