@@ -36,7 +36,8 @@ def accuracy(places: int, seed: int) -> None:
     views = list(random_views(places, np.random.default_rng(seed)))
     counts = np.array([view.visible.sum() for view in views])
     shares = ', '.join(f'{100.0 * np.mean(counts >= k):.1f} % see {k} or more' for k in (1, 2, 3))
-    print(f'Coverage of {places} places: {shares}, {100.0 * np.mean(counts == 4):.1f} % all four.\n')
+    four = f'{100.0 * np.mean(counts == 4):.1f} % all four'
+    print(f'Coverage of {places} places, counting lamps that are wholly in the image: {shares}, {four}.\n')
     print('| method | lamps | noise px | poses | median / 95 % / max cm | rms cm | bound cm | rms/bound |')
     print('|---|---|---|---|---|---|---|---|')
     for name, least, locate, height_known in tqdm(METHODS, leave=False):

@@ -187,7 +187,7 @@ def main() -> int:
                 f'{fate} {n}' for fate, n in fates[False].most_common() if fate != 'accepted'
             )
             accepted, true = fates[False]['accepted'], fates[True]
-            wrong += accepted
+            wrong += accepted + true.total() - true['accepted']
             print(
                 f'| {name} | {count} | {accepted} | {refusals} | {true["accepted"]} of {true.total()} |',
                 flush=True,

@@ -106,7 +106,9 @@ class BagLocalization:
     def _take_odometry(self, message: Any) -> None:
         try:
             T_odom_base = planar_pose(message.pose.pose, self._topics.odometry)
-            self._tracker.add_odometry(self._stamps.check(message.header, self._topics.odometry), T_odom_base)
+            # First the stamp: if it tells of a jump back, the odometry is the new tracker's.
+            stamp = self._stamps.check(message.header, self._topics.odometry)
+            self._tracker.add_odometry(stamp, T_odom_base)
         except MessageError:
             return  # as in the node: a bad message is left out
 

@@ -87,7 +87,8 @@ class Waveform:
     def _integral(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the integral of the levels from 0 to times, shape (..., parts) [s]."""
         turns = np.floor(times / self.period)
-        rest = times - turns * self.period
+        # Just before a period ends the quotient rounds up to it; the rest must not count back into the last period.
+        rest = np.maximum(times - turns * self.period, 0.0)
         step = np.searchsorted(self.times, rest, side='right') - 1
         within = self._sums[step] + (rest - self.times[step])[..., None] * self.levels[step]
         return np.asarray(turns[..., None] * self._sums[-1] + within)

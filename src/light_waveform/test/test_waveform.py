@@ -47,6 +47,14 @@ def test_any_whole_period_holds_the_mean_of_all() -> None:
         np.testing.assert_allclose(means, np.broadcast_to(mean, means.shape), atol=1e-12)
 
 
+def test_periods_that_are_added_up_hold_the_mean_of_all() -> None:
+    for period in np.random.default_rng(1).uniform(1e-4, 1e-2, 200):
+        blink = waveform_of_steps([0.3 * period, 0.7 * period], [1.0, 0.0])
+        # A sum of periods lies a rounding before or after the border of a period.
+        stops = np.cumsum(np.full(200, period))
+        np.testing.assert_allclose(blink.mean_levels(np.zeros(200), stops)[:, 0], 0.3, atol=1e-9)
+
+
 def test_half_of_an_edge_is_half_the_light() -> None:
     blink = waveform_of_steps([1e-3, 1e-3], [1.0, 0.0])
     share = np.linspace(0.0, 1.0, 11)

@@ -48,7 +48,7 @@ def messages_in(path: Path) -> list[BagMessage]:
 def test_the_bag_has_the_topics_at_their_rates(bag: Path) -> None:
     with BagReader(bag) as reader:
         counts = {name: topic.message_count for name, topic in reader.topics.items()}
-    frames = math.ceil(SECONDS * record_lamp_bag.CLOCK.rate)
+    frames = math.ceil(SECONDS * 60.0 * record_lamp_bag.CLOCK_RATIO)
     pictures = dict.fromkeys(('/image_raw/compressed', '/camera_info', '/ground_truth'), frames)
     assert counts == {**pictures, '/odom': 10, '/imu': 10}
 
@@ -66,12 +66,12 @@ def test_every_message_is_received_at_its_stamp_and_in_order(bag: Path) -> None:
 def test_truth_calibration_tilt_and_picture_are_the_drive(bag: Path) -> None:
     with BagReader(bag) as reader:
         last = {message.topic: reader.decode(message) for message in reader.messages()}
-    drive = paper_run([steady_light(2)] * 4, camera=record_lamp_bag.CAMERA, rest=record_lamp_bag.REST)
+    drive = paper_run([steady_light(2)] * 4, camera=record_lamp_bag.GLOBAL, rest=record_lamp_bag.REST)
     pose = drive.pose_at(SECONDS)
     truth = last['/ground_truth'].pose.position
     assert (truth.x, truth.y) == pytest.approx((pose.x, pose.y), abs=1e-6)
     np.testing.assert_array_equal(
-        last['/camera_info'].k.reshape(3, 3), record_lamp_bag.CAMERA.intrinsics.matrix
+        last['/camera_info'].k.reshape(3, 3), record_lamp_bag.GLOBAL.intrinsics.matrix
     )
     turn = last['/imu'].orientation
     roll, pitch, _ = Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_euler('xyz')
@@ -83,6 +83,19 @@ def test_truth_calibration_tilt_and_picture_are_the_drive(bag: Path) -> None:
     u, v = (round(x) for x in lamp_b.centre)
     around = np.s_[v - 6 : v + 7, u - 6 : u + 7]
     assert np.abs(image[around].astype(int) - frame.photo.image[around]).mean() < 6.0
+
+
+def test_a_rolling_shutter_sees_stripes_at_thirty_images_a_second(
+    waveforms: list[str], tmp_path: Path
+) -> None:
+    assert record(tmp_path / 'rolling', waveforms, '--shutter', 'rolling') == 0
+    with BagReader(tmp_path / 'rolling') as reader:
+        assert reader.topics['/image_raw/compressed'].message_count == math.ceil(
+            SECONDS * 30.0 * record_lamp_bag.CLOCK_RATIO
+        )
+        last = {message.topic: reader.decode(message) for message in reader.messages()}
+    image = cv2.imdecode(last['/image_raw/compressed'].data, cv2.IMREAD_UNCHANGED)
+    assert image.shape == (1024, 1280)
 
 
 def test_the_beacons_are_written_beside(bag: Path) -> None:

@@ -4,6 +4,8 @@ Numba keeps machine code beside the sources and renews it when the file of a fun
 a function that was compiled into it changes in another file. So each state of the sources gets its own cache.
 """
 
+import hashlib
+import re
 import shutil
 import subprocess
 import sys
@@ -16,6 +18,8 @@ from shirube_cli.error import CommandError
 
 WARM_UP_PARTS = ('dots', 'search')
 """Of `floor_localizer.core.warm_up`, which are compiled side by side."""
+_COMPILED = re.compile(rb'^@njit', re.MULTILINE)
+_IMPORTED = re.compile(rb'^from ([\w.]+) import', re.MULTILINE)
 
 
 def compile_loops(environment: dict[str, str]) -> None:
@@ -39,6 +43,23 @@ def compile_loops(environment: dict[str, str]) -> None:
             time.sleep(0.2)
     if any(compiler.returncode for compiler in compilers):
         raise CommandError('the loops of floor_localizer could not be compiled; the messages stand above')
+
+
+def digest_loops(sources: Path) -> str:
+    """Return a digest of all files with compiled loops and of those that they take constants and loops from.
+
+    Args:
+        sources: the folder of the packages.
+    """
+    wanted = {path for path in sources.glob('*/*/**/*.py') if _COMPILED.search(path.read_bytes())}
+    for path in tuple(wanted):
+        modules = [name.decode().split('.') for name in _IMPORTED.findall(path.read_bytes())]
+        wanted |= {sources.joinpath(parts[0], *parts).with_suffix('.py') for parts in modules}
+    digest = hashlib.sha256()
+    for path in sorted(path for path in wanted if path.is_file()):
+        digest.update(str(path.relative_to(sources)).encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
 def fresh_cache(folder: Path, digest: str) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,7 +15,7 @@ from typing import BinaryIO
 def written_beside(path: Path) -> Iterator[BinaryIO]:
     """Open a file beside ``path`` for writing and rename it to ``path`` at the end, or remove it on an error.
 
-    Its folder is made if needed.
+    Its folder is made if needed. A file that stood there before keeps its permissions.
 
     Raises:
         OSError: the place cannot be written to.
@@ -25,14 +26,21 @@ def written_beside(path: Path) -> Iterator[BinaryIO]:
     try:
         with os.fdopen(handle, 'wb') as file:
             yield file
-        # mkstemp makes a private file; the result shall be readable as any new file is.
-        umask = os.umask(0)
-        os.umask(umask)
-        beside.chmod(0o666 & ~umask)
+        beside.chmod(_mode_of(path))
         beside.replace(path)
     except BaseException:
         beside.unlink(missing_ok=True)
         raise
+
+
+def _mode_of(path: Path) -> int:
+    """Return the permissions of a file, of one that is new as any new file has them: mkstemp makes private ones."""
+    try:
+        return stat.S_IMODE(path.stat().st_mode)
+    except FileNotFoundError:
+        umask = os.umask(0)
+        os.umask(umask)
+        return 0o666 & ~umask
 
 
 def write_text(path: Path | str, text: str) -> None:

@@ -24,3 +24,12 @@ def test_the_file_is_as_readable_as_any_other(tmp_path):
     (tmp_path / 'plain').touch()
     write_text(tmp_path / 'a.txt', 'x')
     assert (tmp_path / 'a.txt').stat().st_mode == (tmp_path / 'plain').stat().st_mode
+
+
+def test_a_file_keeps_its_permissions(tmp_path):
+    path = tmp_path / 'secret'
+    write_text(path, 'one')
+    path.chmod(0o600)
+    write_text(path, 'two')
+    assert path.read_text() == 'two'
+    assert path.stat().st_mode & 0o777 == 0o600

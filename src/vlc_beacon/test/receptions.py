@@ -18,6 +18,7 @@ COMMAND = Command(1, Operation.SLOW, 0.125, 7)
 PACKET = CommandKey(bytes(range(32))).sign(COMMAND)
 ACCEPTED = Verdict(PACKET, 1, Accepted(COMMAND))
 REFUSED = Verdict(PACKET, 1, Refused(Refusal.BAD_MAC, 'command of beacon 1 has a wrong code'))
+TOO_FAR = Verdict(PACKET, 1, Refused(Refusal.OTHER_PLACE, 'command of beacon 1 3.0 m from its place'))
 
 
 def a_lamp(key, beacon=None, stranger=None):

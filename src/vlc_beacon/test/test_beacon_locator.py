@@ -246,9 +246,3 @@ def test_a_rolling_shutter_on_a_robot_that_drives_and_turns():
     assert known.T_map_base.distance_to(pose) < 1e-4
     still = locator.locate(locator.rays(CAMERA, ids, pixels, np.full(5, 5.0)))
     assert still.T_map_base.distance_to(pose) > 0.003
-
-
-def test_one_lamp_is_enough_with_height_and_yaw():
-    pose = PlanarPose(0.7, 1.0, 0.3)
-    fix = locate(BEACONS, BEACONS[1:2], pose, known=KnownStates(0.0, 0.3))
-    assert fix.T_map_base.distance_to(pose) < 1e-6

@@ -6,7 +6,9 @@ import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of
 
 from shirube_geometry import PlanarPose, wrap_angle
-from vlc_beacon.core.pose.beacon_tracker import BeaconTracker
+from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.beacon_tracker import LOST_IMAGES, BeaconTracker
+from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.pose_fix import BeaconFix, DoubtKind, NoBeaconFix
 
 STEP = 0.4 / 20.0
@@ -109,3 +111,50 @@ def test_a_single_lamp_in_the_wrong_place_is_named(hung, kind):
     distances = np.hypot(*fix.residuals.T)
     assert distances[fix.doubts[0].sighting] > 20.0
     assert (distances[fix.used] < 4.0).all()
+
+
+CORRIDOR = [Beacon(i + 1, (1.8 * i, 0.9 * (i % 2), 2.8), 0.0325) for i in range(8)]
+HALL = [PlanarPose(0.9, 0.4, 0.1), PlanarPose(9.0, 0.4, 0.3)]
+
+
+def two_lamps_near(pose):
+    return sorted(CORRIDOR, key=lambda lamp: math.dist(lamp.xyz[:2], (pose.x, pose.y)))[:2]
+
+
+@pytest.mark.parametrize(
+    ('poses', 'odometry'),
+    [
+        ((HALL[0], HALL[1]), (PlanarPose(0.0, 0.0, 0.0), PlanarPose(0.0, 0.0, 0.0))),
+        ((HALL[0], HALL[0]), (PlanarPose(4.0, -3.0, 1.0), PlanarPose(0.0, 0.0, 0.0))),
+    ],
+    ids=['robot carried away', 'odometry began again'],
+)
+def test_two_lamps_that_are_not_in_place_for_long_are_a_new_start(poses, odometry):
+    rng, tracker = np.random.default_rng(8), BeaconTracker(CORRIDOR, MOUNT)
+    for pose, T_odom_base in zip(poses, odometry, strict=True):
+        for _ in range(LOST_IMAGES + 2):
+            tracker.add_odometry(T_odom_base)
+            fix = tracker.track(rays_of(tracker, pose, two_lamps_near(pose), rng))
+        assert isinstance(fix, BeaconFix)
+        assert fix.used.all()
+        assert fix.T_map_base.distance_to(pose) < 0.05
+
+
+def test_one_lamp_that_is_not_in_place_is_no_new_start():
+    rng, tracker, pose = np.random.default_rng(9), BeaconTracker(BEACONS, MOUNT), PlanarPose(0.8, 1.0, 0.4)
+    tracker.add_odometry(PlanarPose(0.0, 0.0, 0.0))
+    tracker.track(rays_of(tracker, pose, BEACONS, rng))
+    for _ in range(2 * LOST_IMAGES):
+        fix = tracker.track(rays_of(tracker, pose, [replace(BEACONS[1], xyz=(0.4, 1.6, 2.8))], rng))
+        assert isinstance(fix, BeaconFix)
+        assert fix.T_map_base.distance_to(pose) < 0.02
+
+
+def test_a_known_height_stays():
+    rng, tracker = np.random.default_rng(10), BeaconTracker(BEACONS, MOUNT, KnownStates(height=0.0))
+    for k, (pose, odometry) in enumerate(drive(200)):
+        tracker.add_odometry(odometry)
+        fix = tracker.track(rays_of(tracker, pose, BEACONS[: 4 if k < 20 else 1], rng))
+        assert isinstance(fix, BeaconFix)
+        assert fix.height == pytest.approx(0.0, abs=1e-12)
+        assert fix.covariance[2, 2] == pytest.approx(0.0, abs=1e-15)

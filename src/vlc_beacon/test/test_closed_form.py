@@ -34,19 +34,12 @@ def test_each_pair_contains_the_truth(beacons, moving):
 
 
 @pytest.mark.parametrize('height', [None, 0.05])
-@pytest.mark.parametrize('with_yaw', [False, True])
-def test_what_is_known_is_kept(height, with_yaw):
+def test_what_is_known_is_kept(height):
     pose = random_pose(np.random.default_rng(3))
-    closed = closed_form(UNEVEN, pose, KnownStates(height, pose.yaw if with_yaw else None))
+    closed = closed_form(UNEVEN, pose, KnownStates(height))
     states = closed.states_of_pair(0, 3)
     best = min(states, key=lambda state: abs(state[0] - pose.x))
     assert best[:4] == pytest.approx([pose.x, pose.y, 0.05, pose.yaw], abs=1e-6)
-
-
-def test_one_lamp_is_enough_where_height_and_yaw_are_known():
-    pose = random_pose(np.random.default_rng(4))
-    closed = closed_form(UNEVEN[:1], pose, KnownStates(0.05, pose.yaw))
-    assert closed.state_of_one(0)[:2] == pytest.approx([pose.x, pose.y], abs=1e-9)
 
 
 def test_a_lamp_seen_twice_makes_no_pair():

@@ -92,7 +92,8 @@ def test_without_poses_it_brakes_and_leaves_the_wheels_to_others():
     driven.drive(4.0, sees=False)
     assert driven.velocities[-1] is None
     first = next(k for k in range(len(driven.velocities)) if k > 180 and driven.velocities[k] is None)
-    assert driven.velocities[first - 2].forward < 0.02
+    assert driven.velocities[first - 1].is_standing
+    assert not driven.velocities[first - 2].is_standing
     braking = 0.3**2 / (2.0 * SETTINGS.acceleration)
     assert driven.pose.distance_to(before) < 0.3 * (SETTINGS.pose_timeout + 6 * STEP) + braking
     driven.drive(2.0)
@@ -128,3 +129,18 @@ def test_a_cruise_speed_above_the_limit_is_cut():
     driven = DrivenRobot(CommandExecutor(DriveSettings(cruise_speed=2.0), 0.2), PlanarPose(0.0, 0.0, 0.0))
     driven.drive(6.0)
     assert driven.velocities[-1].forward == 0.2
+
+
+@pytest.mark.parametrize('is_turning', [False, True])
+def test_where_others_left_it_a_new_line_begins(is_turning):
+    driven = robot(noise=0.0)
+    driven.drive(2.0)
+    if is_turning:
+        driven.executor.obey(Operation.TURN, 2.0)
+    driven.drive(2.0, sees=False)
+    assert driven.velocities[-1] is None
+    driven.pose = PlanarPose(1.0, 3.0, -0.8)
+    driven.drive(6.0)
+    assert driven.pose.yaw == pytest.approx(-0.8, abs=0.02)
+    dx, dy = driven.pose.x - 1.0, driven.pose.y - 3.0
+    assert abs(math.cos(-0.8) * dy - math.sin(-0.8) * dx) < 0.01

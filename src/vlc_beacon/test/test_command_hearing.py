@@ -88,3 +88,23 @@ def test_a_lamp_that_is_gone_takes_its_rules_with_it(judge: CommandJudge) -> Non
     hearing.hear(0.1, [])
     judge.robot_at(0.2, (0.0, 0.0))
     assert hearing.hear(0.2, [lamp()]) == []
+
+
+def test_a_forged_packet_does_not_take_a_true_rule_away(judge: CommandJudge) -> None:
+    hearing = CommandHearing(judge)
+    judge.robot_at(0.0, (3.0, 0.0))
+    hearing.hear(0.0, [lamp(SLOW)])
+    forged = CommandPacket(SLOW.command, bytes(4))
+    assert in_words(hearing.hear(0.1, [lamp(forged)])) == [(Operation.SLOW, Refusal.BAD_MAC)]
+    judge.robot_at(0.2, (0.5, 0.0))
+    assert (Operation.SLOW, None) in in_words(hearing.hear(0.2, [lamp()]))
+
+
+def test_a_closed_ear_does_not_forget_what_it_heard(judge: CommandJudge) -> None:
+    hearing = CommandHearing(judge)
+    judge.robot_at(0.0, (3.0, 0.0))
+    hearing.hear(0.0, [lamp(SLOW)])
+    for k in range(8):
+        hearing.hear(0.1 * k, [lamp(CommandPacket(TURN.command, bytes([k] * 4)))])
+    judge.robot_at(100.0, (0.5, 0.0))
+    assert (Operation.SLOW, None) in in_words(hearing.hear(100.0, [lamp()]))

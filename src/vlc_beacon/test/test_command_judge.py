@@ -185,3 +185,16 @@ def test_daily_life_is_not_suspicious() -> None:
         r.is_suspicious for r in (Refusal.DONE, Refusal.REPEATED, Refusal.OTHER_PLACE, Refusal.NO_KEY)
     )
     assert all(r.is_suspicious for r in (Refusal.BAD_MAC, Refusal.OLD_COUNTER, Refusal.OTHER_BEACON))
+
+
+def test_after_a_jump_back_in_time_a_visit_begins_anew_but_counters_stay() -> None:
+    memory = Memory()
+    judge = judge_at((0.0, 0.0), memory)
+    assert judge.judge(KEY.sign(RULE), 1, 0.0) == Accepted(RULE)
+    assert refusal(judge.judge(KEY.sign(RULE), 1, 0.0)) is Refusal.DONE
+    judge.forget_place()
+    assert refusal(judge.judge(KEY.sign(RULE), 1, 0.0)) is Refusal.NO_POSITION
+    judge.robot_at(0.0, (0.0, 0.0))
+    assert judge.judge(KEY.sign(RULE), 1, 0.0) == Accepted(RULE)
+    older = replace(RULE, counter=RULE.counter - 1)
+    assert refusal(judge.judge(KEY.sign(older), 1, 0.0)) is Refusal.OLD_COUNTER

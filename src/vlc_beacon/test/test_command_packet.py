@@ -57,6 +57,8 @@ def test_each_field_is_signed() -> None:
         ({'counter': -1}, 'counter is -1'),
         ({'counter': 1 << 32}, 'counter is 4294967296'),
         ({'value': 2200.0}, 'value is 2200.0, its size must be below 2147'),
+        ({'value': 2147.4836479}, 'value is 2147.4836479, its size must be below 2147'),
+        ({'value': -2147.483648}, 'value is -2147.483648, its size must be below 2147'),
         ({'value': float('nan')}, 'value is nan'),
         ({'value': float('inf')}, 'value is inf'),
     ],

@@ -65,10 +65,11 @@ def test_text_and_bytes_are_read_from_the_light(tmp_path: Path) -> None:
     assert set(read_by_camera(tmp_path / 'lamp.csv', 'ufsook')) == sent
 
 
-@pytest.mark.parametrize('code', ['ufsook', 'rs_fsk', 'manchester'])
+@pytest.mark.parametrize('code', ['ufsook', 'rs_fsk', 'manchester', 'tone'])
 def test_the_frame_plays_what_the_csv_file_tells(code: str, tmp_path: Path) -> None:
     csv, frame = tmp_path / 'lamp.csv', tmp_path / 'lamp.frame'
-    assert run(5, 'id', 'text:hello', '--code', code, '--csv', csv, '--frame', frame) == 0
+    words = ('id',) if code == 'tone' else ('id', 'text:hello')
+    assert run(5, *words, '--code', code, '--csv', csv, '--frame', frame) == 0
     light = waveform_of_csv(csv.read_text())
     played = waveform_of_frame(frame_of_bytes(frame.read_bytes()))
     np.testing.assert_array_equal(played.levels, np.broadcast_to(light.levels, played.levels.shape))
@@ -112,7 +113,16 @@ def test_it_tells_how_large_the_lamp_must_be_and_how_long_it_takes(
         ((3, 'stop', '--key-file', '{tmp}/none'), 'cannot be read'),
         ((3, 'slow:9999', '--key-file', '{key}'), 'value is 9999'),
         ((3, 'stop', '--key-file', '{key}', '--counter', -1), 'counter is -1'),
-        ((3, '--code', 'manchester', '--chip-time', 1e-3), 'chip_time'),
+        ((3, '--code', 'manchester', '--slot-bytes', 9), 'slot_bytes'),
+        ((3, 'turn:1', 'turn:-1', '--key-file', '{key}'), 'turn is there with two values'),
+        (
+            (3, 'slow:-1', '--key-file', '{key}'),
+            'slow:-1: slow cannot have the value -1, so no robot would obey it',
+        ),
+        (
+            (3, 'text:hello', '--code', 'tone'),
+            'a tone says nothing but which lamp it is; leave out text:hello',
+        ),
         ((3, '--code', 'manchester', '--slot-bytes', 50), 'slot_bytes'),
         ((3, '--frame-rate', 1), 'frame_rate'),
         ((3, 'text:' + 'long ' * 100, '--frame', '{tmp}/frame'), 'send fewer packets'),

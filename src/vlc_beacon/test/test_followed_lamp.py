@@ -12,9 +12,9 @@ from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.receiver.followed_lamp import FollowedLamp, Silence
 from vlc_beacon.core.receiver.global_shutter_decoder import GlobalShutterDecoder
 from vlc_beacon.core.receiver.lamp_decoder import LampView
-from vlc_beacon.core.receiver.patience import LISTEN, REST
+from vlc_beacon.core.receiver.patience import REST
 
-RATE, EXPOSURE = 60.004, 5e-4
+RATE, EXPOSURE, LISTEN = 60.004, 5e-4, 15.0
 NOTHING = np.zeros((16, 16), np.uint8)
 
 
@@ -48,7 +48,7 @@ def watch(lamp, light, begin, seconds, diameter=16.0):
 @pytest.mark.parametrize('frequency', [100.0, 120.0, 100.2])
 def test_a_lamp_on_the_mains_is_left_alone_in_the_end(frequency):
     decoder = CountingDecoder()
-    lamp = FollowedLamp(decoder, {1}, 6.0)
+    lamp = FollowedLamp(decoder, {1}, 6.0, LISTEN)
     watch(lamp, mains(frequency), 0.0, LISTEN - 1.0)
     assert lamp.silence is None
     watch(lamp, mains(frequency), LISTEN - 1.0, REST)
@@ -58,13 +58,13 @@ def test_a_lamp_on_the_mains_is_left_alone_in_the_end(frequency):
 
 
 def test_a_lamp_that_cannot_be_read_may_be_too_small():
-    lamp = FollowedLamp(CountingDecoder(), {1}, 6.0)
+    lamp = FollowedLamp(CountingDecoder(), {1}, 6.0, LISTEN)
     watch(lamp, mains(100.0), 0.0, LISTEN + 1.0, diameter=5.0)
     assert lamp.silence is Silence.TOO_SMALL
 
 
 def test_a_lamp_that_was_switched_on_is_found_in_the_end():
-    lamp = FollowedLamp(GlobalShutterDecoder(EXPOSURE), {7}, 6.0)
+    lamp = FollowedLamp(GlobalShutterDecoder(EXPOSURE), {7}, 6.0, LISTEN)
     watch(lamp, mains(100.0), 0.0, LISTEN + REST - 1.0)
     assert lamp.silence is Silence.NO_CODE
     watch(lamp, speaking(7), LISTEN + REST, 8.0)
@@ -73,7 +73,7 @@ def test_a_lamp_that_was_switched_on_is_found_in_the_end():
 
 def test_a_named_lamp_is_listened_to_for_ever():
     decoder = CountingDecoder()
-    lamp = FollowedLamp(decoder, {7}, 6.0)
+    lamp = FollowedLamp(decoder, {7}, 6.0, LISTEN)
     watch(lamp, speaking(7), 0.0, 5.0)
     reads = decoder.reads
     watch(lamp, mains(100.0), 5.0, 2.0 * LISTEN)
@@ -83,7 +83,7 @@ def test_a_named_lamp_is_listened_to_for_ever():
 
 
 def test_a_message_is_told_when_it_is_whole():
-    lamp, said = FollowedLamp(GlobalShutterDecoder(EXPOSURE), {7}, 6.0), []
+    lamp, said = FollowedLamp(GlobalShutterDecoder(EXPOSURE), {7}, 6.0, LISTEN), []
     waveform = ufsook_waveform([packet.to_bytes() for packet in packets_of_message('Guten Tag')])
     for stamp in np.arange(0.0, 20.0, 1.0 / RATE):
         sample = LampSample(1, np.zeros(2), np.full(2, 0.1), 8.0, waveform.exposed(stamp, EXPOSURE), None, 0)

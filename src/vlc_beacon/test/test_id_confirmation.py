@@ -2,10 +2,5 @@ from vlc_beacon.core.packet.id_confirmation import IdConfirmation
 
 
 def test_an_id_is_believed_when_it_came_twice_in_a_row() -> None:
-    confirmation = IdConfirmation({1, 2})
+    confirmation = IdConfirmation()
     assert [confirmation.add(beacon) for beacon in (1, 2, 1, 1, 1, 2, 2)] == [None, None, None, 1, 1, None, 2]
-
-
-def test_an_unknown_id_is_never_believed() -> None:
-    confirmation = IdConfirmation({1})
-    assert [confirmation.add(7) for _ in range(5)] == [None] * 5

@@ -45,3 +45,12 @@ def test_views_from_far_away_are_dropped():
     assert len(views.seen_from(PlanarPose(9.0, 0.0, 0.0), now)) == 1
     views.clear()
     assert len(views.seen_from(PlanarPose(0.5, 0.0, 0.0), now)) == 1
+
+
+def test_a_gap_without_lamps_does_not_push_views_out():
+    views, empty = JoinedViews(), lamp_rays(CAMERA, [], np.empty((0, 2)), [])
+    views.add(PlanarPose(0.0, 0.0, 0.0), rays_from(PlanarPose(0.5, 0.5, 0.0), 0))
+    for k in range(1, 31):
+        views.add(PlanarPose(0.05 * k, 0.0, 0.0), empty)
+    joined = views.seen_from(PlanarPose(1.5, 0.0, 0.0), rays_from(PlanarPose(2.0, 0.5, 0.0), 3))
+    assert joined.ids.tolist() == [4, 1]

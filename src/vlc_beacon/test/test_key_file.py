@@ -1,4 +1,5 @@
 import os
+import secrets
 import stat
 from pathlib import Path
 
@@ -76,3 +77,13 @@ def test_the_key_of_another_user_is_refused(tmp_path: Path) -> None:
 def test_a_key_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
     path = written(tmp_path / 'key', '00' * 32, 0o000)
     assert error_of(path) == f'key file {path} cannot be read: Permission denied'
+
+
+def test_a_full_disk_leaves_no_half_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_space(_: int) -> str:
+        raise OSError(28, 'No space left on device')
+
+    monkeypatch.setattr(secrets, 'token_hex', no_space)
+    with pytest.raises(VlcBeaconError, match='cannot be written: No space left on device'):
+        make_key_file(tmp_path / 'key')
+    assert not (tmp_path / 'key').exists()

@@ -76,3 +76,13 @@ def test_what_is_no_serial_port_is_told(tmp_path: Path) -> None:
     (tmp_path / 'file').touch()
     with pytest.raises(VlcBeaconError, match='is no serial port'):
         LampPort(tmp_path / 'file')
+
+
+@pytest.mark.parametrize('noise', ['tick\r\n' * 400, 'x' * 4000])
+def test_a_device_that_never_stops_talking_does_not_hold_us(
+    noise: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(lamp_port, 'WAKE_SECONDS', 0.3)
+    monkeypatch.setattr(lamp_port, 'WAKE_EVERY', 0.05)
+    with lamp_that(lambda _: noise) as (path, _), pytest.raises(VlcBeaconError):
+        LampPort(path)

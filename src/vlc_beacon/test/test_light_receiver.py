@@ -16,6 +16,7 @@ from light_waveform import Waveform
 from scene_simulator.shutter import Shutter
 from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
+from vlc_beacon.core.packet.data_packet import packets_of_message
 from vlc_beacon.core.receiver.light_receiver import LightReceiver
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
@@ -43,6 +44,17 @@ def test_frequencies_must_be_given_to_all_lamps_or_none(number: int) -> None:
     beacons = [replace(BEACONS[i], frequency=TONES[i]) if i < number else BEACONS[i] for i in range(4)]
     with pytest.raises(VlcBeaconError, match=f'{number} of 4 have a frequency'):
         LightReceiver(beacons, SETTINGS)
+
+
+@pytest.mark.parametrize('close', [3000.0, 3199.0])
+def test_frequencies_that_cannot_be_told_apart_are_refused(close: float) -> None:
+    tones = (3000.0, 5000.0, close, 4000.0)
+    beacons = [replace(beacon, frequency=tone) for beacon, tone in zip(BEACONS, tones, strict=True)]
+    with pytest.raises(
+        VlcBeaconError, match=f'1 and 3 have the frequencies 3000 Hz and {close:g} Hz; set them 200'
+    ):
+        LightReceiver(beacons, SETTINGS)
+    LightReceiver([*beacons[:2], replace(beacons[2], frequency=3200.0)], SETTINGS)
 
 
 def film(diameter: float, seconds: float, *, rolling: bool) -> Iterator[tuple[float, np.ndarray]]:
@@ -77,3 +89,15 @@ def test_the_smallest_lamps_that_are_promised_get_their_ids(
     for stamp, image in film(diameter, seconds, rolling=rolling):
         lamps = receiver.receive(stamp, image)
     assert sorted(str(lamp.beacon) for lamp in lamps) == ['1', '2', '3', '4']
+
+
+def test_a_long_packet_of_a_lamp_without_a_name_is_heard() -> None:
+    (packet,) = packets_of_message('x' * 60)
+    waveform = ufsook_waveform([packet.to_bytes()])
+    receiver, rng, said = LightReceiver(BEACONS, ReceiverSettings()), np.random.default_rng(1), []
+    for stamp in np.arange(0.0, waveform.period + 1.0, 1.0 / 60.004).tolist():
+        halves = waveform.exposed(stamp - 0.377, 5e-4)
+        picture = draw_lamp(room(64, 64), (32.0, 32.0), 8.0, 200.0, halves=halves)
+        said += [lamp.said for lamp in receiver.receive(stamp, photograph(picture, 1.0, rng)) if lamp.said]
+    assert waveform.period > 15.0
+    assert said == ['x' * 60]

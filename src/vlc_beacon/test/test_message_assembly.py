@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from vlc_beacon.core.packet.data_packet import packets_of_message
+from vlc_beacon.core.packet.data_packet import DataPacket, packets_of_message
 from vlc_beacon.core.packet.message_assembly import MessageAssembly
 
 
@@ -37,3 +37,25 @@ def test_parts_of_two_messages_are_not_joined():
     assert assembly.add(first[0]) is None
     assert assembly.add(second[1]) is None
     assert assembly.add(second[0]) == 'b' * 150
+
+
+def test_text_and_bytes_of_equal_tags_are_not_joined():
+    text, binary = packets_of_message('a' * 150), packets_of_message(b'a' * 150)
+    assert text[0].tag == binary[0].tag
+    assembly = MessageAssembly()
+    assert assembly.add(text[0]) is None
+    assert assembly.add(binary[1]) is None
+    assert assembly.add(text[1]) is None
+    assert assembly.add(text[0]) == 'a' * 150
+
+
+@pytest.mark.parametrize('longer_first', [True, False])
+def test_a_part_beyond_the_last_one_is_of_another_message(longer_first):
+    long = [DataPacket(b'l', sequence, is_last=sequence == 2) for sequence in range(3)]
+    short = [DataPacket(b's', sequence, is_last=sequence == 1) for sequence in range(2)]
+    first, second = (long, short) if longer_first else (short, long)
+    assembly = MessageAssembly()
+    assert assembly.add(first[-1]) is None
+    assert assembly.add(second[-1]) is None
+    answers = [assembly.add(part) for part in second[:-1]]
+    assert answers[-1] == b''.join(part.payload for part in second)

@@ -20,7 +20,7 @@ from geometry_msgs.msg import (
 )
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from receptions import ACCEPTED, LAMPS, MOVED, POSE, REFUSED, with_fix, without_fix
+from receptions import ACCEPTED, LAMPS, MOVED, POSE, REFUSED, TOO_FAR, with_fix, without_fix
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Header, String
 from visualization_msgs.msg import MarkerArray
@@ -180,7 +180,8 @@ def test_accepted_commands_are_published_and_refused_ones_are_not(
 ) -> None:
     robot = Robot(graph, beacons_file)
     commands = robot.listen(String, 'command')
-    robot.receiver.answer = with_fix([REFUSED, ACCEPTED])
+    # What is worth a warning and what is not, in turn: neither keeps the other from being told.
+    robot.receiver.answer = with_fix([REFUSED, TOO_FAR, REFUSED, ACCEPTED])
     robot.send_image()
     robot.wait_for(commands)
     assert [json.loads(message.data) for message in commands] == [

@@ -39,3 +39,9 @@ def test_one_pose_alone_is_a_robot_that_stands() -> None:
     trail.add(1.0, PlanarPose(1.0, 2.0, 3.0))
     assert trail.pose_at(1.1) == PlanarPose(1.0, 2.0, 3.0)
     np.testing.assert_array_equal(trail.velocity_at(1.1), np.zeros(3))
+
+
+def test_poses_of_nearly_the_same_time_do_not_tell_a_great_velocity() -> None:
+    trail = trail_of_a_straight_drive()
+    trail.add(6.0 + 2e-6, PlanarPose(1.0, 2.0, 0.5) @ PlanarPose(0.301, 0.0, 0.0))
+    np.testing.assert_allclose(trail.velocity_at(6.05), [0.3, 0.0, 0.0], atol=1e-9)

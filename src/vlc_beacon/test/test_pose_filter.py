@@ -123,3 +123,45 @@ def test_standing_still_does_not_make_lasting_errors_go_away(settings, lamps, le
         filter_.add_lamps(*seen(truth, range(lamps)), LEVEL)
     # Four lamps with 1 cm each do not give 1 mm, however often they are looked at.
     assert math.sqrt(filter_.covariance[0, 0]) > least
+
+
+def test_standing_for_minutes_does_not_make_a_pose_more_certain_than_it_is():
+    rng, settings, pose = np.random.default_rng(5), PoseSettings(), PlanarPose(0.9, 0.9, 0.3)
+    squares = []
+    for _ in range(5):
+        shifted = [replace(b, xyz=tuple(b.xyz + settings.beacon_sigma * rng.normal(size=3))) for b in BEACONS]
+        tilt = settings.tilt_sigma * rng.normal(size=2)
+        filter_ = PoseFilter(pose @ PlanarPose(*(0.01 * rng.normal(size=3))), 0.0, START, settings)
+        rays = lamp_rays(
+            CAMERA, [b.id for b in BEACONS], pixels_of(shifted, pose, tilt=tilt), np.full(4, 0.2)
+        )
+        for _ in range(1500):
+            filter_.move(PlanarPose(0.0, 0.0, 0.0))
+            assert filter_.add_lamps(rays, np.array([b.xyz for b in BEACONS]), LEVEL).all()
+        error = np.array([filter_.pose.x - pose.x, filter_.pose.y - pose.y])
+        squares.append(error @ np.linalg.solve(filter_.covariance[:2, :2], error) / 2.0)
+    assert math.sqrt(np.mean(squares)) < 1.5
+
+
+def test_a_turn_on_the_spot_after_long_rest_is_followed():
+    """Odometry that turns 2 % too far: lamps must still correct the heading."""
+    pose = PlanarPose(0.9, 0.9, 0.0)
+    filter_ = PoseFilter(pose, 0.0, START)
+    for k in range(1000):
+        if k >= 400:
+            pose = pose @ PlanarPose(0.0, 0.0, 0.01)
+            filter_.move(PlanarPose(0.0, 0.0, 0.0102))
+        assert filter_.add_lamps(*seen(pose, range(4)), LEVEL).all()
+    assert filter_.pose.turn_to(pose) == pytest.approx(0.0, abs=0.005)
+    assert filter_.pose.distance_to(pose) < 0.005
+
+
+def test_a_lamp_that_comes_into_view_of_a_standing_robot_counts():
+    truth = PlanarPose(0.8, 1.0, 0.4)
+    filter_ = PoseFilter(truth, 0.0, 25.0 * START)
+    for _ in range(400):
+        filter_.add_lamps(*seen(truth, [0]), LEVEL)
+    before = filter_.covariance
+    for _ in range(400):
+        filter_.add_lamps(*seen(truth, range(4)), LEVEL)
+    assert np.trace(filter_.covariance[:2, :2]) < 0.1 * np.trace(before[:2, :2])

@@ -11,6 +11,7 @@ from vlc_beacon.core.receiver.followed_lamp import Silence
 from vlc_beacon.core.trust.command_judge import CommandJudge
 from vlc_beacon.core.trust.command_key import CommandKey
 from vlc_beacon.core.trust.trust_settings import TrustSettings
+from vlc_beacon.core.trust.verdict import Refusal, Refused
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.receiver_report import ReceiverReport
 
@@ -90,3 +91,20 @@ def test_lost_counters_are_told_all_the_time() -> None:
     status, _ = report(CommandKey(bytes(16)))
     status.add(with_fix(), 0.01)
     assert 'counter file is missing' in status.status().message
+
+
+def test_only_a_lamp_without_a_name_that_speaks_for_a_beacon_raises_no_alarm() -> None:
+    status, _ = report()
+    early = Refused(
+        Refusal.OTHER_BEACON, 'command of beacon 1 was spoken by a lamp whose ID is not confirmed'
+    )
+    status.add(with_fix([replace(REFUSED, speaker=None, answer=early)]), 0.01)
+    assert status.status().message == 'fix'
+    status.add(with_fix([replace(REFUSED, speaker=2, answer=early)]), 0.01)
+    assert 'command of beacon 1' in status.status().message
+
+
+def test_wrong_codes_of_a_lamp_without_a_name_raise_an_alarm() -> None:
+    status, _ = report()
+    status.add(with_fix([replace(REFUSED, speaker=None)]), 0.01)
+    assert 'wrong code' in status.status().message

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from lamp_pictures import draw_lamp, photograph, room
 
 from vlc_beacon.core.lamp_image.settings import LampSettings
+from vlc_beacon.core.light_code.lamp_rows import rows_of_frame
 from vlc_beacon.core.light_code.light_profile import manchester_profile
 from vlc_beacon.core.light_code.manchester import SlotFormat, slots_waveform
+from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
 from vlc_beacon.core.light_code.reed_solomon_block import slots_of_packet
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.packet.operation import Operation
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.receiver.light_receiver import LightReceiver, ReadLamp
+from vlc_beacon.core.receiver.row_timing import row_timing
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 
 HEIGHT, WIDTH = 560, 480
@@ -49,6 +54,22 @@ def test_a_large_lamp_is_read_in_slots() -> None:
     assert lamp.beacon == BEACON.id
     assert set(heard) == {COMMAND}
     assert lamp.sample.centre == pytest.approx((238.3, 281.6), abs=1.0)
+
+
+def test_larger_slots_are_read_by_who_knows_of_them() -> None:
+    slots = SlotFormat(4)
+    waveform = slots_waveform(slots_of_packet(COMMAND.to_bytes(), slots.slot_bytes), slots, 1.00005)
+    heard = {}
+    for size in (1, 4):
+        told = replace(settings(450.0), slot_bytes=size)
+        decoder = ManchesterDecoder(row_timing(told, ()).slots)
+        rows = slots.rows_min(ROW_TIME, EXPOSURE) + 20
+        packets = []
+        for stamp in np.arange(0.0, 2.0, 1.0 / RATE).tolist():
+            seen = waveform.exposed(stamp + np.arange(rows) * ROW_TIME, EXPOSURE)[:, 0]
+            packets += decoder.add_frames(rows_of_frame(stamp, 0, seen, ROW_TIME, EXPOSURE))
+        heard[size] = {received.packet for received in packets}
+    assert heard == {1: set(), 4: {COMMAND}}
 
 
 def test_a_lamp_of_fewer_rows_than_the_profile_asks_for_is_not_read() -> None:

@@ -1,3 +1,5 @@
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -27,3 +29,12 @@ def test_frames_are_judged_each_for_itself() -> None:
     rows = rows_of_frame(0.0, 0, seen[0], 18.9e-6, 6e-5)
     together = tone_likelihoods(type(rows)(np.zeros(5), np.zeros(5, int), seen, 18.9e-6, 6e-5), TONES)
     assert together == pytest.approx(np.array(alone))
+
+
+def test_lamps_of_many_sizes_take_little_memory() -> None:
+    tracemalloc.start()
+    for count in range(300, 380):
+        tone_likelihoods(rows_of_frame(0.0, 0, np.linspace(0.0, 1.0, count), 18.9e-6, 6e-5), TONES)
+    held, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert held < 10e6

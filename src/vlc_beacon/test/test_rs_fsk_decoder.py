@@ -73,3 +73,15 @@ def test_constant_tones_are_told_apart(spacing: float) -> None:
             answers.append(decoder.add_frames(one))
         assert set(answers) - {None} == {beacon}
         assert len(answers) - answers.count(None) >= 3
+
+
+@pytest.mark.parametrize('rows', [16, 40])
+@pytest.mark.parametrize('tone', [600.0, 2600.0, 4600.0, 6000.0, 8000.0])
+def test_a_foreign_tone_is_no_beacons(tone: float, rows: int) -> None:
+    decoder, waveform = ToneDecoder({1: 4100.0, 2: 5100.0}), constant_tone_waveform(tone)
+    for snr in (5.0, 30.0):
+        seen = seen_by_rolling_shutter(waveform, 5.0, np.random.default_rng(1), rows=rows, snr=snr)
+        for i in range(len(seen.stamps)):
+            brightness = seen.brightness[[i]]
+            frame = LampRows(seen.stamps[[i]], seen.first_rows[[i]], brightness, seen.row_time, seen.exposure)
+            assert decoder.add_frames(frame) is None

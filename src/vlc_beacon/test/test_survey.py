@@ -62,8 +62,11 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+EYE = ('--camera-xyz', 0, 0, 0)
+
+
 def run(*arguments: object) -> int:
-    return survey.main([str(argument) for argument in (*arguments, '--lamp-radius', RADIUS)])
+    return survey.main([str(argument) for argument in (*arguments, '--lamp-radius', RADIUS, *EYE)])
 
 
 def test_the_lamp_is_found_where_it_hangs(bag: Path, tmp_path: Path) -> None:
@@ -89,6 +92,7 @@ def test_bad_input_ends_in_one_line(bag: Path, tmp_path: Path, capsys: pytest.Ca
     bad = {
         'does not exist': [tmp_path / 'none'],
         'has no topic /pose': [bag, '--pose-topic', '/pose'],
+        'has no topic /imuu': [bag, '--imu-topic', '/imuu'],
         'exposure_time is 2': [bag, '--exposure-time', '2'],
         'no lamp was found': [bag, '--camera-rpy', '3.14159', '0', '0'],
     }
@@ -98,3 +102,10 @@ def test_bad_input_ends_in_one_line(bag: Path, tmp_path: Path, capsys: pytest.Ca
         assert len(lines) == 1
         assert complaint in lines[0]
     assert not (tmp_path / 'beacons.yaml').exists()
+
+
+def test_a_lamp_in_centimetres_is_refused_before_the_work(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert survey.main([str(tmp_path / 'none'), '--lamp-radius', '3.25']) == 1
+    assert '--lamp-radius is 3.25 m, it must be from' in capsys.readouterr().err

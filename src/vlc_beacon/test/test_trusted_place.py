@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import pytest
+
 from shirube_geometry import PlanarPose
-from vlc_beacon.core.receiver.trusted_place import SPEED_MAX, WAIT, TrustedPlace
+from vlc_beacon.core.receiver.trusted_place import ANCHOR_TIME, JUMP_MAX, SPEED_MAX, WAIT, TrustedPlace
 
 T_MAP_ODOM = PlanarPose(3.0, -1.0, 0.7)
 
@@ -61,3 +63,32 @@ def test_odometry_that_comes_late_is_taken_up() -> None:
     assert place.is_believed(0.1, T_MAP_ODOM, driven(7.0))
     assert place.is_believed(9.0, T_MAP_ODOM @ driven(7.0).inverse() @ driven(12.0), driven(12.0))
     assert not place.is_believed(9.1, T_MAP_ODOM, driven(12.0))
+
+
+@pytest.mark.parametrize('has_odometry', [True, False])
+def test_a_pose_that_creeps_away_is_not_followed(has_odometry: bool) -> None:
+    place, farthest = TrustedPlace(), 0.0
+    for image in range(600):
+        stamp, way = image / 60.0, 0.29 * image
+        odometry = driven(0.0) if has_odometry else None
+        if place.is_believed(stamp, T_MAP_ODOM @ PlanarPose(way, 0.0, 0.0), odometry):
+            farthest = way
+    # Without odometry it is a robot that drives, but no faster than robots do.
+    assert farthest < (JUMP_MAX if has_odometry else JUMP_MAX + 10.0 * SPEED_MAX)
+
+
+def test_a_slow_creep_does_not_go_faster_than_waiting_would() -> None:
+    place, farthest = TrustedPlace(), 0.0
+    for second in range(120):
+        way = 0.1 * second
+        if place.is_believed(float(second), T_MAP_ODOM @ PlanarPose(way, 0.0, 0.0), driven(0.0)):
+            farthest = max(farthest, way)
+        if second < WAIT:
+            assert farthest < JUMP_MAX * (1.0 + second / ANCHOR_TIME)
+
+
+def test_odometry_that_drifts_by_a_few_percent_is_followed() -> None:
+    place = TrustedPlace()
+    for step in range(600):
+        odometry = PlanarPose(1.02 * 0.05 * step, 0.0, 0.0)
+        assert place.is_believed(0.1 * step, PlanarPose(0.05 * step, 0.0, 0.0), odometry)

@@ -102,7 +102,7 @@ class BagLocalization:
             if self._camera is None:
                 raise CameraInfoError(f'{name} came without a usable {self._topics.camera_info}')
             check_image_size(self._camera, pixels.shape, name, self._topics.camera_info)
-            seconds = self._stamps.check(message.header, name)
+            seconds = self._stamps.check(message.header, name)  # may begin a new receiver
             return LocatedImage(name, stamp_ns, self._receiver.receive(seconds, pixels, self._camera))
         except (MessageError, VlcBeaconError) as fault:
             return LocatedImage(name, stamp_ns, str(fault))
@@ -113,11 +113,13 @@ class BagLocalization:
 
     def _take_odometry(self, message: Any) -> None:
         T_odom_base = planar_pose(message.pose.pose, self._topics.odometry)
-        self._receiver.add_odometry(self._stamps.check(message.header, self._topics.odometry), T_odom_base)
+        stamp = self._stamps.check(message.header, self._topics.odometry)
+        self._receiver.add_odometry(stamp, T_odom_base)
 
     def _take_imu(self, message: Any) -> None:
         tilt = tilt_of_imu(message, self._topics.imu)
-        self._receiver.add_tilt(self._stamps.check(message.header, self._topics.imu), *tilt)
+        stamp = self._stamps.check(message.header, self._topics.imu)
+        self._receiver.add_tilt(stamp, *tilt)
 
     def _start_again(self) -> None:
         self._receiver = self._create_receiver()

@@ -31,6 +31,8 @@ WAKE_EVERY = 0.5
 ANSWER_SECONDS = 4.0
 """Keeping the longest frame takes 1.8 s."""
 ASK_EVERY = 0.02
+LINE_MAX = 200
+"""No answer is longer; who sends more without an end is no lamp."""
 
 
 class LampPort:
@@ -119,7 +121,7 @@ class LampPort:
             self._write(f'\r{VERSION_REQUEST}\r')
             answer = self._read_line(WAKE_EVERY)
             if answer is not None and not answer.startswith('ERR'):
-                while self._read_line(WAKE_EVERY / 5.0) is not None:
+                while time.monotonic() < end and self._read_line(WAKE_EVERY / 5.0) is not None:
                     pass
                 return answer
         raise VlcBeaconError(
@@ -151,6 +153,9 @@ class LampPort:
         """Return the next line, None where none comes in time."""
         end = time.monotonic() + seconds
         while b'\n' not in self._received:
+            if len(self._received) > LINE_MAX or time.monotonic() > end:
+                self._received = b''
+                return None
             if not select.select([self._file], [], [], max(0.0, end - time.monotonic()))[0]:
                 return None
             try:

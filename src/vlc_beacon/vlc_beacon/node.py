@@ -104,21 +104,21 @@ class VlcBeaconNode(Node):
         super().__init__('vlc_beacon', **options)
         self._settings = declare_parameters(self, NodeSettings)
         self._receiver_settings = declare_parameters(self, ReceiverSettings)
-        trust = declare_parameters(self, TrustSettings)
+        self._trust = declare_parameters(self, TrustSettings)
         refuse_misspelled_parameters(self)
         self._beacons = beacons_of(self._settings)
-        self._judge = judge_of(self._settings, trust, self._beacons)
+        self._judge = judge_of(self._settings, self._trust, self._beacons)
         self._create_receiver = create_receiver
         self._receiver = self._new_receiver()
         self._had_fix: bool | None = None
-        self._executor_of_commands: CommandExecutor | None = None
+        self._executor_of_commands = self._new_executor()
         self._report = ReceiverReport(self._settings.beacons_file, self._judge)
         self._stamps = StampOrder(self._start_again)
         self._guard = MessageGuard(self, (VlcBeaconError,))
         self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
         self._advertise()
         if self._settings.drive:
-            self._drive(CommandExecutor(self._settings.driving, trust.speed_limit))
+            self._drive()
         self._subscribe()
         standing = self._judge.standing_refusal
         if standing is not None:
@@ -129,6 +129,11 @@ class VlcBeaconNode(Node):
             self._beacons, self._settings.mount, self._judge, self._receiver_settings
         )
 
+    def _new_executor(self) -> CommandExecutor | None:
+        if not self._settings.drive:
+            return None
+        return CommandExecutor(self._settings.driving, self._trust.speed_limit)
+
     def _advertise(self) -> None:
         self._pose = self.create_publisher(PoseStamped, '~/pose', pose_profile())
         self._pose_with_covariance = self.create_publisher(
@@ -138,13 +143,12 @@ class VlcBeaconNode(Node):
         self._markers = self.create_publisher(MarkerArray, '~/beacons', pose_profile())
         self._debug_image = self.create_publisher(Image, '~/debug_image', pose_profile())
 
-    def _drive(self, executor: CommandExecutor) -> None:
-        self._executor_of_commands = executor
+    def _drive(self) -> None:
         publisher = self.create_publisher(TwistStamped, '~/cmd_vel', pose_profile())
 
         def publish() -> None:
-            now = self.get_clock().now()
-            velocity = executor.velocity(now.nanoseconds * 1e-9)
+            executor, now = self._executor_of_commands, self.get_clock().now()
+            velocity = None if executor is None else executor.velocity(now.nanoseconds * 1e-9)
             if velocity is None:
                 return
             message = TwistStamped(header=Header(stamp=now.to_msg(), frame_id=self._settings.base_frame))
@@ -197,7 +201,6 @@ class VlcBeaconNode(Node):
         has_fix = isinstance(result, BeaconFix)
         if has_fix == self._had_fix:
             return
-        self._had_fix = has_fix
         line = (
             f'no pose: {result.reason.value} ({result.detail})'
             if isinstance(result, NoBeaconFix)
@@ -206,7 +209,9 @@ class VlcBeaconNode(Node):
                 f'yaw {result.T_map_base.yaw:.3f} rad by {int(result.used.sum())} lamps'
             )
         )
-        self.get_logger().info(line, throttle_duration_sec=_TELL_INTERVAL)
+        # What was not said for its haste is said by a later image.
+        if self.get_logger().info(line, throttle_duration_sec=_TELL_INTERVAL):
+            self._had_fix = has_fix
 
     def _publish(self, stamp: float, header: Header, reception: Reception) -> None:
         result = reception.result
@@ -223,8 +228,11 @@ class VlcBeaconNode(Node):
     def _take_verdict(self, verdict: Verdict) -> None:
         answer = verdict.answer
         if not isinstance(answer, Accepted):
-            tell = self.get_logger().warning if answer.reason.is_suspicious else self.get_logger().info
-            tell(f'refused: {answer.message}')
+            # Two calls: rclpy lets one line of code log with one severity only.
+            if answer.reason.is_suspicious:
+                self.get_logger().warning(f'refused: {answer.message}')
+            else:
+                self.get_logger().info(f'refused: {answer.message}')
             return
         self.get_logger().info(f'accepted: {answer.to_json()}')
         self._command.publish(String(data=answer.to_json()))
@@ -238,21 +246,29 @@ class VlcBeaconNode(Node):
                 f'odom is of {message.child_frame_id!r}, base_frame is {base_frame!r}; make them the same'
             )
         T_odom_base = planar_pose(message.pose.pose, 'odom')
-        self._receiver.add_odometry(self._stamps.check(message.header, 'odom'), T_odom_base)
+        stamp = self._stamps.check(message.header, 'odom')  # may begin a new receiver
+        self._receiver.add_odometry(stamp, T_odom_base)
 
     def _take_imu(self, message: Imu) -> None:
         tilt = tilt_of_imu(message, 'imu')
-        self._receiver.add_tilt(self._stamps.check(message.header, 'imu'), *tilt)
+        stamp = self._stamps.check(message.header, 'imu')
+        self._receiver.add_tilt(stamp, *tilt)
 
     def _take_attitude(self, message: QuaternionStamped) -> None:
         tilt = tilt_of_quaternion(message.quaternion, 'attitude')
-        self._receiver.add_tilt(self._stamps.check(message.header, 'attitude'), *tilt)
+        stamp = self._stamps.check(message.header, 'attitude')
+        self._receiver.add_tilt(stamp, *tilt)
 
     def _start_again(self) -> None:
         self.get_logger().warning(
             'time jumped back: the lamps, the pose and the odometry so far are forgotten'
         )
+        self._judge.forget_place()
         self._receiver = self._new_receiver()
+        before, self._executor_of_commands = self._executor_of_commands, self._new_executor()
+        if before is not None and before.is_stopped and self._executor_of_commands is not None:
+            # Who said stop did not mean until the clock is set.
+            self._executor_of_commands.obey(Operation.STOP, 0.0)
 
 
 def main() -> int:

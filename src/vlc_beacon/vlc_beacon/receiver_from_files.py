@@ -25,7 +25,7 @@ def beacons_of(settings: NodeSettings) -> list[Beacon]:
         raise VlcBeaconError(
             'beacons_file is not set; give the YAML file of your lamps, see config/beacons.yaml'
         )
-    return load_beacons(Path(settings.beacons_file).expanduser())
+    return load_beacons(_path(settings.beacons_file, 'beacons_file'))
 
 
 def judge_of(settings: NodeSettings, trust: TrustSettings, beacons: Iterable[Beacon]) -> CommandJudge:
@@ -38,7 +38,14 @@ def judge_of(settings: NodeSettings, trust: TrustSettings, beacons: Iterable[Bea
         raise VlcBeaconError(
             'counter_file is not set; commands with a key need a file that keeps their counters'
         )
-    key = read_key(Path(settings.key_file).expanduser()) if settings.key_file else None
-    store = CounterFile(Path(settings.counter_file).expanduser())
+    key = read_key(_path(settings.key_file, 'key_file')) if settings.key_file else None
+    store = CounterFile(_path(settings.counter_file, 'counter_file'))
     places = {beacon.id: (beacon.xyz[0], beacon.xyz[1]) for beacon in beacons}
     return CommandJudge(key, store, places, trust)
+
+
+def _path(text: str, parameter: str) -> Path:
+    try:
+        return Path(text).expanduser()
+    except RuntimeError as fault:
+        raise VlcBeaconError(f'{parameter} is {text}: there is no such user; give a whole path') from fault

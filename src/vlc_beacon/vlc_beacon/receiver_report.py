@@ -55,7 +55,9 @@ class ReceiverReport:
                 self._commands['accepted'] += 1
                 continue
             self._commands[f'refused: {answer.reason.value}'] += 1
-            if answer.reason.is_suspicious and verdict.speaker is not None:
+            # A true lamp speaks commands also before its ID is confirmed.
+            is_early = answer.reason is Refusal.OTHER_BEACON and verdict.speaker is None
+            if answer.reason.is_suspicious and not is_early:
                 self._alarm, self._alarm_at = answer.message, self._latest_at
 
     def status(self) -> Status:

@@ -7,6 +7,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+import cv2
+import numpy as np
+
+from shirube_ros.file_errors import CameraFileError
+from shirube_ros.image_files import load_image
 from vlc_beacon.core.lamp_image.blooming import (
     BloomingCalibration,
     BloomingFit,
@@ -17,7 +22,6 @@ from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.lamp_image.lamp_image_error import LampImageError
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.files.blooming_file import save_blooming
-from vlc_beacon.files.grey_image import load_grey_image
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -26,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         blooming = calibrate(options)
         save_blooming(options.out, blooming)
-    except VlcBeaconError as fault:
+    except (VlcBeaconError, CameraFileError) as fault:
         print(f'calibrate: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:
@@ -43,6 +47,7 @@ def calibrate(options: argparse.Namespace) -> BloomingCalibration:
 
     Raises:
         VlcBeaconError: an image without a whole lamp, or one whose distance is missing.
+        CameraFileError: a file that is no image.
     """
     fits, depths = [], []
     for text in options.image:
@@ -65,7 +70,8 @@ def _depth(text: str, metres: str) -> float:
 
 
 def _brightest_lamp(path: Path) -> BloomingFit:
-    image = load_grey_image(path)
+    pixels = load_image(path)
+    image = pixels if pixels.ndim == 2 else np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), np.uint8)
     try:
         lamps = LampDetector().detect(image)
         if len(lamps) == 0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 import time
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ from light_waveform import csv_of_waveform
 from shirube_files import write_text, written_beside
 from shirube_settings import SettingsError, check_settings, describe_settings
 from vlc_beacon.core.light_code.light_profile import LightProfile
-from vlc_beacon.core.transmitter.encoding_settings import EncodingSettings
+from vlc_beacon.core.transmitter.encoding_settings import TONE_NAME, EncodingSettings
 from vlc_beacon.core.transmitter.lamp_frame_bytes import bytes_of_frame
 from vlc_beacon.core.transmitter.lamp_program import LampProgram, encode_packets
 from vlc_beacon.core.transmitter.spoken_packet import OPERATIONS, Speaker, packets_of_words
@@ -45,6 +46,8 @@ def encode(options: argparse.Namespace) -> None:
     key = read_key(options.key_file) if options.key_file is not None else None
     # Who counts by the clock need not remember counters; see `files.counter_file`.
     counter = int(time.time()) if options.counter is None else options.counter
+    if settings.code == TONE_NAME and options.say != ['id']:
+        raise VlcBeaconError(f'a tone says nothing but which lamp it is; leave out {" ".join(options.say)}')
     speaker = Speaker(options.beacon, key, counter, options.one_shot)
     packets = packets_of_words(options.say, speaker)
     program = encode_packets(packets, settings)
@@ -71,13 +74,21 @@ def _deliver(program: LampProgram, options: argparse.Namespace) -> None:
 
 
 def _report(profile: LightProfile, packets: int, period: float) -> str:
+    says_only_its_name = math.isinf(profile.command_seconds)
+    plural = 's' if packets > 1 else ''
     rows = (
         ('code', profile.name),
         ('lamp', f'must cover {profile.rows_min} rows or more'),
-        ('period', f'{period:.2f} s for {packets} packet{"s" if packets > 1 else ""}'),
-        ('an ID takes', f'{profile.id_seconds:.2f} s, a command {profile.command_seconds:.2f} s'),
+        (
+            'period',
+            f'{1e3 * period:.4g} ms'
+            if says_only_its_name
+            else f'{period:.2f} s for {packets} packet{plural}',
+        ),
+        ('an ID takes', f'{profile.id_seconds:.2f} s'),
     )
-    return '\n'.join(f'{name:<16}{text}' for name, text in rows)
+    command = '' if says_only_its_name else f', a command {profile.command_seconds:.2f} s'
+    return '\n'.join(f'{name:<16}{text}' for name, text in rows) + command
 
 
 def make_parser() -> argparse.ArgumentParser:

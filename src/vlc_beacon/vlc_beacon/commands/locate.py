@@ -79,8 +79,11 @@ def create_receiver(options: argparse.Namespace) -> BeaconReceiver:
         shutter=options.shutter,
         row_time=options.row_time,
         exposure_time=options.exposure_time,
+        lamp_frame_rate=options.lamp_frame_rate,
+        slot_bytes=options.slot_bytes,
         method=options.method,
         camera_height_known=options.camera_height_known,
+        blooming=options.blooming,
     )
     check_settings(node)
     check_settings(light)
@@ -163,6 +166,11 @@ def _add_camera_options(parser: argparse.ArgumentParser) -> None:
         help='of a rolling shutter [s] (default: %(default)s)',
     )
     add('--exposure-time', type=float, default=_LIGHT.exposure_time, help='[s] (default: %(default)s)')
+    add('--lamp-frame-rate', type=float, default=_LIGHT.lamp_frame_rate,
+        help='that the lamps were made for, of a rolling shutter [1/s] (default: %(default)s)')  # fmt: skip
+    add('--slot-bytes', type=int, default=_LIGHT.slot_bytes, help='of manchester (default: %(default)s)')
+    add('--blooming', type=float, default=_LIGHT.blooming,
+        help='how much larger than they are lamps look, beta of calibrate [px] (default: %(default)s)')  # fmt: skip
     add('--method', default=_LIGHT.method,
         help='centroid, radius_interval or radius_interval_printed (default: %(default)s)')  # fmt: skip
     add('--camera-height-known', action='store_true', help='the base frame is on the floor z = 0 of the map')

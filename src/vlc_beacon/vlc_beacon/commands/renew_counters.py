@@ -26,7 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except VlcBeaconError as fault:
         print(f'renew_counters: {fault}', file=sys.stderr)
         return 1
-    print(f'{options.counter_file}: begins at {options.floor}')
+    print(f'{options.counter_file}: begins at {options.floor}; restart the node, which read it at its start')
     return 0
 
 

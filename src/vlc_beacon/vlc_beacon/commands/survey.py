@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -21,8 +20,12 @@ from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.survey.beacon_survey import NotSurveyed, SurveyedLamp, survey_lamp
 from vlc_beacon.core.survey.lamp_watch import LampWatch
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.files.beacons_file import save_beacons
+from vlc_beacon.files.beacons_file import RADIUS_RANGE, save_beacons
+from vlc_beacon.node_settings import NodeSettings
 from vlc_beacon.survey_drive import DriveTopics, drive_images, load_camera
+
+_NODE = NodeSettings()
+_IMU = '/imu'
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -53,10 +56,15 @@ def survey(options: argparse.Namespace) -> Mapping[int, SurveyedLamp | NotSurvey
         options.shutter, options.row_time, options.exposure_time, options.lamp_frame_rate
     )
     check_settings(light)
+    low, high = RADIUS_RANGE
+    if not low <= options.lamp_radius <= high:
+        raise VlcBeaconError(
+            f'--lamp-radius is {options.lamp_radius:g} m, it must be from {low:g} to {high:g}; is it in metres?'
+        )
     with BagReader(options.bag) as bag:
-        imu = options.imu_topic if options.imu_topic in bag.topics else ''
+        imu = options.imu_topic if options.imu_topic is not None else _IMU if _IMU in bag.topics else ''
         topics = DriveTopics(options.image_topic, options.camera_info_topic, options.pose_topic, imu)
-        bag.select_topics([topics.image, topics.camera_info, topics.pose])
+        bag.select_topics([topics.image, topics.camera_info, topics.pose, *filter(None, [imu])])
         camera = load_camera(bag, topics.camera_info)
         watch = LampWatch(camera, light)
         total = bag.topics[topics.image].message_count
@@ -98,8 +106,8 @@ def make_parser() -> argparse.ArgumentParser:
         metavar='TOPIC',
         help='base in the map (default: %(default)s)',
     )
-    add('--imu-topic', default='/imu', metavar='TOPIC',
-        help='whose orientation tells the tilt, where the bag has it (default: %(default)s)')  # fmt: skip
+    add('--imu-topic', metavar='TOPIC',
+        help=f'whose orientation tells the tilt (default: {_IMU} where the bag has it)')  # fmt: skip
     light = ReceiverSettings()
     add('--shutter', choices=('global', 'rolling'), default=light.shutter, help='default: %(default)s')
     add('--row-time', type=float, default=light.row_time,
@@ -110,9 +118,9 @@ def make_parser() -> argparse.ArgumentParser:
         help='that the lamps were made for, of a rolling shutter [1/s] (default: %(default)s)')  # fmt: skip
     add('--tilt-sigma', type=float, default=PoseSettings.tilt_sigma,
         help='constant error of the known tilt [rad] (default: %(default)s)')  # fmt: skip
-    add('--camera-xyz', type=float, nargs=3, default=(0.0, 0.0, 0.0), metavar=('X', 'Y', 'Z'),
+    add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
         help='optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
-    add('--camera-rpy', type=float, nargs=3, default=(0.0, 0.0, 0.5 * math.pi), metavar=('R', 'P', 'Y'),
+    add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
         help='its fixed-axis roll, pitch, yaw there [rad] (default: looking up, image top ahead)')  # fmt: skip
     return parser
 

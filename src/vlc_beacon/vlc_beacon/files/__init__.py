@@ -1,1 +1,1 @@
-"""Files of the package: the key and the counters."""
+"""Files of the package: lamps, key, counters, blooming, poses."""

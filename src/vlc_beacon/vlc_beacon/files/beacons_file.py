@@ -63,12 +63,16 @@ def save_beacons(path: Path, beacons: Sequence[Beacon]) -> None:
     write_text(path, yaml.safe_dump({'beacons': entries}, sort_keys=False, default_flow_style=None))
 
 
+_HUGE = 1e15
+"""Numbers that are larger are not worth telling, and whole ones may be too long for it."""
+
+
 def _read_yaml(path: Path) -> dict[str, Any]:
     try:
         content = yaml.safe_load(path.read_text(encoding='utf-8'))
     except OSError as fault:
         raise BeaconsFileError(f'{path}: cannot be read ({fault.strerror}); {_REMEDY}') from fault
-    except (UnicodeDecodeError, yaml.YAMLError) as fault:
+    except (ValueError, RecursionError, yaml.YAMLError) as fault:
         raise BeaconsFileError(f'{path}: is no YAML; {_REMEDY}') from fault
     if not isinstance(content, dict):
         raise BeaconsFileError(f'{path}: holds no fields; {_REMEDY}')
@@ -110,11 +114,12 @@ def _beacon(path: Path, number: int, entry: object) -> Beacon:
 
 
 def _number(where: str, field: str, value: object, low: float, high: float, unit: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise BeaconsFileError(f'{where}: {field} holds {value!r}, which is no finite number')
+    if isinstance(value, bool) or not isinstance(value, int | float) or str(value) == 'nan':
+        raise BeaconsFileError(f'{where}: {field} holds {value!r}, which is no number; write it like 0.01')
     if not low <= value <= high:
+        held = f'{value:g}' if isinstance(value, float) or abs(value) < _HUGE else 'a huge number'
         raise BeaconsFileError(
-            f'{where}: {field} holds {value:g} {unit}, it must be between {low:g} and {high:g}; is it in {unit}?'
+            f'{where}: {field} holds {held} {unit}, it must be between {low:g} and {high:g}; is it in {unit}?'
         )
     return float(value)
 

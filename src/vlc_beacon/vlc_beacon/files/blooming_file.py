@@ -13,6 +13,8 @@ from vlc_beacon.core.lamp_image.blooming import BloomingCalibration
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 _NAMES = tuple(field.name for field in fields(BloomingCalibration))
+VALUE_MAX = 1e6
+"""Of what is finite."""
 _REMEDY = 'make it with calibrate'
 
 
@@ -35,12 +37,16 @@ def load_blooming(path: Path) -> BloomingCalibration:
         content = yaml.safe_load(path.read_text(encoding='utf-8'))
     except OSError as fault:
         raise VlcBeaconError(f'{path}: cannot be read ({fault.strerror}); {_REMEDY}') from fault
-    except (UnicodeDecodeError, yaml.YAMLError) as fault:
+    except (ValueError, RecursionError, yaml.YAMLError) as fault:
         raise VlcBeaconError(f'{path}: is no YAML; {_REMEDY}') from fault
     entries = content.get('blooming') if isinstance(content, dict) else None
     if not isinstance(entries, dict) or set(entries) != set(_NAMES):
         raise VlcBeaconError(f'{path}: blooming must have {", ".join(_NAMES)}; {_REMEDY}')
     for name, value in entries.items():
-        if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
-            raise VlcBeaconError(f'{path}: {name} is {value!r}, which is no number; {_REMEDY}')
+        if (
+            isinstance(value, bool)
+            or not isinstance(value, int | float)
+            or not (abs(value) <= VALUE_MAX or value == math.inf)
+        ):
+            raise VlcBeaconError(f'{path}: {name} is {value!r}, which is no number that can be; {_REMEDY}')
     return BloomingCalibration(**{name: float(entries[name]) for name in _NAMES})

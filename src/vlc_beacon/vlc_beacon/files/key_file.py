@@ -49,8 +49,13 @@ def make_key_file(path: Path) -> None:
         handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
     except OSError as error:
         raise VlcBeaconError(f'key file {path} cannot be made: {error.strerror}') from error
-    with os.fdopen(handle, 'w') as file:
-        file.write(secrets.token_hex(KEY_BYTES_MAX) + '\n')
+    try:
+        with os.fdopen(handle, 'w') as file:
+            file.write(secrets.token_hex(KEY_BYTES_MAX) + '\n')
+    except OSError as error:
+        # Half a key would be taken for a whole one.
+        path.unlink()
+        raise VlcBeaconError(f'key file {path} cannot be written: {error.strerror}') from error
 
 
 def _key_of(content: bytes, path: Path) -> CommandKey:

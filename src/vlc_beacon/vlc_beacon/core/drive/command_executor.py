@@ -21,7 +21,8 @@ class CommandExecutor:
 
     The robot follows a line, straight ahead from where it began. A turn is made on the spot: brake, turn, go on along
     the new line. While there is no fresh pose it brakes; once it stands no velocity is given at all, so that whoever
-    drives next, or the `cmd_vel` timeout of the motors, has its way.
+    drives next, or the `cmd_vel` timeout of the motors, has its way. The next pose then begins a new line, and a turn
+    that was under way is not resumed.
 
     Args:
         settings: how to drive.
@@ -34,9 +35,15 @@ class CommandExecutor:
         self._speed = min(settings.cruise_speed, speed_limit)
         self._is_stopped = False
         self._is_turning = False
+        self._is_left = False
         self._course: Course | None = None
         self._pose_stamp = -math.inf
         self._last: tuple[float, Velocity] | None = None
+
+    @property
+    def is_stopped(self) -> bool:
+        """Whether a lamp said stop, and none has said resume since."""
+        return self._is_stopped
 
     def obey(self, operation: Operation, value: float) -> None:
         """Take an accepted command; see `Operation`. A turn before the first pose is not made."""
@@ -55,9 +62,10 @@ class CommandExecutor:
                 self._is_turning = True
 
     def robot_at(self, stamp: float, T_map_base: PlanarPose) -> None:
-        """Take the robot's pose in the map [s]; the first one is on the line and along it."""
-        if self._course is None:
+        """Take the robot's pose in the map [s]; the first one, and that after a rest, is on the line and along it."""
+        if self._course is None or self._is_left:
             self._course = Course(T_map_base)
+            self._is_turning = self._is_left = False
         self._course.robot_at(T_map_base)
         self._pose_stamp = stamp
 
@@ -70,7 +78,9 @@ class CommandExecutor:
         settings = self._settings
         velocity = last.toward(given, settings.acceleration * step, settings.turn_acceleration * step)
         self._last = (stamp, velocity)
-        return None if wanted is None and velocity.is_standing else velocity
+        # The zero is said once, or the motors would keep the last step above it until their timeout.
+        self._is_left = wanted is None and last.is_standing
+        return None if self._is_left else velocity
 
     def _wanted(self, stamp: float, last: Velocity) -> Velocity | None:
         course, settings = self._course, self._settings

@@ -17,7 +17,6 @@ class LampBlobs:
         sigmas: shape (n, 2), their standard deviation along u and along v [px].
         radii: shape (n,), where half the brightness is reached, with blooming [px].
         roundness: shape (n,), width over length, 1 for a disc.
-        boxes: shape (n, 4), first column, first row, and the column and row after the last [px].
         brightness: shape (n,), of the lamp over what is around it [grey levels].
         backgrounds: shape (n,), what is around it [grey levels].
     """
@@ -26,7 +25,6 @@ class LampBlobs:
     sigmas: NDArray[np.float64]
     radii: NDArray[np.float64]
     roundness: NDArray[np.float64]
-    boxes: NDArray[np.int64]
     brightness: NDArray[np.float64]
     backgrounds: NDArray[np.float64]
 

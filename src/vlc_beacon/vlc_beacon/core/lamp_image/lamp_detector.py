@@ -54,7 +54,7 @@ class LampDetector:
                 and not any(_are_one(measures, other) for other in found)
             ):
                 found.append(measures)
-        blobs = _blobs(np.array(found).reshape(-1, blob.MEASURES), image.shape)
+        blobs = _blobs(np.array(found).reshape(-1, blob.MEASURES))
         return fit_striped_disc(image, blobs, noise) if stripe_rows > 0 else blobs
 
 
@@ -80,18 +80,14 @@ def _are_one(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
     return bool(distance < SAME_WITHIN * max(a[blob.RADIUS], b[blob.RADIUS]))
 
 
-def _blobs(measures: NDArray[np.float64], shape: tuple[int, ...]) -> LampBlobs:
+def _blobs(measures: NDArray[np.float64]) -> LampBlobs:
     centroids, radii = measures[:, [blob.U, blob.V]], measures[:, blob.RADIUS]
-    reach = radii[:, None] + 1.0
-    first = np.maximum(np.floor(centroids - reach), 0)
-    after = np.minimum(np.ceil(centroids + reach) + 1, (shape[1], shape[0]))
     sigma = np.hypot(measures[:, blob.SIGMA], SIGMA_MIN)
     return LampBlobs(
         centroids,
         np.column_stack([sigma, sigma]),
         radii,
         measures[:, blob.ROUNDNESS],
-        np.concatenate([first, after], axis=1).astype(np.int64),
         measures[:, blob.BRIGHTNESS],
         measures[:, blob.BACKGROUND],
     )

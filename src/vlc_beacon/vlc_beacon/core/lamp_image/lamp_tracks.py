@@ -57,10 +57,6 @@ class LampTracks:
         self._tracks: list[LampTrack] = []
         self._keys = itertools.count(1)
 
-    def forget(self) -> None:
-        """Drop all lamps."""
-        self._tracks.clear()
-
     def update(
         self, stamp: float, image: NDArray[np.uint8], blobs: LampBlobs, turn: float = 0.0
     ) -> list[LampSample]:

@@ -15,6 +15,8 @@ from vlc_beacon.core.packet.data_packet import DATA_OVERHEAD
 from vlc_beacon.core.packet.id_packet import ID_BYTES
 
 DATA_BYTES = 100
+TONE_SECONDS = 1.0
+"""About; it depends on how far the other lamps' tones are."""
 UFSOOK_ROWS_MIN = 6
 """Where the halves of a lamp can be told apart."""
 
@@ -53,6 +55,11 @@ def rs_fsk_profile(frame_rate: float, row_time: float) -> LightProfile:
     """
     rows_min = math.ceil(1.0 / (TONE_LOWEST * row_time))
     return _symbol_profile('rs_fsk', rows_min, rs_fsk_code(frame_rate))
+
+
+def tone_profile(tone: float, row_time: float) -> LightProfile:
+    """Return the profile of a lamp that plays a constant tone [Hz]: its name is all that it says."""
+    return LightProfile('tone', math.ceil(1.0 / (tone * row_time)), TONE_SECONDS, math.inf, math.inf)
 
 
 def manchester_profile(slot_format: SlotFormat, row_time: float, exposure: float) -> LightProfile:

@@ -29,6 +29,8 @@ CHECK_POLYNOMIAL = 0b10011
 """x^4 + x + 1, as in CRC-4/INTERLAKEN but begun with zeros."""
 CHIP_TIMES = (1.0 / 8000.0, 1.0 / 6000.0)
 """Shortest and longest chip [s]: what rolling shutters resolve, and what leaves the eye no trace of the slots."""
+SLOT_BYTES_MAX = 8
+"""Of the shortest chips; see `REPETITION_MAX`."""
 REPETITION_MAX = 0.02
 """A slot lasts no longer, so that its repetitions are too fast for the eye [s]."""
 

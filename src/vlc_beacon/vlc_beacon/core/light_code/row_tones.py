@@ -46,10 +46,10 @@ def tone_likelihoods(rows: LampRows, tones: tuple[float, ...]) -> NDArray[np.flo
     return np.maximum(likelihoods - likelihoods.max(axis=1, keepdims=True), LIKELIHOOD_MIN)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=32)
 def _tone_shapes(
     rows: int, row_time: float, exposure: float, tones: tuple[float, ...]
-) -> NDArray[np.float64]:
+) -> NDArray[np.float32]:
     """Return the rows of each tone in each phase, without mean, of length 1; shape (n, PHASES, rows)."""
     shapes = []
     for tone in tones:
@@ -60,4 +60,5 @@ def _tone_shapes(
     seen -= seen.mean(axis=2, keepdims=True)
     lengths = np.linalg.norm(seen, axis=2, keepdims=True)
     # A phase in which the rows look even explains nothing.
-    return np.where(lengths > 1e-3 * np.sqrt(rows), seen / np.maximum(lengths, 1e-12), 0.0)
+    shown = lengths > 1e-3 * np.sqrt(rows)
+    return np.where(shown, seen / np.maximum(lengths, 1e-12), 0.0).astype(np.float32)

@@ -9,6 +9,7 @@ packet does not know the key; see `vlc_beacon.core.trust`.
 
 from __future__ import annotations
 
+import math
 import struct
 from dataclasses import dataclass
 
@@ -51,13 +52,17 @@ class Command:
             raise PacketError(f'operation is {self.operation}, it must be from 0 to {_OPERATION_MAX}')
         if not 0 <= self.counter <= COUNTER_MAX:
             raise PacketError(f'counter is {self.counter}, it must be from 0 to {COUNTER_MAX}')
-        if not abs(self.value) < VALUE_STEP * (1 << 31):
+        if not math.isfinite(self.value) or abs(self._steps) >= 1 << 31:
             raise PacketError(f'value is {self.value}, its size must be below {VALUE_STEP * (1 << 31):.0f}')
 
     def signed_bytes(self) -> bytes:
         """Return what the MAC is computed over."""
         first = PacketKind.COMMAND << KIND_SHIFT | _ONE_SHOT * self.is_one_shot | self.operation
-        return _BODY.pack(first, self.beacon, self.counter, round(self.value / VALUE_STEP))
+        return _BODY.pack(first, self.beacon, self.counter, self._steps)
+
+    @property
+    def _steps(self) -> int:
+        return round(self.value / VALUE_STEP)
 
 
 @dataclass(frozen=True)

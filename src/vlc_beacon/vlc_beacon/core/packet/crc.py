@@ -1,7 +1,7 @@
 """Cyclic redundancy checks of the packets.
 
 CRC-8 is CRC-8/SMBUS and CRC-16 is CRC-16/XMODEM of the catalogue of parametrised CRC algorithms, CRC-32 is that
-of Ethernet; all begin their catalogue entries with the check value of ``123456789``.
+of Ethernet.
 """
 
 import binascii

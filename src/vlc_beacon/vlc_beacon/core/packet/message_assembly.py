@@ -19,8 +19,7 @@ class MessageAssembly:
         Args:
             packet: with a right checksum.
         """
-        before = self._parts.get(packet.sequence)
-        if any(part.tag != packet.tag for part in self._parts.values()) or before not in (None, packet):
+        if not all(_may_be_of_one_message(part, packet) for part in self._parts.values()):
             self._parts.clear()
         self._parts[packet.sequence] = packet
         last = next((part.sequence for part in self._parts.values() if part.is_last), None)
@@ -32,3 +31,12 @@ class MessageAssembly:
             return None
         self._told = message
         return message
+
+
+def _may_be_of_one_message(one: DataPacket, other: DataPacket) -> bool:
+    if (one.tag, one.is_text) != (other.tag, other.is_text):
+        return False
+    if one.sequence == other.sequence:
+        return one == other
+    earlier = one if one.sequence < other.sequence else other
+    return not earlier.is_last

@@ -85,7 +85,7 @@ class BeaconLocator:
         lamps = np.array([self.beacons[int(id_)].xyz for id_ in rays.ids])
         squares = PoseLeastSquares(rays, lamps, camera, self._known, self._settings)
         closed = ClosedForm(rays, lamps, camera, self._known)
-        if self._known.unknowns > 2 and len(set(rays.ids.tolist())) < 2:
+        if len(set(rays.ids.tolist())) < 2:
             doubts = unclear_doubts(rays) if rays.copied.any() else ()
             return NoBeaconFix(NoFixReason.TOO_FEW_LAMPS, f'only lamp {rays.ids[0]} is in view', doubts)
         all_fit = self._all_together(squares, closed, expected)
@@ -102,7 +102,7 @@ class BeaconLocator:
             return None
         used = np.ones(len(rays), dtype=np.bool_)
         fits: list[PoseEstimate] = []
-        for start in self._starts(closed, START_PAIRS):
+        for start in _starts(closed, START_PAIRS):
             fit = squares.refine(start, used)
             if (
                 fit is not None
@@ -123,14 +123,6 @@ class BeaconLocator:
             detail = f'{fits[0].distance_from(expected):.0f} standard deviations away by {_names(rays)}'
             return NoBeaconFix(NoFixReason.UNEXPECTED, detail, unclear_doubts(rays))
         return _fix(fits[0], used)
-
-    def _starts(self, closed: ClosedForm, pairs: int) -> Iterator[NDArray[np.float64]]:
-        """Yield states to begin with, from the widest pairs."""
-        if self._known.unknowns == 2:
-            yield from (closed.state_of_one(int(i)) for i in np.flatnonzero(closed.usable)[:pairs])
-            return
-        for pair in closed.widest_pairs(pairs):
-            yield from closed.states_of_pair(*pair)
 
     def _explains(self, fit: PoseEstimate) -> bool:
         """Tell whether a fit to all lamps leaves no more than noise."""
@@ -153,10 +145,10 @@ class BeaconLocator:
     ) -> BeaconFix | NoBeaconFix:
         """Return the pose that most lamps agree on, and name the others."""
         rays, gate = squares.rays, self._settings.gate_sigmas
-        if not any(True for _ in closed.widest_pairs(1)) and self._known.unknowns > 2:
+        if not closed.widest_pairs(1):
             return NoBeaconFix(NoFixReason.POOR_GEOMETRY, _names(rays))
         places = np.array([beacon.xyz for beacon in self.beacons.values()])
-        starts = self._starts(closed, PAIRS_MAX)
+        starts = _starts(closed, PAIRS_MAX)
         agreements = best_agreements(squares, starts, places, camera, gate)
         chosen = chosen_agreement(agreements, self._known.unknowns, expected, EXPECTED_SIGMAS)
         if chosen is None:
@@ -186,3 +178,9 @@ def _fix(fit: PoseEstimate, used: NDArray[np.bool_], doubts: tuple[BeaconDoubt, 
 
 def _names(rays: LampRays) -> str:
     return 'lamps ' + ', '.join(str(id_) for id_ in sorted(rays.ids.tolist()))
+
+
+def _starts(closed: ClosedForm, pairs: int) -> Iterator[NDArray[np.float64]]:
+    """Yield states to begin with, from the widest pairs."""
+    for pair in closed.widest_pairs(pairs):
+        yield from closed.states_of_pair(*pair)

@@ -19,6 +19,9 @@ from vlc_beacon.core.pose.pose_fix import BeaconDoubt, BeaconFix, DoubtKind, NoB
 from vlc_beacon.core.pose.pose_least_squares import PoseLeastSquares
 from vlc_beacon.core.pose.settings import PoseSettings
 
+LOST_IMAGES = 60
+"""The robot is elsewhere when two lamps or more are in view and none is in place, in so many images."""
+
 
 class BeaconTracker:
     """Follows a robot under lamps."""
@@ -47,11 +50,13 @@ class BeaconTracker:
         self._filter: PoseFilter | None = None
         self._T_odom_base: PlanarPose | None = None
         self._views = JoinedViews()
+        self._lost_images = 0
 
     def forget(self) -> None:
         """Forget where the robot is."""
         self._filter = None
         self._views.clear()
+        self._lost_images = 0
 
     def add_odometry(self, T_odom_base: PlanarPose) -> None:
         """Take the newest odometry pose, before the lamps that are seen there."""
@@ -66,7 +71,7 @@ class BeaconTracker:
             rays: known lamps in view, from `BeaconLocator.rays`; may be none.
             tilt: roll and pitch of the robot [rad].
         """
-        if self._filter is not None and not self._filter.is_certain:
+        if self._filter is not None and not (self._filter.is_certain and self._lost_images < LOST_IMAGES):
             self.forget()
         expected = None if self._filter is None else self._filter.expected()
         found = self.locator.locate(rays, tilt, expected)
@@ -96,6 +101,7 @@ class BeaconTracker:
             found.T_map_base, found.height, found.covariance, self._settings, self._odometry_settings
         )
         self._views.clear()
+        self._lost_images = 0
 
     def _filtered(
         self,
@@ -111,6 +117,10 @@ class BeaconTracker:
         used = np.zeros(len(rays), dtype=np.bool_)
         if wanted.any():
             used[wanted] = filter_.add_lamps(rays.subset(wanted), lamps[wanted], camera)
+        if used.any():
+            self._lost_images = 0
+        elif len(set(rays.ids.tolist())) > 1:
+            self._lost_images += 1
         doubts = found.doubts if isinstance(found, BeaconFix) else _unfitting(rays, used)
         squares = PoseLeastSquares(rays, lamps, camera, KnownStates(), self._settings)
         residuals = squares.evaluate(filter_.bearing_state).residuals

@@ -43,8 +43,8 @@ class ClosedForm:
         directions = np.column_stack([rays.rays, np.ones(len(rays))]) @ camera.rotation.T
         upward = directions[:, 2]
         flat = np.hypot(directions[:, 0], directions[:, 1])
-        self.usable = np.abs(upward) * SLOPE_MAX > flat
-        slopes = (directions[:, 0] + 1j * directions[:, 1]) / np.where(self.usable, upward, 1.0)
+        self._usable = np.abs(upward) * SLOPE_MAX > flat
+        slopes = (directions[:, 0] + 1j * directions[:, 1]) / np.where(self._usable, upward, 1.0)
         turns = np.exp(1j * rays.motions[:, 2])
         arm = complex(camera.position[0], camera.position[1])
         reach = lamps[:, 2] - camera.position[2]
@@ -54,7 +54,7 @@ class ClosedForm:
     def widest_pairs(self, count: int) -> list[tuple[int, int]]:
         """Return up to so many pairs of different lamps, those that are seen farthest apart first."""
         first, second = np.triu_indices(len(self._B), 1)
-        good = self.usable[first] & self.usable[second] & (self._places[first] != self._places[second])
+        good = self._usable[first] & self._usable[second] & (self._places[first] != self._places[second])
         first, second = first[good], second[good]
         order = np.argsort(-np.abs(self._B[first] - self._B[second]), kind='stable')[:count]
         return [(int(first[k]), int(second[k])) for k in order]
@@ -69,23 +69,13 @@ class ClosedForm:
         for z in self._heights(way, D, E):
             seen = D - z * E
             if abs(seen) > 0.0:
-                k = way / seen if self._known.yaw is None else cmath.rect(1.0, self._known.yaw)
+                k = way / seen
                 states.append(self._state(k / abs(k), z, [i, j]))
         return states
-
-    def state_of_one(self, i: int) -> NDArray[np.float64]:
-        """Return the state that explains one lamp where height and yaw are known, shape (6,)."""
-        height, yaw = self._known.height, self._known.yaw
-        if height is None or yaw is None:
-            raise ValueError('one lamp is not enough for height or yaw')
-        return self._state(cmath.rect(1.0, yaw), height, [i])
 
     def _heights(self, way: complex, D: complex, E: complex) -> list[float]:
         if self._known.height is not None:
             return [self._known.height]
-        if self._known.yaw is not None:
-            rest = D - way * cmath.rect(1.0, -self._known.yaw)
-            return [(rest * E.conjugate()).real / abs(E) ** 2]
         middle = (D * E.conjugate()).real / abs(E) ** 2
         # Noise can make the squared reach negative where both solutions meet.
         squared = middle**2 - (abs(D) ** 2 - abs(way) ** 2) / abs(E) ** 2

@@ -33,8 +33,8 @@ class JoinedViews:
         self._views.clear()
 
     def add(self, T_odom_base: PlanarPose, rays: LampRays) -> None:
-        """Take the lamps of an image."""
-        if not self._views or self._views[-1][0].distance_to(T_odom_base) >= SPACING:
+        """Take the lamps of an image; without any it is no view."""
+        if len(rays) and (not self._views or self._views[-1][0].distance_to(T_odom_base) >= SPACING):
             self._views.append((T_odom_base, rays))
 
     def seen_from(self, T_odom_base: PlanarPose, rays: LampRays) -> LampRays:
@@ -48,7 +48,7 @@ class JoinedViews:
         for view, (then, seen) in enumerate(self._views, start=1):
             motion = T_odom_base.inverse() @ then
             way = math.hypot(motion.x, motion.y)
-            if SPACING <= way <= WAY_MAX and len(seen):
+            if SPACING <= way <= WAY_MAX:
                 parts.append(_moved(seen, motion, way, view))
         return LampRays(
             *(

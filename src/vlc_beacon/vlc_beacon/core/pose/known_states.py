@@ -16,16 +16,14 @@ class KnownStates:
 
     Attributes:
         height: of the base in the map frame [m], None where it is looked for.
-        yaw: of the base [rad], None where it is looked for.
     """
 
     height: float | None = None
-    yaw: float | None = None
 
     @property
     def unknowns(self) -> int:
         """How many of x, y, z and yaw are looked for."""
-        return 4 - (self.height is not None) - (self.yaw is not None)
+        return 4 - (self.height is not None)
 
     def free(self, *, tilt: bool) -> NDArray[np.bool_]:
         """Return which states are looked for, shape (6,).
@@ -34,6 +32,6 @@ class KnownStates:
             tilt: whether the tilt's error is.
         """
         free = np.ones(STATES, dtype=np.bool_)
-        free[2], free[3] = self.height is None, self.yaw is None
+        free[2] = self.height is None
         free[4:] = tilt
         return free

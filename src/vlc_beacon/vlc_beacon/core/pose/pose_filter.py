@@ -21,8 +21,10 @@ from vlc_beacon.core.pose.settings import PoseSettings
 X, Y, Z, YAW, WAY_SCALE, TURN_SCALE, WAY_TURN = range(7)
 CORRELATION_WAY = 1.0
 """Errors of lamps, lens and tilt stay the same over about this way [m]: images from nearer say nothing new of them."""
-CORRELATED_MAX = 300.0
-"""So many images at most count as one: five seconds of a robot that stands."""
+TURN_WAY = 0.3
+"""A turn by one radian moves lamps over the lens as this way does [m]."""
+CORRELATED_MAX = 300
+"""So many images from one place count as one, five seconds of a robot that stands; further ones tell of noise only."""
 HEIGHT_WALK = 0.001
 """How much the floor's height changes over one metre [m]."""
 ITERATIONS = 2
@@ -44,7 +46,8 @@ class PoseFilter:
         Args:
             T_map_base: where the robot is.
             height: of the base in the map frame [m].
-            covariance: shape (4, 4), of x, y, z [m] and yaw [rad], as a `BeaconFix` has it.
+            covariance: shape (4, 4), of x, y, z [m] and yaw [rad], as a `BeaconFix` has it; a height without
+                variance is known and stays.
             pose_settings: how exactly lamps are known, None for the defaults.
             settings: how exact the odometry is, None for the defaults.
         """
@@ -56,7 +59,11 @@ class PoseFilter:
         self._P = np.zeros((7, 7))
         self._P[:4, :4] = covariance
         self._P[range(4, 7), range(4, 7)] = self._lasting
+        self._height_walk = HEIGHT_WALK if covariance[2, 2] > 0.0 else 0.0
         self._way = math.inf
+        self._place_way = 0.0
+        self._place_images = 0
+        self._place_lamps: set[int] = set()
 
     @property
     def pose(self) -> PlanarPose:
@@ -93,7 +100,8 @@ class PoseFilter:
         """Take the robot's motion since the last call from the odometry, in the base frame of before."""
         way = math.hypot(T_before_after.x, T_before_after.y)
         turn = T_before_after.yaw
-        self._way += way
+        self._way += way + TURN_WAY * abs(turn)
+        self._place_way += way
         scale, turn_scale, way_turn = self._state[WAY_SCALE:]
         step = np.array([T_before_after.x, T_before_after.y])
         # Half of a turn that the odometry missed was there on the way already.
@@ -113,7 +121,7 @@ class PoseFilter:
     def _process_noise(self, way: float, turn: float) -> NDArray[np.float64]:
         noise = np.zeros(7)
         noise[[X, Y]] = self._settings.slip**2 * way
-        noise[Z] = HEIGHT_WALK**2 * way
+        noise[Z] = self._height_walk**2 * way
         noise[YAW] = self._settings.turn_slip**2 * (way + turn)
         noise[WAY_SCALE:] = self._lasting * way / self._settings.lasting_way
         return np.diag(noise)
@@ -129,12 +137,24 @@ class PoseFilter:
         Returns:
             shape (n,), which of them fit to the expected pose; the others are left out.
         """
-        correlated = float(np.clip(CORRELATION_WAY / max(self._way, 1e-9), 1.0, CORRELATED_MAX))
         fitting = self._fitting(rays, lamps, camera)
         if fitting.any():
-            self._update(rays.subset(fitting), lamps[fitting], camera, correlated)
+            fitted = rays.subset(fitting)
+            self._update(fitted, lamps[fitting], camera, self._correlated(set(fitted.ids.tolist())))
             self._way = 0.0
         return fitting
+
+    def _correlated(self, lamps: set[int]) -> float:
+        """Return how many images like this one count as one; to be asked once an image."""
+        if self._place_way > CORRELATION_WAY:
+            self._place_way = 0.0
+            self._place_lamps.clear()
+        if not lamps <= self._place_lamps:
+            self._place_lamps |= lamps
+            self._place_images = 0
+        self._place_images += 1
+        correlated = max(CORRELATION_WAY / max(self._way, 1e-9), 1.0)
+        return correlated if self._place_images > CORRELATED_MAX else min(correlated, CORRELATED_MAX)
 
     def _fitting(self, rays: LampRays, lamps: NDArray[np.float64], camera: LevelCamera) -> NDArray[np.bool_]:
         residual, H, R = self._measurement(rays, lamps, camera, self._state, 1.0)

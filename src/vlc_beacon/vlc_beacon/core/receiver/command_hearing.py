@@ -16,6 +16,8 @@ from vlc_beacon.core.trust.verdict import Accepted, Refusal, Refused
 
 _WAITING = (Refusal.NO_POSITION, Refusal.OTHER_PLACE, Refusal.DONE)
 """Of rules that may hold later."""
+_PASSING = (Refusal.LOCKED, Refusal.COUNTERS_LOST)
+"""Of all commands, whatever they are."""
 
 
 @dataclass(frozen=True)
@@ -58,9 +60,9 @@ class CommandHearing:
         self._told = {place: reason for place, reason in self._told.items() if place[0] in keys}
         verdicts = []
         for lamp in lamps:
-            kept = self._kept.get(lamp.sample.key, {})
-            heard = {packet.command.operation: packet for packet in lamp.heard}
-            for packet in {**kept, **heard}.values():
+            kept = tuple(self._kept.get(lamp.sample.key, {}).values())
+            # What is heard does not replace what is kept before the judge has said that it is true.
+            for packet in dict.fromkeys((*kept, *lamp.heard)):
                 verdict = self._judged(stamp, lamp, packet)
                 if verdict is not None:
                     verdicts.append(verdict)
@@ -73,8 +75,8 @@ class CommandHearing:
         kept = self._kept.setdefault(key, {})
         if self._may_hold_later(lamp, packet, answer):
             kept[operation] = packet
-        else:
-            kept.pop(operation, None)
+        elif kept.get(operation) == packet:
+            del kept[operation]
         if isinstance(answer, Accepted):
             self._told.pop((key, operation), None)
             return Verdict(packet, lamp.beacon, answer)
@@ -90,4 +92,7 @@ class CommandHearing:
             return False
         if isinstance(answer, Accepted) or answer.reason in _WAITING:
             return True
+        if answer.reason in _PASSING:
+            # It says nothing of the command: one that was true before stays.
+            return self._kept[lamp.sample.key].get(packet.command.operation) == packet
         return answer.reason is Refusal.OTHER_BEACON and lamp.beacon is None

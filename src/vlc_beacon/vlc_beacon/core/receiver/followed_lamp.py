@@ -8,13 +8,11 @@ from enum import Enum
 from vlc_beacon.core.packet.command_packet import CommandPacket
 from vlc_beacon.core.packet.data_packet import DataPacket
 from vlc_beacon.core.packet.id_confirmation import IdConfirmation
-from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX, IdPacket
+from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.packet.message_assembly import MessageAssembly
 from vlc_beacon.core.packet.packet_reader import ReceivedPacket
 from vlc_beacon.core.receiver.lamp_decoder import LampDecoder, LampView
 from vlc_beacon.core.receiver.patience import Patience
-
-_ALL_IDS = frozenset(range(BEACON_ID_MAX + 1))
 
 
 class Silence(Enum):
@@ -35,19 +33,22 @@ class FollowedLamp:
         silence: why it is left alone, None for a lamp that is listened to.
     """
 
-    def __init__(self, decoder: LampDecoder, known: AbstractSet[int], readable_diameter: float) -> None:
+    def __init__(
+        self, decoder: LampDecoder, known: AbstractSet[int], readable_diameter: float, patience: float
+    ) -> None:
         """Begin with a lamp that was just found.
 
         Args:
             decoder: of this lamp alone.
             known: the IDs in the beacons file.
             readable_diameter: lamps that are smaller may be too small to be read [px].
+            patience: an unnamed lamp that tells nothing for so long is left alone for a while [s].
         """
         self._decoder = decoder
         self._known = known
         self._readable_diameter = readable_diameter
-        self._patience = Patience()
-        self._confirmation = IdConfirmation(_ALL_IDS)
+        self._patience = Patience(patience)
+        self._confirmation = IdConfirmation()
         self.beacon: int | None = None
         self.stranger: int | None = None
         self._assembly = MessageAssembly()

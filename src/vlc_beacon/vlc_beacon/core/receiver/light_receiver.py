@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.lamp_image.lamp_tracks import LampSample, LampTracks
 from vlc_beacon.core.lamp_image.settings import LampSettings
 from vlc_beacon.core.light_code.light_profile import LightProfile, rs_fsk_profile, ufsook_profile
+from vlc_beacon.core.light_code.rs_fsk_decoder import TONES_APART
 from vlc_beacon.core.packet.command_packet import CommandPacket
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.receiver.followed_lamp import FollowedLamp, Silence
@@ -56,14 +58,18 @@ class LightReceiver:
             settings: of camera and lamps.
 
         Raises:
-            VlcBeaconError: some beacons have a frequency and others none, or only one is there to be told by it.
+            VlcBeaconError: some beacons have a frequency and others none, only one is there to be told by it, or two
+                are too close.
         """
         known = list(beacons)
         self._known = frozenset(beacon.id for beacon in known)
         self._tones = _tones(known) if settings.is_rolling else {}
         self._timing = row_timing(settings, self._tones.values())
         self._settings = settings
-        self._readable_diameter = float(_profile(settings).rows_min)
+        profile = _profile(settings)
+        self._readable_diameter = float(profile.rows_min)
+        # Who looks up in the middle of the longest packet has heard it after twice its length.
+        self._patience = 2.0 * profile.seconds_per_100_bytes
         self._detector = LampDetector(_lamp_settings(settings, self._timing))
         self._tracks = LampTracks(split_lamps=not settings.is_rolling)
         self._lamps: dict[int, FollowedLamp] = {}
@@ -98,10 +104,12 @@ class LightReceiver:
         return ReadLamp(sample, lamp.beacon, lamp.stranger, tuple(lamp.heard), lamp.silence, lamp.said)
 
     def _new_lamp(self) -> FollowedLamp:
-        decoder: LampDecoder = GlobalShutterDecoder(self._settings.exposure_time)
+        return FollowedLamp(self._new_decoder(), self._known, self._readable_diameter, self._patience)
+
+    def _new_decoder(self) -> LampDecoder:
         if self._settings.is_rolling:
-            decoder = RollingShutterDecoder(self._timing, self._tones)
-        return FollowedLamp(decoder, self._known, self._readable_diameter)
+            return RollingShutterDecoder(self._timing, self._tones)
+        return GlobalShutterDecoder(self._settings.exposure_time)
 
 
 def _tones(beacons: list[Beacon]) -> dict[int, float]:
@@ -111,6 +119,13 @@ def _tones(beacons: list[Beacon]) -> dict[int, float]:
             f'beacons: {len(tones)} of {len(beacons)} have a frequency; '
             'give one to all, of two or more, or to none whose lamps play their IDs'
         )
+    ordered = sorted(tones, key=lambda id_: tones[id_])
+    for one, other in pairwise(ordered):
+        if tones[other] - tones[one] < TONES_APART:
+            raise VlcBeaconError(
+                f'beacons: {one} and {other} have the frequencies {tones[one]:g} Hz and {tones[other]:g} Hz; '
+                f'set them {TONES_APART:g} Hz apart or more'
+            )
     return tones
 
 

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from shirube_geometry import PlanarPose
 
 _KEPT = 400
+_STEP_MIN = 1e-3
+"""Poses closer in time than this tell no velocity [s]."""
 _STALE = 0.25
 """Odometry that is older than this beside an image says nothing about it [s]."""
 
@@ -23,8 +25,8 @@ class OdometryTrail:
         self._poses: deque[tuple[float, PlanarPose]] = deque(maxlen=_KEPT)
 
     def add(self, stamp: float, T_odom_base: PlanarPose) -> None:
-        """Take a pose at a time [s]; one that is not newer than the last is left out."""
-        if not self._poses or stamp > self._poses[-1][0]:
+        """Take a pose at a time [s]; one that is hardly newer than the last, or older, is left out."""
+        if not self._poses or stamp - self._poses[-1][0] >= _STEP_MIN:
             self._poses.append((stamp, T_odom_base))
 
     def pose_at(self, stamp: float) -> PlanarPose | None:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-LISTEN = 15.0
-"""A lamp that tells nothing for so long is left alone [s]. Two IDs and two commands of 30 bit/s take 11 s."""
 REST = 60.0
-"""For so long [s]; then it is listened to again, for it may have been switched on."""
+"""A lamp is left alone for so long [s]; then it is listened to again, for it may have been switched on."""
 
 
 class Patience:
-    """Listens and rests in turn while nothing is heard."""
+    """Listens and rests in turn while nothing is heard.
 
-    def __init__(self) -> None:
-        """Begin with listening."""
+    Args:
+        seconds: for how long to listen [s].
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds = seconds
         self._since: float | None = None
         self._has_listened = False
 
@@ -23,10 +25,10 @@ class Patience:
 
     def listens(self, stamp: float) -> bool:
         """Return whether to listen at a time [s]."""
-        if self._since is None or stamp < self._since or stamp >= self._since + LISTEN + REST:
+        if self._since is None or stamp < self._since or stamp >= self._since + self._seconds + REST:
             self._since = stamp
-        self._has_listened |= stamp >= self._since + LISTEN
-        return stamp < self._since + LISTEN
+        self._has_listened |= stamp >= self._since + self._seconds
+        return stamp < self._since + self._seconds
 
     def hear(self, stamp: float) -> None:
         """Take that the lamp told something [s]."""

@@ -8,7 +8,6 @@ import numpy as np
 
 from vlc_beacon.core.lamp_image.row_profile import row_profile
 from vlc_beacon.core.light_code.lamp_rows import LampRows, rows_of_frame
-from vlc_beacon.core.light_code.manchester import SlotFormat
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
 from vlc_beacon.core.light_code.row_tones import ROWS_MIN
 from vlc_beacon.core.light_code.rs_fsk_decoder import RsFskDecoder, ToneDecoder
@@ -33,8 +32,7 @@ class RollingShutterDecoder:
         self._timing = timing
         self._tone = ToneDecoder(tones) if tones else None
         self._fsk = RsFskDecoder(timing.lamp_frame_rate)
-        self._format = SlotFormat(frame_rate=timing.lamp_frame_rate)
-        self._manchester = ManchesterDecoder(self._format)
+        self._manchester = ManchesterDecoder(timing.slots)
 
     def read(self, view: LampView) -> list[ReceivedPacket]:
         """Take a frame and return the packets that it completes, see `LampDecoder`; a tone counts as an ID packet."""
@@ -46,7 +44,7 @@ class RollingShutterDecoder:
             return [] if beacon is None else [ReceivedPacket(view.stamp, IdPacket(beacon))]
         timing = self._timing
         packets = self._fsk.add_frames(rows)
-        if rows.brightness.shape[1] >= self._format.rows_min(timing.row_time, timing.exposure):
+        if rows.brightness.shape[1] >= timing.slots.rows_min(timing.row_time, timing.exposure):
             packets += self._manchester.add_frames(rows)
         return packets
 

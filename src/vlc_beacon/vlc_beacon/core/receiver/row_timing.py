@@ -23,12 +23,14 @@ class RowTiming:
         exposure: of a row [s].
         lamp_frame_rate: that the lamps were made for [1/s].
         stripe_rows: longest dark stripe in a lamp [px].
+        slots: of Manchester.
     """
 
     row_time: float
     exposure: float
     lamp_frame_rate: float
     stripe_rows: float
+    slots: SlotFormat
 
 
 def row_timing(settings: ReceiverSettings, tones: Collection[float]) -> RowTiming:
@@ -40,9 +42,9 @@ def row_timing(settings: ReceiverSettings, tones: Collection[float]) -> RowTimin
     """
     row_time = settings.row_time
     dark = 0.5 / min(tones, default=TONE_LOWEST)
-    slots = SlotFormat(frame_rate=settings.lamp_frame_rate)
+    slots = SlotFormat(settings.slot_bytes, frame_rate=settings.lamp_frame_rate)
     if settings.lamps.diameter_max >= slots.rows_min(row_time, settings.exposure_time):
         dark = max(dark, _DARK_CHIPS * slots.chip_time)
     # A row that is dark in part only looks dark too.
     stripe_rows = settings.lamps.stripe_rows or math.ceil(dark / row_time) + 1
-    return RowTiming(row_time, settings.exposure_time, settings.lamp_frame_rate, float(stripe_rows))
+    return RowTiming(row_time, settings.exposure_time, settings.lamp_frame_rate, float(stripe_rows), slots)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from shirube_settings import setting
+from vlc_beacon.core.light_code.manchester import SLOT_BYTES_MAX
 from vlc_beacon.core.transmitter.lamp_frame import PLAYS_MAX, TICK_RATE
 
-UFSOOK_NAME, RS_FSK_NAME, MANCHESTER_NAME = 'ufsook', 'rs_fsk', 'manchester'
+UFSOOK_NAME, RS_FSK_NAME, MANCHESTER_NAME, TONE_NAME = 'ufsook', 'rs_fsk', 'manchester', 'tone'
 
 
 @dataclass(frozen=True)
@@ -16,8 +17,8 @@ class EncodingSettings:
 
     code: str = setting(
         UFSOOK_NAME,
-        'light code: ufsook for global shutters, rs_fsk and manchester for rolling ones',
-        choices=(UFSOOK_NAME, RS_FSK_NAME, MANCHESTER_NAME),
+        'light code: ufsook for global shutters, rs_fsk, manchester and a constant tone for rolling ones',
+        choices=(UFSOOK_NAME, RS_FSK_NAME, MANCHESTER_NAME, TONE_NAME),
     )
     frame_rate: float = setting(
         30.0,
@@ -38,11 +39,17 @@ class EncodingSettings:
     )
     slot_bytes: int = setting(
         1,
-        'bytes in a slot of manchester: more need larger lamps and waste less time',
+        'bytes in a slot of manchester: more need larger lamps and waste less time; the receiver must know it',
         minimum=1,
-        maximum=100,
+        maximum=SLOT_BYTES_MAX,
     )
-    chip_time: float = setting(1.0 / 8000.0, 'of manchester', unit='s', minimum=1e-5, maximum=1e-2)
+    tone: float = setting(
+        4000.0,
+        'of a lamp that plays nothing else (code tone); it stands as frequency in the beacons file',
+        unit='Hz',
+        minimum=1000.0,
+        maximum=8000.0,
+    )
     tick_rate: float = setting(
         TICK_RATE, "measured clock of the lamp's timer", unit='1/s', minimum=1e6, maximum=1e8
     )

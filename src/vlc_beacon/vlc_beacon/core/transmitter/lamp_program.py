@@ -10,14 +10,25 @@ from vlc_beacon.core.light_code.light_profile import (
     LightProfile,
     manchester_profile,
     rs_fsk_profile,
+    tone_profile,
     ufsook_profile,
 )
 from vlc_beacon.core.light_code.manchester import SlotFormat, slots_waveform
 from vlc_beacon.core.light_code.reed_solomon_block import slots_of_packet
-from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
+from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
-from vlc_beacon.core.transmitter.coded_frame import manchester_frame, rs_fsk_frame, ufsook_frame
-from vlc_beacon.core.transmitter.encoding_settings import RS_FSK_NAME, UFSOOK_NAME, EncodingSettings
+from vlc_beacon.core.transmitter.coded_frame import (
+    constant_tone_frame,
+    manchester_frame,
+    rs_fsk_frame,
+    ufsook_frame,
+)
+from vlc_beacon.core.transmitter.encoding_settings import (
+    RS_FSK_NAME,
+    TONE_NAME,
+    UFSOOK_NAME,
+    EncodingSettings,
+)
 from vlc_beacon.core.transmitter.lamp_frame import LampFrame
 
 
@@ -40,7 +51,7 @@ def encode_packets(packets: Sequence[bytes], settings: EncodingSettings) -> Lamp
     """Encode packets that a lamp plays one after the other.
 
     Args:
-        packets: at least one, each as bytes.
+        packets: at least one, each as bytes; a tone tells none of them.
         settings: the light code and the camera.
 
     Raises:
@@ -50,6 +61,12 @@ def encode_packets(packets: Sequence[bytes], settings: EncodingSettings) -> Lamp
     """
     contents, rate = list(packets), settings.frame_rate
     plays, ticks = settings.plays, settings.tick_rate
+    if settings.code == TONE_NAME:
+        return LampProgram(
+            constant_tone_waveform(settings.tone),
+            constant_tone_frame(settings.tone, ticks),
+            tone_profile(settings.tone, settings.row_time),
+        )
     if settings.code == UFSOOK_NAME:
         return LampProgram(ufsook_waveform(contents), ufsook_frame(contents, plays, ticks), ufsook_profile())
     if settings.code == RS_FSK_NAME:
@@ -58,7 +75,7 @@ def encode_packets(packets: Sequence[bytes], settings: EncodingSettings) -> Lamp
             rs_fsk_frame(contents, rate, plays, ticks),
             rs_fsk_profile(rate, settings.row_time),
         )
-    slots = SlotFormat(settings.slot_bytes, settings.chip_time, rate)
+    slots = SlotFormat(settings.slot_bytes, frame_rate=rate)
     light = slots_waveform([slot for c in contents for slot in slots_of_packet(c, slots.slot_bytes)], slots)
     profile = manchester_profile(slots, settings.row_time, settings.exposure_time)
     return LampProgram(light, manchester_frame(contents, slots, plays, ticks), profile)

@@ -10,7 +10,7 @@ PROTOCOL_VERSION = 1
 PIECE_BYTES = 32
 """Bytes of a frame in a line."""
 VERSION_REQUEST, STATUS_REQUEST, STEADY_REQUEST, PLAY_REQUEST = 'v', 's', 'h', 'p'
-DONE, REFUSED = 'OK', 'ERR '
+DONE = 'OK'
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from vlc_beacon.core.packet.data_packet import packets_of_message
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.packet.operation import Operation
 from vlc_beacon.core.trust.command_key import CommandKey
+from vlc_beacon.core.trust.plausibility import implausibility
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 OPERATIONS = {operation.word: operation for operation in Operation}
@@ -45,12 +46,19 @@ def packets_of_words(words: Sequence[str], speaker: Speaker) -> list[bytes]:
     """Return the packets that words stand for, in their order.
 
     Raises:
-        VlcBeaconError: a word that means nothing, a command without a key or a value, or two different one-shot
-            commands: they share the counter, so the robot would take the second for a replay.
+        VlcBeaconError: a word that means nothing, a command without a key or a value, one operation with two
+            values, or two different one-shot commands: they share the counter, so the robot would take the second for
+            a replay.
     """
     commands = {word for word in words if word.partition(':')[0] in OPERATIONS}
     if speaker.is_one_shot and len(commands) > 1:
         raise VlcBeaconError(f'{" and ".join(sorted(commands))}: only one of them can be one-shot; choose it')
+    operations = [word.partition(':')[0] for word in sorted(commands)]
+    for operation in operations:
+        if operations.count(operation) > 1:
+            raise VlcBeaconError(
+                f'{operation} is there with two values, but a robot does each rule once a visit; choose one'
+            )
     packets = [packet for word in words for packet in _packets(word, speaker)]
     if not packets:
         raise VlcBeaconError(f'the lamp has nothing to say; {_REMEDY}')
@@ -82,6 +90,9 @@ def _command(word: str, operation: Operation, value: str | None, speaker: Speake
         raise VlcBeaconError(f'{word}: a command must be signed; give --key-file')
     number = _value(word, operation, value)
     command = Command(speaker.beacon, operation, number, speaker.counter, speaker.is_one_shot)
+    flaw = implausibility(command)
+    if flaw is not None:
+        raise VlcBeaconError(f'{word}: {flaw}, so no robot would obey it; choose another value')
     return speaker.key.sign(command).to_bytes()
 
 

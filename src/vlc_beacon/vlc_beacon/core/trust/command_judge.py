@@ -44,9 +44,9 @@ class CommandJudge:
         self._key = key
         self._store = store
         self._settings = settings
-        self._visits = ZoneVisits(places, settings.zone_radius)
+        self._places = places
         self._lockout = Lockout(settings.bad_macs_max, settings.lockout_time)
-        self._position: tuple[float, tuple[float, float]] | None = None
+        self.forget_place()
         self._counters: Counters | None = None
         self._standing = Refused(
             Refusal.NO_KEY, 'commands are refused: there is no key; set the parameter key_file'
@@ -58,6 +58,11 @@ class CommandJudge:
     def standing_refusal(self) -> Refused | None:
         """Why all commands are refused until the robot's owner does something about it, or None."""
         return self._standing if self._key is None or self._counters is None else None
+
+    def forget_place(self) -> None:
+        """Forget where the robot is and its visits, after a jump back in time; the counters stay."""
+        self._visits = ZoneVisits(self._places, self._settings.zone_radius)
+        self._position: tuple[float, tuple[float, float]] | None = None
 
     def robot_at(self, stamp: float, position: tuple[float, float]) -> None:
         """Take the robot's position x, y in the map [m]; to be called with every pose [s]."""

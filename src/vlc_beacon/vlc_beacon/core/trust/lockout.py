@@ -6,7 +6,7 @@ from collections import deque
 
 
 class Lockout:
-    """Makes guessing hopeless: with 5 guesses in a minute, a code of 32 bits takes thousands of years.
+    """Makes guessing hopeless: with 5 guesses in a minute, a code of 32 bits takes 800 years on average.
 
     It holds for all beacons together; otherwise a guesser would get a try for each ID.
 
