@@ -9,17 +9,19 @@ from numpy.typing import NDArray
 
 from shirube_bags.bag_reader import BagReader
 from shirube_geometry import TiltTrail
-from stereo_landmark.bag_images import BagImage, BagTilt, choose_topics, read_images
+from shirube_recordings.recording import RecordedImage, RecordedTilt
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.pair_check import pair_fault
+from stereo_landmark.core.pair.pair_stream import Side
 from stereo_landmark.core.pair.rectification import Rectifier
 from stereo_landmark.core.pair.stamp_pairing import StampPairing
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.calibration_file import load_camera_calibration
-from stereo_landmark.files.grey_image import load_grey_image
+from stereo_landmark.files.grey_image import grey, load_grey_image
 from stereo_landmark.files.lesson_file import BagMoment, CalibratedFiles, Lesson
 from stereo_landmark.files.taught_images import TaughtImages
+from stereo_landmark.pair_recording import choose_topics, pair_recording
 
 _QUEUE = 10
 """Images of a camera that wait for their partner."""
@@ -81,20 +83,26 @@ def _from_files(source: CalibratedFiles) -> tuple[SeenBy, SeenBy]:
 
 def _from_bag(moment: BagMoment, *, is_raw: bool) -> tuple[SeenBy, SeenBy, tuple[float, float] | None]:
     """Return the first pair from the stamp on, and the tilt that the imu told near it."""
-    waiting: StampPairing[BagImage] = StampPairing(round(moment.sync_tolerance * 1e9), _QUEUE)
+    waiting: StampPairing[RecordedImage[CameraCalibration]] = StampPairing(
+        round(moment.sync_tolerance * 1e9), _QUEUE
+    )
     tilts = TiltTrail()
     begin = -np.inf if moment.stamp is None else round(moment.stamp * 1e9)
     with BagReader(moment.path) as bag:
-        for message in read_images(bag, choose_topics(bag, moment.topics, is_raw=is_raw)):
-            if isinstance(message, BagTilt):
-                stamp = message.header.stamp
-                tilts.add(stamp.sec + stamp.nanosec * 1e-9, *message.tilt)
-            elif isinstance(message, BagImage) and message.stamp_ns >= begin:
-                pair = waiting.add(message.side, message.stamp_ns, message)
+        topics = choose_topics(bag, moment.topics, is_raw=is_raw)
+        for message in pair_recording(bag, topics).messages():
+            if isinstance(message, RecordedTilt):
+                tilts.add(message.stamp_ns * 1e-9, *message.tilt)
+            elif isinstance(message, RecordedImage) and message.stamp_ns >= begin:
+                pair = waiting.add(Side(message.camera), message.stamp_ns, message)
                 if pair is not None:
                     left, right = pair
                     tilt = tilts.tilt_at(left.stamp_ns * 1e-9)
-                    return (left.pixels, left.calibration), (right.pixels, right.calibration), tilt
+                    return (
+                        (grey(left.pixels), left.calibration),
+                        (grey(right.pixels), right.calibration),
+                        tilt,
+                    )
     when = '' if moment.stamp is None else f' at or after {moment.stamp:.9g} s'
     raise StereoLandmarkError(
         f'{moment.path}: has no pair of usable images with one stamp{when}; '

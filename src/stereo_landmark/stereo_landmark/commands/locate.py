@@ -17,7 +17,6 @@ from shirube_geometry import CameraMount
 from shirube_ros.file_errors import CameraFileError
 from shirube_ros.image_files import list_images
 from shirube_settings import SettingsError, settings_from_values
-from stereo_landmark.bag_images import choose_topics
 from stereo_landmark.bag_localization import BagLocalization
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.pair.pair_stream import PairStream, Side
@@ -30,6 +29,7 @@ from stereo_landmark.files.grey_image import load_grey_image
 from stereo_landmark.files.place_file import load_places
 from stereo_landmark.located_frame import LocatedFrame
 from stereo_landmark.node_settings import NodeSettings
+from stereo_landmark.pair_recording import choose_topics
 
 _NODE = NodeSettings()
 

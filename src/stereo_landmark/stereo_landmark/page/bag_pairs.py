@@ -9,19 +9,23 @@ from tqdm import tqdm
 
 from shirube_bags.bag_reader import BagReader
 from shirube_geometry import CameraMount, TiltTrail
-from stereo_landmark.bag_images import BagImage, BagTilt, choose_topics, read_images
-from stereo_landmark.core.pair.camera_calibration import stereo_rig
+from shirube_recordings.recording import RecordedImage, RecordedTilt
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
+from stereo_landmark.core.pair.pair_stream import Side
 from stereo_landmark.core.pair.stamp_pairing import StampPairing
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.teaching_session import StereoImages
+from stereo_landmark.files.grey_image import grey
 from stereo_landmark.page.pair_source import RecordedPairs
+from stereo_landmark.pair_recording import choose_topics, pair_recording
 
 PAIRS_MAX = 60
 """Of a longer drive every so many pairs one is offered."""
 _QUEUE = 10
 """Images of a camera that wait for their partner."""
 
-_Pair = tuple[BagImage, BagImage]
+_Image = RecordedImage[CameraCalibration]
+_Pair = tuple[_Image, _Image]
 
 
 def bag_pairs(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs:
@@ -43,7 +47,7 @@ def bag_pairs(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs:
     def read(number: int) -> StereoImages:
         left, right = pairs[number]
         tilt = tilts.tilt_at(seconds[number]) or tuple(options.tilt)
-        return StereoImages(left.pixels, right.pixels, tilt)
+        return StereoImages(grey(left.pixels), grey(right.pixels), tilt)
 
     labels = [f'{each - seconds[0]:.1f} s' for each in seconds]
     raw = calibrations if options.rectify else None
@@ -51,20 +55,19 @@ def bag_pairs(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs:
 
 
 def _read(options: argparse.Namespace) -> tuple[list[_Pair], TiltTrail]:
-    waiting: StampPairing[BagImage] = StampPairing(round((options.approximate_sync or 0.0) * 1e9), _QUEUE)
+    waiting: StampPairing[_Image] = StampPairing(round((options.approximate_sync or 0.0) * 1e9), _QUEUE)
     tilts, pairs, count = TiltTrail(), list[_Pair](), 0
     with BagReader(options.bag) as bag:
         topics = choose_topics(bag, vars(options), is_raw=options.rectify)
         total = bag.topics[topics.images[0]].message_count
         step = math.ceil(total / PAIRS_MAX)
         with tqdm(total=total, unit='pair', delay=1.0, disable=None) as progress:
-            for message in read_images(bag, topics):
-                if isinstance(message, BagTilt):
-                    stamp = message.header.stamp
-                    tilts.add(stamp.sec + stamp.nanosec * 1e-9, *message.tilt)
-                if not isinstance(message, BagImage):
+            for message in pair_recording(bag, topics).messages():
+                if isinstance(message, RecordedTilt):
+                    tilts.add(message.stamp_ns * 1e-9, *message.tilt)
+                if not isinstance(message, RecordedImage):
                     continue
-                pair = waiting.add(message.side, message.stamp_ns, message)
+                pair = waiting.add(Side(message.camera), message.stamp_ns, message)
                 if pair is None:
                     continue
                 progress.update()
