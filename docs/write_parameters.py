@@ -13,6 +13,9 @@ from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.node_settings import NodeSettings as RewardPlannerSettings
 from shirube_settings import settings_table
+from stereo_landmark.core.landmark_localizer import LandmarkSettings
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+from stereo_landmark.node_settings import NodeSettings as StereoLandmarkSettings
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.trust.trust_settings import TrustSettings
 from vlc_beacon.node_settings import NodeSettings as VlcBeaconSettings
@@ -43,6 +46,12 @@ def parameters_page() -> str:
                 settings_table(RewardSettings).strip(),
                 '## reward_planner: driving',
                 settings_table(DrivingSettings).strip(),
+                '## stereo_landmark: the node',
+                settings_table(StereoLandmarkSettings).strip(),
+                '## stereo_landmark: the method',
+                settings_table(LandmarkSettings).strip(),
+                '## stereo_landmark: image processing, taught for each place',
+                settings_table(ImageProcessing).strip(),
                 '## vlc_beacon: the node',
                 settings_table(VlcBeaconSettings).strip(),
                 '## vlc_beacon: light and pose',

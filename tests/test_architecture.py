@@ -25,6 +25,7 @@ PURE = (
     'scene_simulator',
     'shirube_geometry',
     'shirube_settings',
+    'stereo_landmark/stereo_landmark/core',
     'vlc_beacon/vlc_beacon/core',
     *(
         f'shirube_bags/shirube_bags/{name}.py'
@@ -45,6 +46,7 @@ NOT_PURE = (
     'scene_simulator/scene_simulator/lamp_bag.py',
     'scene_simulator/scene_simulator/movingai_file.py',
     'scene_simulator/scene_simulator/room_bag.py',
+    'scene_simulator/scene_simulator/stereo_bag.py',
     'scene_simulator/scene_simulator/scene_messages.py',
     'scene_simulator/scene_simulator/survey.py',
 )
@@ -82,7 +84,9 @@ FORBIDDEN_ATTRIBUTES = {
 
 # rosdep's key for a Python module that is called otherwise.
 ROSDEP_KEYS = {
+    'aiohttp': 'python3-aiohttp',
     'cv2': 'python3-opencv',
+    'jsonschema': 'python3-jsonschema',
     'matplotlib': 'python3-matplotlib',
     'numba': 'python3-numba',
     'numpy': 'python3-numpy',

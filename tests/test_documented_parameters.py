@@ -15,6 +15,8 @@ from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.node_settings import NodeSettings as RewardPlannerSettings
 from shirube_settings import describe_settings
+from stereo_landmark.core.landmark_localizer import LandmarkSettings
+from stereo_landmark.node_settings import NodeSettings as StereoLandmarkSettings
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.trust.trust_settings import TrustSettings
 from vlc_beacon.files.beacons_file import load_beacons
@@ -42,6 +44,7 @@ SETTINGS = {
         RewardSettings,
         DrivingSettings,
     ),
+    'stereo_landmark': (StereoLandmarkSettings, LandmarkSettings),
     'vlc_beacon': (VlcBeaconSettings, ReceiverSettings, TrustSettings),
 }
 

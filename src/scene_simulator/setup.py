@@ -3,7 +3,15 @@
 from setuptools import find_packages, setup
 
 NAME = 'scene_simulator'
-COMMANDS = ('generate_floor', 'record_floor_bag', 'record_lamp_bag', 'record_room_bag', 'render_floor_view')
+COMMANDS = (
+    'generate_floor',
+    'record_floor_bag',
+    'record_lamp_bag',
+    'record_room_bag',
+    'record_stereo_bag',
+    'render_floor_view',
+    'render_stereo_pair',
+)
 
 setup(
     name=NAME,

@@ -3,54 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import Any
 
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.tracker import FloorTracker
 from floor_localizer.located_image import LocatedImage
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.topic_choice import choose_topic
 from shirube_geometry import PinholeCamera
-from shirube_ros.camera_info_conversion import camera_from_camera_info, check_image_size
-from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
-from shirube_ros.message_error import CameraInfoError, MessageError
-from shirube_ros.pose_conversion import planar_pose
+from shirube_recordings.recording import BadImage, RecordedImage, RecordedOdometry, Recording
+from shirube_recordings.recording_topics import (
+    RecordingTopics,
+    choose_camera_info,
+    choose_images,
+    choose_odometry,
+)
+from shirube_ros.camera_info_conversion import camera_from_camera_info
+from shirube_ros.message_error import MessageError
 from shirube_ros.stamp_order import StampOrder
-
-_IMAGE, _COMPRESSED = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage'
-_CAMERA_INFO, _ODOMETRY = 'sensor_msgs/msg/CameraInfo', 'nav_msgs/msg/Odometry'
-_NANOSECONDS = 1_000_000_000
-
-
-@dataclass(frozen=True)
-class BagTopics:
-    """Which topics of a bag are used; an empty name is none."""
-
-    image: str
-    camera_info: str
-    odometry: str
 
 
 def choose_topics(
     bag: BagReader, image: str | None, camera_info: str | None, odometry: str | None
-) -> BagTopics:
+) -> RecordingTopics:
     """Return the topics to use: those that are named, else the node's own, else the only one of the type.
 
     Raises:
         BagError: a named topic is missing or of another type, or none or several are there to choose from.
     """
-    return BagTopics(
-        choose_topic(bag, image, (_IMAGE, _COMPRESSED), ('/image_raw', '/image_raw/compressed')),
-        choose_topic(bag, camera_info, (_CAMERA_INFO,), ('/camera_info',)),
-        choose_topic(bag, odometry, (_ODOMETRY,), ('/odom',), is_optional=True),
-    )
+    images, camera_infos = choose_images(bag, image), choose_camera_info(bag, camera_info)
+    return RecordingTopics((images,), (camera_infos,), choose_odometry(bag, odometry))
 
 
 class BagLocalization:
     """Feeds a bag's messages to a tracker in their order."""
 
-    def __init__(self, bag: BagReader, topics: BagTopics, create_tracker: Callable[[], FloorTracker]) -> None:
+    def __init__(
+        self, bag: BagReader, topics: RecordingTopics, create_tracker: Callable[[], FloorTracker]
+    ) -> None:
         """Begin without a past.
 
         Args:
@@ -58,11 +46,9 @@ class BagLocalization:
             topics: which of its topics are used.
             create_tracker: makes the state between images, at the start and after a jump back in time.
         """
-        self._bag = bag
-        self._topics = topics
+        self._recording = Recording(bag, topics, camera_from_camera_info)
         self._create_tracker = create_tracker
         self._tracker = create_tracker()
-        self._camera: PinholeCamera | None = None
         self._stamps = StampOrder(self._start_again)
 
     def run(self) -> Iterator[LocatedImage]:
@@ -71,46 +57,30 @@ class BagLocalization:
         Raises:
             BagError: the bag is damaged.
         """
-        topics = self._topics
-        wanted = [name for name in (topics.image, topics.camera_info, topics.odometry) if name]
-        for raw in self._bag.messages(wanted):
-            message = self._bag.decode(raw)
-            if raw.topic == topics.image:
-                yield self._locate(message, raw.msgtype)
-            elif raw.topic == topics.camera_info:
-                self._take_camera_info(message)
-            else:
-                self._take_odometry(message)
+        for message in self._recording.messages():
+            match message:
+                case RecordedImage():
+                    yield self._locate(message)
+                case BadImage():
+                    yield LocatedImage(message.topic, message.stamp_ns, message.fault)
+                case RecordedOdometry():
+                    self._take_odometry(message)
 
-    def _locate(self, message: Any, msgtype: str) -> LocatedImage:
-        name, stamp = self._topics.image, message.header.stamp
-        stamp_ns = stamp.sec * _NANOSECONDS + stamp.nanosec
+    def _locate(self, image: RecordedImage[PinholeCamera]) -> LocatedImage:
         try:
-            convert = array_from_image if msgtype == _IMAGE else array_from_compressed_image
-            pixels = convert(message, name)
-            if self._camera is None:
-                raise CameraInfoError(f'{name} came without a usable {self._topics.camera_info}')
-            check_image_size(self._camera, pixels.shape, name, self._topics.camera_info)
-            seconds = self._stamps.check(message.header, name)
-            return LocatedImage(name, stamp_ns, self._tracker.track(seconds, pixels, self._camera))
+            seconds = self._stamps.check(image.header, image.topic)  # may begin a new tracker
+            result = self._tracker.track(seconds, image.pixels, image.calibration)
+            return LocatedImage(image.topic, image.stamp_ns, result)
         except (MessageError, FloorLocalizerError) as fault:
-            return LocatedImage(name, stamp_ns, str(fault))
+            return LocatedImage(image.topic, image.stamp_ns, str(fault))
 
-    def _take_camera_info(self, message: Any) -> None:
-        self._camera = None
+    def _take_odometry(self, odometry: RecordedOdometry) -> None:
         try:
-            self._camera = camera_from_camera_info(message, self._topics.camera_info)
-        except MessageError:
-            return  # the images that follow tell that there is none
-
-    def _take_odometry(self, message: Any) -> None:
-        try:
-            T_odom_base = planar_pose(message.pose.pose, self._topics.odometry)
             # First the stamp: if it tells of a jump back, the odometry is the new tracker's.
-            stamp = self._stamps.check(message.header, self._topics.odometry)
-            self._tracker.add_odometry(stamp, T_odom_base)
+            stamp = self._stamps.check(odometry.header, odometry.topic)
         except MessageError:
             return  # as in the node: a bad message is left out
+        self._tracker.add_odometry(stamp, odometry.T_odom_base)
 
     def _start_again(self) -> None:
         self._tracker = self._create_tracker()

@@ -29,6 +29,7 @@ from floor_localizer.localizer_from_map_file import PREPARING, localizer_from_ma
 from floor_localizer.localizer_report import LocalizerReport
 from floor_localizer.node_settings import NodeSettings
 from shirube_geometry import PinholeCamera
+from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.diagnostics import Diagnostics
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.image_input import ImageInput
@@ -127,7 +128,14 @@ class FloorLocalizerNode(Node):
 
     def _subscribe(self) -> None:
         transport = self._settings.image_transport
-        ImageInput(self, self._guard, ('image_raw', 'camera_info'), transport, self._take_image)
+        ImageInput(
+            self,
+            self._guard,
+            ('image_raw', 'camera_info'),
+            transport,
+            camera_from_camera_info,
+            self._take_image,
+        )
         take_odometry = self._guard.guard('odom', self._take_odometry)
         self.create_subscription(
             Odometry, 'odom', take_odometry, odometry_profile(), qos_overriding_options=overridable()

@@ -6,8 +6,9 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from std_msgs.msg import Header
 
-from floor_localizer.bag_localization import BagLocalization, BagTopics
+from floor_localizer.bag_localization import BagLocalization
 from shirube_geometry import PlanarPose
+from shirube_recordings.recording_topics import RecordingTopics
 from shirube_ros.pose_conversion import odometry_message
 
 
@@ -35,6 +36,6 @@ def test_odometry_that_tells_of_a_jump_back_goes_to_the_new_tracker():
         trackers.append(Tracker())
         return trackers[-1]
 
-    topics = BagTopics('/image_raw', '/camera_info', '/odom')
+    topics = RecordingTopics(('/image_raw',), ('/camera_info',), '/odom')
     assert not list(BagLocalization(bag, topics, create_tracker).run())
     assert [tracker.stamps for tracker in trackers] == [[100.0], [5.0, 6.0]]

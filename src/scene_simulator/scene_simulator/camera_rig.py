@@ -30,6 +30,15 @@ class CameraRig:
         """Where the cameras are in the left one's optical frame, x to the right and y down [m], by name."""
         return {'left': (0.0, 0.0), 'right': (self.baseline, 0.0), 'top': (0.0, -self.baseline)}
 
+    @property
+    def projections(self) -> dict[str, NDArray[np.float64]]:
+        """The matrices P of the cameras, shape (3, 4), by name."""
+        matrix = self.camera.matrix
+        return {
+            name: np.column_stack([matrix, 0.0 - matrix @ (*place, 0.0)])
+            for name, place in self.places.items()
+        }
+
     def views(self, T_map_base: PlanarPose) -> dict[str, NDArray[np.float64]]:
         """Return ``T_map_camera`` of each camera, shape (4, 4), by name."""
         pose = camera_pose(T_map_base, self.mount)

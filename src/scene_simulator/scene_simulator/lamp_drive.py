@@ -16,7 +16,7 @@ from scene_simulator.ceiling_room import CeilingRoom
 from scene_simulator.scene_error import check_seed
 from scene_simulator.suspension import Suspension
 from scene_simulator.tilt_sensor import TiltErrors, TiltReading, measure_tilt
-from scene_simulator.wheel_odometry import WheelErrors, measure_odometry
+from scene_simulator.wheel_odometry import WheelErrors, WheelReading, read_wheels
 from shirube_geometry import CameraMount, PlanarPose
 
 GOOD_WHEELS = WheelErrors(left_scale=1.0195, right_scale=1.0205, slip=0.0002)
@@ -48,23 +48,6 @@ class LampFrame:
     stamp: float
     photo: CeilingPhoto
     pose: PlanarPose
-
-
-@dataclass(frozen=True)
-class WheelReading:
-    """A reading of the wheel odometry.
-
-    Attributes:
-        time: [s].
-        pose: ``T_odom_base``.
-        forward: speed since the last reading [m/s].
-        turn: turn rate since then [rad/s].
-    """
-
-    time: float
-    pose: PlanarPose
-    forward: float
-    turn: float
 
 
 @dataclass(frozen=True)
@@ -128,13 +111,7 @@ class LampDrive:
 
     def odometry(self, seconds: float, period: float = 0.02) -> list[WheelReading]:
         """Return the wheel odometry of the first seconds, a reading each period [s]."""
-        times = np.arange(0.0, seconds, period).tolist()
-        poses = measure_odometry([self.pose_at(time) for time in times], self.wheels, self._rng(_WHEELS))
-        steps = [before.inverse() @ after for before, after in zip([poses[0], *poses], poses, strict=False)]
-        return [
-            WheelReading(time, pose, step.x / period, step.yaw / period)
-            for time, pose, step in zip(times, poses, steps, strict=True)
-        ]
+        return read_wheels(self.pose_at, seconds, period, self.wheels, self._rng(_WHEELS))
 
     def tilt_readings(self, seconds: float, period: float = 0.01) -> list[TiltReading]:
         """Return the inertial unit's tilt in the first seconds, a reading each period [s]."""

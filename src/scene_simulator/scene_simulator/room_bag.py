@@ -112,10 +112,11 @@ def _pose_entries(scene: RoomDrive, seconds: float) -> Iterator[_Entry]:
 def _picture_entries(scene: RoomDrive, seconds: float) -> Iterator[_Entry]:
     """Yield the pictures of each instant, their calibrations, and the true pose."""
     for index, time, stamp in _times(PICTURE_RATE, seconds):
-        places = scene.rig.places
         for name, picture in scene.pictures(index, time).items():
             frame = f'{name}_camera_optical_frame'
-            info = scene_messages.camera_info(scene.rig.camera, frame, stamp, places[name])
+            info = scene_messages.camera_info(
+                scene.rig.camera, frame, stamp, projection=scene.rig.projections[name]
+            )
             image = scene_messages.compressed_image(picture, frame, stamp, JPEG_QUALITY)
             yield stamp, f'/{name}/camera_info', 'sensor_msgs/msg/CameraInfo', info
             yield stamp, f'/{name}/image_rect/compressed', 'sensor_msgs/msg/CompressedImage', image

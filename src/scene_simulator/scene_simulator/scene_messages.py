@@ -44,17 +44,23 @@ def compressed_image(
 
 
 def camera_info(
-    camera: PinholeCamera, frame: str, stamp_ns: int, place: tuple[float, float] = (0.0, 0.0)
+    camera: PinholeCamera,
+    frame: str,
+    stamp_ns: int,
+    rotation: NDArray[np.float64] | None = None,
+    projection: NDArray[np.float64] | None = None,
 ) -> object:
     """Return the calibration of the camera of a frame as sensor_msgs/CameraInfo.
 
     Args:
-        camera: the calibration.
+        camera: intrinsics of its images.
         frame: of the camera.
         stamp_ns: stamp [ns].
-        place: x and y in the optical frame of the camera to which it is rectified [m].
+        rotation: shape (3, 3), into the rectified frame; none for a camera that is alone.
+        projection: shape (3, 4), into the rectified image; none for a camera that is alone.
     """
-    projection = np.column_stack([camera.matrix, 0.0 - camera.matrix @ (*place, 0.0)])
+    R = np.eye(3) if rotation is None else rotation
+    P = np.column_stack([camera.matrix, np.zeros(3)]) if projection is None else projection
     whole_image = _message(
         'sensor_msgs/msg/RegionOfInterest', x_offset=0, y_offset=0, height=0, width=0, do_rectify=False
     )
@@ -66,8 +72,8 @@ def camera_info(
         distortion_model='plumb_bob',
         d=np.array(camera.distortion),
         k=camera.matrix.ravel(),
-        r=np.eye(3).ravel(),
-        p=projection.ravel(),
+        r=R.ravel(),
+        p=P.ravel(),
         binning_x=0,
         binning_y=0,
         roi=whole_image,

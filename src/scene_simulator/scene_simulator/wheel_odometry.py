@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -30,6 +30,48 @@ class WheelErrors:
     left_scale: float = 1.0174
     right_scale: float = 1.0226
     slip: float = 0.001
+
+
+@dataclass(frozen=True)
+class WheelReading:
+    """A reading of the wheel odometry.
+
+    Attributes:
+        time: [s].
+        pose: ``T_odom_base``.
+        forward: speed since the last reading [m/s].
+        turn: turn rate since then [rad/s].
+    """
+
+    time: float
+    pose: PlanarPose
+    forward: float
+    turn: float
+
+
+def read_wheels(
+    pose_at: Callable[[float], PlanarPose],
+    seconds: float,
+    period: float,
+    errors: WheelErrors,
+    rng: np.random.Generator,
+) -> list[WheelReading]:
+    """Return the readings of the first seconds of a drive.
+
+    Args:
+        pose_at: gives ``T_map_base`` at a time [s].
+        seconds: how long the wheels are read [s].
+        period: between two readings [s].
+        errors: the drive's errors.
+        rng: source of the slip.
+    """
+    times = np.arange(0.0, seconds, period).tolist()
+    poses = measure_odometry([pose_at(time) for time in times], errors, rng)
+    steps = [before.inverse() @ after for before, after in zip([poses[0], *poses], poses, strict=False)]
+    return [
+        WheelReading(time, pose, step.x / period, step.yaw / period)
+        for time, pose, step in zip(times, poses, steps, strict=True)
+    ]
 
 
 def measure_odometry(

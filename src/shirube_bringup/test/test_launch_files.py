@@ -11,7 +11,12 @@ PACKAGE = Path(__file__).resolve().parents[1]
 
 @pytest.mark.parametrize(
     ('launch', 'config'),
-    [('floor', 'floor_localizer'), ('planner', 'reward_planner'), ('vlc', 'vlc_beacon')],
+    [
+        ('floor', 'floor_localizer'),
+        ('planner', 'reward_planner'),
+        ('stereo', 'stereo_landmark'),
+        ('vlc', 'vlc_beacon'),
+    ],
 )
 def test_launch_file_starts_the_node_that_the_parameter_file_is_for(launch: str, config: str) -> None:
     tree = ast.parse((PACKAGE / 'launch' / f'{launch}.launch.py').read_text())

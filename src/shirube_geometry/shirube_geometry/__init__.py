@@ -5,12 +5,14 @@ from shirube_geometry.level_camera import LevelCamera, level_camera
 from shirube_geometry.pinhole_camera import PinholeCamera
 from shirube_geometry.planar_pose import PlanarPose, wrap_angle
 from shirube_geometry.rotation import matrix_from_rpy, quaternion_from_yaw, yaw_from_quaternion
+from shirube_geometry.tilt_trail import TiltTrail
 
 __all__ = [
     'CameraMount',
     'LevelCamera',
     'PinholeCamera',
     'PlanarPose',
+    'TiltTrail',
     'level_camera',
     'matrix_from_rpy',
     'quaternion_from_yaw',

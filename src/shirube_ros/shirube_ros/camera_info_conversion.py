@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 from sensor_msgs.msg import CameraInfo
 
 from shirube_geometry import PinholeCamera
 from shirube_ros.message_error import CameraInfoError
 
 _REMEDY = 'calibrate the camera (camera_calibration) and load the file in its driver'
+
+
+class SizedCamera(Protocol):
+    """A camera that tells the size of its images."""
+
+    @property
+    def width(self) -> int:
+        """Image width [px]."""
+
+    @property
+    def height(self) -> int:
+        """Image height [px]."""
 
 
 def camera_from_camera_info(message: CameraInfo, topic: str) -> PinholeCamera:
@@ -36,7 +50,7 @@ def camera_from_camera_info(message: CameraInfo, topic: str) -> PinholeCamera:
         raise CameraInfoError(f'{topic}: {error}; {_REMEDY}') from error
 
 
-def check_image_size(camera: PinholeCamera, shape: tuple[int, ...], topic: str, info_topic: str) -> None:
+def check_image_size(camera: SizedCamera, shape: tuple[int, ...], topic: str, info_topic: str) -> None:
     """Refuse an image that the calibration does not belong to.
 
     Args:

@@ -10,13 +10,11 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
+from shirube_ros.image_end import is_cut_off, is_jpeg_or_png
 from shirube_ros.message_error import ImageError
 
 _CHANNELS = {'mono8': 1, 'bgr8': 3, 'rgb8': 3}
 _REMEDY = 'set the camera driver to mono8, bgr8 or rgb8'
-# OpenCV decodes what there is of a file that was cut off and fills up with grey, so the end is looked for.
-_END_OF_FILE = {b'\xff\xd8': b'\xff\xd9', b'\x89P': b'IEND'}
-_TAIL = 1024  # cameras pad the end of their JPEG files [byte]
 
 
 def array_from_image(message: Image, topic: str) -> NDArray[np.uint8]:
@@ -69,10 +67,9 @@ def array_from_compressed_image(message: CompressedImage, topic: str) -> NDArray
         ImageError: data that is truncated, not an image, or neither 8-bit gray nor 8-bit colour.
     """
     data = np.frombuffer(message.data, dtype=np.uint8)
-    end = _END_OF_FILE.get(data[:2].tobytes())
-    if end is None:
+    if not is_jpeg_or_png(data):
         raise ImageError(f'{topic} is neither JPEG nor PNG (format {message.format!r}); send jpeg')
-    if end not in data[-_TAIL:].tobytes():
+    if is_cut_off(data):
         raise ImageError(f'{topic} is truncated; check the camera driver and the network')
     try:
         decoded = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_ros.file_errors import ImageFileError
+from shirube_ros.image_end import is_cut_off
 
 _SUFFIXES = frozenset({'.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp'})
 
@@ -41,12 +42,14 @@ def load_image(path: Path) -> NDArray[np.uint8]:
         array, shape (h, w) for grey or (h, w, 3) in order blue, green, red.
 
     Raises:
-        ImageFileError: a file that is no image, or one of more than 8 bits a channel.
+        ImageFileError: a file that is no image, that was cut off, or one of more than 8 bits a channel.
     """
     try:
         data = np.frombuffer(path.read_bytes(), dtype=np.uint8)
     except OSError as fault:
         raise ImageFileError(f'{path}: cannot be read ({fault.strerror}); give an image') from fault
+    if is_cut_off(data):
+        raise ImageFileError(f'{path}: is truncated; copy or record it again')
     try:
         pixels = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if len(data) else None
     except cv2.error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,17 +12,16 @@ from rclpy.subscription import Subscription
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
-from shirube_geometry import PinholeCamera
-from shirube_ros.camera_info_conversion import camera_from_camera_info, check_image_size
+from shirube_ros.camera_info_conversion import SizedCamera, check_image_size
 from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
 from shirube_ros.message_error import CameraInfoError
 from shirube_ros.message_guard import MessageGuard
 from shirube_ros.quality_of_service import overridable, sensor_profile
 
-ImageCallback = Callable[[Header, NDArray[np.uint8], PinholeCamera], None]
+Camera = TypeVar('Camera', bound=SizedCamera)
 
 
-class ImageInput:
+class ImageInput(Generic[Camera]):
     """Subscribes to an image and its CameraInfo and hands on arrays with the camera model.
 
     =====================  ==============================  ==========================================
@@ -45,7 +45,8 @@ class ImageInput:
         guard: MessageGuard,
         topics: tuple[str, str],
         transport: str,
-        on_image: ImageCallback,
+        read_camera: Callable[[CameraInfo, str], Camera],
+        on_image: Callable[[Header, NDArray[np.uint8], Camera], None],
     ) -> None:
         """Subscribe.
 
@@ -54,13 +55,14 @@ class ImageInput:
             guard: counts the messages and catches their errors.
             topics: names of the image and of its CameraInfo.
             transport: ``raw``, ``compressed`` or ``auto``.
+            read_camera: makes a camera of a CameraInfo and the name of its topic, or raises a MessageError.
             on_image: called with header, pixels ((h, w) gray or (h, w, 3) bgr) and camera of each good image.
         """
         self._topic, self._info_topic = topics
         self._node = node
+        self._read_camera = read_camera
         self._on_image = on_image
-        self._camera: PinholeCamera | None = None
-        self.info: CameraInfo | None = None
+        self._camera: Camera | None = None
         # The CameraInfo comes first: of two that are ready together the executor takes the older input.
         self._subscribe(node, guard, CameraInfo, self._info_topic, self._take_camera_info)
         self._kinds: dict[str, Subscription] = {}
@@ -85,9 +87,8 @@ class ImageInput:
         )
 
     def _take_camera_info(self, message: CameraInfo) -> None:
-        self._camera = self.info = None  # a broken calibration must not be replaced by an old one in silence
-        self._camera = camera_from_camera_info(message, self._info_topic)
-        self.info = message
+        self._camera = None  # a broken calibration must not be replaced by an old one in silence
+        self._camera = self._read_camera(message, self._info_topic)
 
     def _take_raw(self, message: Image) -> None:
         if 'raw' in self._kinds:

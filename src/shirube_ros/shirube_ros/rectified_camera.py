@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import CameraInfo
@@ -9,6 +11,34 @@ from sensor_msgs.msg import CameraInfo
 from shirube_geometry import PinholeCamera
 from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.message_error import CameraInfoError
+
+
+@dataclass(frozen=True, eq=False)
+class RigCamera:
+    """A rectified camera of a rig.
+
+    Attributes:
+        camera: of the rectified image.
+        projection: shape (3, 4), the matrix P, which tells where it is in the rig.
+    """
+
+    camera: PinholeCamera
+    projection: NDArray[np.float64]
+
+    @property
+    def width(self) -> int:
+        """Image width [px]."""
+        return self.camera.width
+
+    @property
+    def height(self) -> int:
+        """Image height [px]."""
+        return self.camera.height
+
+
+def rig_camera(message: CameraInfo, topic: str) -> RigCamera:
+    """Return a camera of a rig; arguments and errors as of the two below."""
+    return RigCamera(rectified_camera(message, topic), projection_from_camera_info(message, topic))
 
 
 def projection_from_camera_info(message: CameraInfo, topic: str) -> NDArray[np.float64]:

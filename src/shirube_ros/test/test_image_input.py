@@ -14,6 +14,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
 from shirube_geometry import PinholeCamera
+from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.image_input import ImageInput
 from shirube_ros.isolated_graph import IsolatedGraph
@@ -38,6 +39,7 @@ class Pair:
             self.guard,
             ('image_raw', 'camera_info'),
             transport,
+            camera_from_camera_info,
             lambda *image: self.seen.append(image),
         )
         self._camera = graph.add(lambda **options: Node('camera', **options))

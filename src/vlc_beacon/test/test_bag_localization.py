@@ -12,8 +12,9 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Header
 
 from shirube_geometry import PlanarPose
+from shirube_recordings.recording_topics import RecordingTopics
 from shirube_ros.pose_conversion import odometry_message
-from vlc_beacon.bag_localization import BagLocalization, BagTopics
+from vlc_beacon.bag_localization import BagLocalization
 
 
 class Bag:
@@ -62,6 +63,6 @@ def test_what_tells_of_a_jump_back_goes_to_the_new_receiver() -> None:
         ),
         *(('/imu', Imu(header=header(stamp))) for stamp in (7, 1)),
     )
-    topics = BagTopics('/image_raw', '/camera_info', '/odom', '/imu')
+    topics = RecordingTopics(('/image_raw',), ('/camera_info',), '/odom', '/imu')
     assert not list(BagLocalization(bag, topics, create_receiver).run())  # type: ignore[arg-type]
     assert [receiver.stamps for receiver in receivers] == [[100.0], [5.0, 6.0, 7.0], [1.0]]

@@ -17,6 +17,7 @@ from std_msgs.msg import Header, String
 from visualization_msgs.msg import MarkerArray
 
 from shirube_geometry import CameraMount, PinholeCamera
+from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.diagnostics import Diagnostics
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.image_input import ImageInput
@@ -27,6 +28,7 @@ from shirube_ros.pose_conversion import planar_pose, pose_stamped, pose_with_cov
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
 from shirube_ros.safe_main import run_node
 from shirube_ros.stamp_order import StampOrder
+from shirube_ros.tilt_conversion import tilt_of_imu, tilt_of_quaternion
 from vlc_beacon.beacon_markers import beacon_markers
 from vlc_beacon.core.drive.command_executor import CommandExecutor
 from vlc_beacon.core.packet.operation import Operation
@@ -44,7 +46,6 @@ from vlc_beacon.debug_picture import debug_picture
 from vlc_beacon.node_settings import NodeSettings
 from vlc_beacon.receiver_from_files import beacons_of, judge_of
 from vlc_beacon.receiver_report import ReceiverReport, messages_of
-from vlc_beacon.tilt_of_message import tilt_of_imu, tilt_of_quaternion
 
 _TELL_INTERVAL = 1.0
 """Between lines about found and lost poses [s]."""
@@ -159,7 +160,14 @@ class VlcBeaconNode(Node):
 
     def _subscribe(self) -> None:
         transport = self._settings.image_transport
-        ImageInput(self, self._guard, ('image_raw', 'camera_info'), transport, self._take_image)
+        ImageInput(
+            self,
+            self._guard,
+            ('image_raw', 'camera_info'),
+            transport,
+            camera_from_camera_info,
+            self._take_image,
+        )
         for kind, topic, take in (
             (Odometry, 'odom', self._take_odometry),
             (Imu, 'imu', self._take_imu),

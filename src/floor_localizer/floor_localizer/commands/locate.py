@@ -97,7 +97,7 @@ def locate_bag(options: argparse.Namespace, settings: NodeSettings) -> list[Loca
         topics = choose_topics(bag, options.topic, options.camera_info_topic, options.odom_topic)
         create_tracker = partial(FloorTracker, prepare(settings), settings.tracker)
         images = BagLocalization(bag, topics, create_tracker).run()
-        total = bag.topics[topics.image].message_count
+        total = bag.topics[topics.images[0]].message_count
         return list(tqdm(images, total=total, unit='image', disable=None))
 
 

@@ -15,10 +15,9 @@ from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.trinocular_rig import TrinocularRig
 from reward_planner.core.navigator import SensorFrame
 from reward_planner.inputs.frame_callback import FrameCallback
-from shirube_geometry import PinholeCamera
 from shirube_ros.image_input import ImageInput
 from shirube_ros.message_guard import MessageGuard
-from shirube_ros.rectified_camera import projection_from_camera_info, rectified_camera
+from shirube_ros.rectified_camera import RigCamera, rig_camera
 from shirube_ros.stamp_groups import StampGroups
 
 _CAMERAS = ('left', 'right', 'top')
@@ -51,36 +50,28 @@ class TrinocularInput:
         """
         self._settings, self._on_frame = settings, on_frame
         self.groups: StampGroups[tuple[Header, NDArray[np.uint8]]] = StampGroups(_CAMERAS, _SAME_TIME)
-        self._inputs = {
-            name: ImageInput(
+        self._cameras: dict[str, RigCamera] = {}
+        for name in _CAMERAS:
+            ImageInput(
                 node,
                 guard,
                 (f'{name}/image_rect', f'{name}/camera_info'),
                 transport,
+                rig_camera,
                 partial(self._take, name),
             )
-            for name in _CAMERAS
-        }
         self._projections: NDArray[np.float64] | None = None
         self._rig: TrinocularRig | None = None
         self._logger = node.get_logger()
 
-    def _take(self, name: str, header: Header, pixels: NDArray[np.uint8], _: PinholeCamera) -> None:
+    def _take(self, name: str, header: Header, pixels: NDArray[np.uint8], camera: RigCamera) -> None:
         grey = pixels if pixels.ndim == 2 else np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY))
         stamp = header.stamp.sec + 1e-9 * header.stamp.nanosec
+        self._cameras[name] = camera
         group = self.groups.put(name, stamp, (header, grey))
-        infos = [camera.info for camera in self._inputs.values()]
-        left_info = infos[0]
-        if group is None or left_info is None or None in infos:
+        if group is None:
             return
-        projections = np.array(
-            [
-                projection_from_camera_info(info, f'{camera}/camera_info')
-                for info, camera in zip(infos, _CAMERAS, strict=True)
-            ]
-        )
-        rig = self._rig_of(projections)
-        camera = rectified_camera(left_info, 'left/camera_info')
+        rig = self._rig_of(np.array([self._cameras[each].projection for each in _CAMERAS]))
         images = [image for _, image in group]
         was_mirrored = rig.is_mirrored
         depth = rig.compute(images[0], images[1], images[2]).depth
@@ -89,7 +80,8 @@ class TrinocularInput:
                 'P[1, 3] of top/camera_info says that the camera is on the other side of the left one than the images '
                 'show; taken as the images show'
             )
-        self._on_frame(group[0][0], SensorFrame(points_from_depth_image(depth, camera), camera.fx))
+        left = self._cameras['left'].camera
+        self._on_frame(group[0][0], SensorFrame(points_from_depth_image(depth, left), left.fx))
 
     def _rig_of(self, projections: NDArray[np.float64]) -> TrinocularRig:
         """Return the rig of matrices P, shape (3, 3, 4); a new one only when the calibration changes."""

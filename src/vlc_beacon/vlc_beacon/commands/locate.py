@@ -113,7 +113,7 @@ def locate_bag(options: argparse.Namespace) -> list[LocatedImage]:
         names = (options.topic, options.camera_info_topic, options.odom_topic, options.imu_topic)
         topics = choose_topics(bag, *names)
         images = BagLocalization(bag, topics, lambda: create_receiver(options)).run()
-        total = bag.topics[topics.image].message_count
+        total = bag.topics[topics.images[0]].message_count
         return list(tqdm(images, total=total, unit='image', disable=None))
 
 

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, TiltTrail
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
 from vlc_beacon.core.receiver.command_hearing import CommandHearing, Verdict
@@ -17,7 +17,6 @@ from vlc_beacon.core.receiver.lamp_localizer import LampLocalizer
 from vlc_beacon.core.receiver.light_receiver import LightReceiver, ReadLamp
 from vlc_beacon.core.receiver.odometry_trail import OdometryTrail
 from vlc_beacon.core.receiver.settings import ReceiverSettings
-from vlc_beacon.core.receiver.tilt_trail import TiltTrail
 from vlc_beacon.core.receiver.trusted_place import TrustedPlace
 from vlc_beacon.core.trust.command_judge import CommandJudge
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError

@@ -1,4 +1,4 @@
-from vlc_beacon.core.receiver.tilt_trail import TiltTrail
+from shirube_geometry import TiltTrail
 
 
 def test_the_nearest_reading_counts_before_and_after() -> None:

@@ -1,0 +1,178 @@
+"""One camera of a stereo rig: from the shapes of a corridor to grey levels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from scene_simulator.camera_motion import CameraPose
+from scene_simulator.corridor_scene import CorridorScene
+from scene_simulator.corridor_texture import plaster
+from scene_simulator.gain_sensor import GainSensor
+from scene_simulator.shape_painting import SAMPLES, Texture, paint_outline
+from scene_simulator.shape_projection import outline_in_picture, view_planes
+from shirube_geometry import PinholeCamera
+
+
+@dataclass(frozen=True)
+class StereoOptics:
+    """What the lens and the motion do to the light.
+
+    Attributes:
+        blur: standard deviation of the point-spread function [px]; a lens out of focus has more.
+        smear: way of the picture during the exposure, right and down [px].
+        vignetting: share of the light that is missing in the corners.
+    """
+
+    blur: float = 0.6
+    smear: tuple[float, float] = (0.0, 0.0)
+    vignetting: float = 0.15
+
+    def spread(self, light: NDArray[np.float32], scale: int) -> NDArray[np.float32]:
+        """Return a picture, shape (height, width), as lens and motion blur it.
+
+        Args:
+            light: before the lens.
+            scale: its samples per pixel along each side.
+        """
+        if self.blur > 0.0:
+            light = cv2.GaussianBlur(light, (0, 0), scale * self.blur, borderType=cv2.BORDER_REPLICATE)
+        if any(self.smear):
+            light = cv2.filter2D(light, -1, _smear_kernel(self.smear, scale), borderType=cv2.BORDER_REPLICATE)
+        return np.asarray(light, dtype=np.float32)
+
+
+@dataclass(frozen=True)
+class StereoCamera:
+    """A camera.
+
+    Attributes:
+        intrinsics: pinhole and distortion.
+        optics: blur and vignetting.
+        sensor: gain and noise.
+    """
+
+    intrinsics: PinholeCamera
+    optics: StereoOptics = field(default_factory=StereoOptics)
+    sensor: GainSensor = field(default_factory=GainSensor)
+
+    def photograph(
+        self, scene: CorridorScene, pose: CameraPose, rng: np.random.Generator | None = None
+    ) -> NDArray[np.uint8]:
+        """Return a picture, shape (height, width).
+
+        Args:
+            scene: the corridor.
+            pose: ``T_map_camera``.
+            rng: source of the sensor's noise, none for a picture without.
+        """
+        return self.sensor.expose(self.light(scene, pose), rng)
+
+    def light(self, scene: CorridorScene, pose: CameraPose) -> NDArray[np.float32]:
+        """Return the light that the pixels collect, shape (height, width), 1 fills the well."""
+        table, camera = scene.table, self.intrinsics
+        places = np.array([_places_from_rays(surface.points_map(_UNITS), pose) for surface in table.surfaces])
+        lamps = np.array([(*scene.light.on_surface(s), 1.0 / camera.fx) for s in table.surfaces])
+        # The back of a surface, painted first, would shine through the edges of what is painted over it.
+        faces = [(pose.position - surface.origin) @ surface.normal > 0.0 for surface in table.surfaces]
+        light = np.zeros((SAMPLES * camera.height, SAMPLES * camera.width), dtype=np.float32)
+        lens = np.array([camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion])
+        grain = plaster()
+        _paint_all(
+            light,
+            self._rays,
+            (pose.camera_points(table.points), table.starts, table.surface_of, table.paints),
+            (places.reshape(-1, 3, 3), lamps.reshape(-1, 4), np.array(faces, dtype=np.bool_)),
+            (self._view, lens, (camera.width, camera.height)),
+            (grain.samples, grain.starts, grain.sizes),
+        )
+        spread = self.optics.spread(light, SAMPLES)
+        pixels = cv2.resize(spread, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
+        return np.asarray(pixels * self._transmission, dtype=np.float32)
+
+    @cached_property
+    def _rays(self) -> NDArray[np.float32]:
+        """Undistorted rays of the pixels, shape (height, width, 2), z = 1."""
+        v, u = np.mgrid[: self.intrinsics.height, : self.intrinsics.width]
+        rays = self.intrinsics.rays_from_pixels(np.column_stack([u.ravel(), v.ravel()]))
+        return np.ascontiguousarray(rays[:, :2].reshape(*u.shape, 2), dtype=np.float32)
+
+    @cached_property
+    def _view(self) -> NDArray[np.float64]:
+        """Half spaces that hold all that the camera sees, shape (5, 4)."""
+        return view_planes(self._rays.astype(np.float64))
+
+    @cached_property
+    def _transmission(self) -> NDArray[np.float32]:
+        """Share of the light that passes the lens, shape (height, width)."""
+        u = np.linspace(-1.0, 1.0, self.intrinsics.width)[None, :]
+        v = np.linspace(-1.0, 1.0, self.intrinsics.height)[:, None]
+        return np.asarray(1.0 - 0.5 * self.optics.vignetting * (u**2 + v**2), dtype=np.float32)
+
+
+_UNITS = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+
+
+def _places_from_rays(frame: NDArray[np.float64], pose: CameraPose) -> NDArray[np.float64]:
+    """Return the homography from rays to places on a plane, shape (3, 3).
+
+    Args:
+        frame: shape (3, 3), the plane's origin and the ends of its unit vectors in the map frame [m].
+        pose: of the camera.
+    """
+    origin, right, up = pose.camera_points(frame)
+    rays_from_places = np.column_stack([right - origin, up - origin, origin])
+    # A camera in the plane sees nothing of it.
+    if abs(np.linalg.det(rays_from_places)) < 1e-9:
+        return np.eye(3)
+    return np.asarray(np.linalg.inv(rays_from_places))
+
+
+def _smear_kernel(smear: tuple[float, float], scale: int) -> NDArray[np.float32]:
+    """Return the kernel of an even motion; its points are shared among the samples around them."""
+    reach = int(np.ceil(0.5 * scale * max(map(abs, smear)))) + 1
+    kernel = np.zeros((2 * reach + 1, 2 * reach + 1))
+    for share in (np.arange(64) + 0.5) / 64 - 0.5:
+        x, y = reach + share * scale * smear[0], reach + share * scale * smear[1]
+        i, j = int(x), int(y)
+        u, v = x - i, y - j
+        kernel[j : j + 2, i : i + 2] += np.outer((1.0 - v, v), (1.0 - u, u))
+    return np.asarray(kernel / kernel.sum(), dtype=np.float32)
+
+
+@njit(cache=True, error_model='numpy')
+def _paint_all(
+    light: NDArray[np.float32],
+    rays: NDArray[np.float32],
+    shapes: tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]],
+    surfaces: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]],
+    view: tuple[NDArray[np.float64], NDArray[np.float64], tuple[int, int]],
+    texture: Texture,
+) -> None:
+    """Paint shapes one after the other, those whose plane turns its front to the camera.
+
+    Args:
+        light: the picture.
+        rays: of its pixels.
+        shapes: points in the optical frame, starts, planes and paints as in the table.
+        surfaces: homographies from rays, light, and whether the front is seen.
+        view: half spaces, lens and size of the picture.
+        texture: the grain.
+    """
+    points, starts, surface_of, paints = shapes
+    planes, lens, size = view
+    sums = np.zeros((light.shape[0], light.shape[1] + 2), dtype=np.float32)
+    for shape in range(len(starts) - 1):
+        surface = surface_of[shape]
+        if not surfaces[2][surface]:
+            continue
+        outline = points[starts[shape] : starts[shape + 1]]
+        seen = outline_in_picture(outline, planes, lens, size, SAMPLES)
+        if len(seen) >= 3:
+            look = (paints[shape], surfaces[0][surface], surfaces[1][surface])
+            paint_outline(light, sums, seen, rays, look, texture)

@@ -1,0 +1,46 @@
+"""What is drawn has the sizes that were asked for."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from scene_simulator.corridor_drawing import Drawing, circle, rectangle_corners
+from scene_simulator.corridor_shape import Paint
+from scene_simulator.corridor_surface import facing_wall
+from scene_simulator.outlines import polygon_areas
+
+INK = Paint(0.1)
+
+
+@pytest.mark.parametrize('radius', [0.002, 0.1, 0.6])
+def test_a_circle_has_the_area_of_the_circle_and_hardly_leaves_it(radius: float) -> None:
+    outline = circle(radius)
+    assert polygon_areas(outline[None])[0] == pytest.approx(math.pi * radius**2)
+    ends = np.hypot(*outline.T)
+    middles = np.hypot(*(0.5 * (outline + np.roll(outline, 1, axis=0))).T)
+    assert np.abs(np.concatenate([ends, middles]) - radius).max() < 1.1e-5
+
+
+def test_corners_go_round_from_the_upper_left() -> None:
+    corners = rectangle_corners((1.0, 2.0), (3.0, 5.0))
+    np.testing.assert_array_equal(corners, [(1.0, 5.0), (3.0, 5.0), (3.0, 2.0), (1.0, 2.0)])
+
+
+def test_a_stroke_covers_its_line_and_half_its_width_around() -> None:
+    drawing = Drawing(facing_wall(0.0), (0.5, 1.0))
+    drawing.stroke([(0.0, 0.0), (0.3, 0.0)], 0.02, INK)
+    _, y, z = drawing.shapes[0].points.T
+    assert (-y.max(), -y.min()) == pytest.approx((0.49, 0.81))
+    assert (z.min(), z.max()) == pytest.approx((0.99, 1.01))
+
+
+def test_text_stands_about_its_place() -> None:
+    drawing = Drawing(facing_wall(0.0))
+    drawing.text('HH', (0.2, 1.0), 0.1, INK)
+    points = np.concatenate([shape.points for shape in drawing.shapes])
+    assert -0.5 * (points[:, 1].min() + points[:, 1].max()) == pytest.approx(0.2)
+    assert (points[:, 2].min(), points[:, 2].max()) == pytest.approx((0.942, 1.058))
+    assert all(shape.paint is INK for shape in drawing.shapes)

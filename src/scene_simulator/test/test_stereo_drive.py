@@ -1,0 +1,62 @@
+"""A drive gives its pictures at its rate, from where the robot is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scene_simulator.corridor_runs import corridor_drive
+from scene_simulator.scene_error import SceneError
+from scene_simulator.stereo_drive import StereoDrive
+from scene_simulator.stereo_rig import render_pair
+from scene_simulator.suspension import Suspension
+
+
+@pytest.fixture(scope='module')
+def drive() -> StereoDrive:
+    return corridor_drive('left')
+
+
+def test_pictures_come_at_the_rate_from_the_true_pose(drive: StereoDrive) -> None:
+    still = replace(drive, suspension=Suspension(0.0, 0.0))
+    frames = list(still.frames(0.9))
+    assert [frame.stamp for frame in frames] == pytest.approx([0.0, 1.0 / 3.0, 2.0 / 3.0])
+    assert still.frame_count(0.9) == 3
+    assert frames[2].pose == drive.pose_at(2.0 / 3.0)
+    clean = render_pair(drive.scene, drive.rig, frames[2].pose)
+    for seen, expected in zip((frames[2].left, frames[2].right), clean, strict=True):
+        difference = seen.astype(float) - expected
+        assert abs(difference.mean()) < 0.2
+        assert 0.5 < difference.std() < 3.0
+
+
+def test_a_body_that_sways_changes_the_picture_and_the_tilt_readings(drive: StereoDrive) -> None:
+    swaying, still = (replace(drive, suspension=Suspension(0.0, tilt)) for tilt in (0.02, 0.0))
+    first, second = (next(iter(x.frames(0.1))).left.astype(float) for x in (swaying, still))
+    assert np.abs(first - second).mean() > 3.0
+    readings = swaying.tilt_readings(2.0)
+    truth = np.array([swaying.tilt_at(reading.time) for reading in readings])
+    read = np.array([(reading.roll, reading.pitch) for reading in readings])
+    assert np.abs(read - truth).max() < 0.005
+    assert np.abs(truth).max() > 0.005
+
+
+def test_the_odometry_drifts_by_a_few_percent(drive: StereoDrive) -> None:
+    last = drive.odometry(5.0)[-1]
+    assert last.pose.x == pytest.approx(1.02, abs=0.005)
+    assert abs(last.pose.y) < 0.02
+
+
+@pytest.mark.parametrize('seconds', [0.0, -1.0, float('nan')])
+def test_a_length_that_is_not_positive_is_refused(drive: StereoDrive, seconds: float) -> None:
+    with pytest.raises(SceneError, match='seconds'):
+        drive.frame_count(seconds)
+
+
+def test_a_bad_rate_or_seed_is_refused(drive: StereoDrive) -> None:
+    with pytest.raises(SceneError, match='pictures a second'):
+        replace(drive, rate=0.0)
+    with pytest.raises(SceneError, match='seed'):
+        replace(drive, seed=-1)

@@ -1,0 +1,1 @@
+"""What a recorded drive shows to a method: images with calibration, odometry and tilt, in their order."""

@@ -1,0 +1,153 @@
+"""The messages of a bag as a method's node would see them, without ROS running."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_bags.bag_reader import BagMessage, BagReader
+from shirube_geometry import PlanarPose
+from shirube_recordings.recording_topics import RecordingTopics
+from shirube_ros.camera_info_conversion import SizedCamera, check_image_size
+from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
+from shirube_ros.message_error import CameraInfoError, MessageError
+from shirube_ros.pose_conversion import planar_pose
+from shirube_ros.tilt_conversion import tilt_of_imu
+
+_NANOSECONDS = 1_000_000_000
+
+Calibration = TypeVar('Calibration', bound=SizedCamera)
+
+
+@dataclass(frozen=True)
+class RecordedImage(Generic[Calibration]):
+    """An image.
+
+    Attributes:
+        camera: number of its camera.
+        topic: of its message.
+        header: of its message.
+        stamp_ns: when it was taken [ns].
+        pixels: shape (h, w) or (h, w, 3).
+        calibration: of its camera.
+    """
+
+    camera: int
+    topic: str
+    header: Any
+    stamp_ns: int
+    pixels: NDArray[np.uint8]
+    calibration: Calibration
+
+
+@dataclass(frozen=True)
+class BadImage:
+    """An image that cannot be used.
+
+    Attributes:
+        topic: of its message.
+        stamp_ns: when it was taken [ns].
+        fault: what is wrong, in a line.
+    """
+
+    topic: str
+    stamp_ns: int
+    fault: str
+
+
+@dataclass(frozen=True)
+class RecordedOdometry:
+    """Where the wheels say the robot is.
+
+    Attributes:
+        topic: of its message.
+        header: of its message.
+        T_odom_base: the pose.
+    """
+
+    topic: str
+    header: Any
+    T_odom_base: PlanarPose
+
+
+@dataclass(frozen=True)
+class RecordedTilt:
+    """How the robot leans.
+
+    Attributes:
+        topic: of its message.
+        header: of its message.
+        stamp_ns: when [ns].
+        tilt: roll and pitch of the base [rad].
+    """
+
+    topic: str
+    header: Any
+    stamp_ns: int
+    tilt: tuple[float, float]
+
+
+class Recording(Generic[Calibration]):
+    """A bag, of which bad messages are left out as a node does.
+
+    Args:
+        bag: it is open while messages are read.
+        topics: which of its topics are used.
+        calibration_of: makes the calibration of a CameraInfo, with the topic's name for its errors.
+    """
+
+    def __init__(
+        self, bag: BagReader, topics: RecordingTopics, calibration_of: Callable[[Any, str], Calibration]
+    ) -> None:
+        self._bag, self._topics, self._calibration_of = bag, topics, calibration_of
+        self._calibrations: dict[str, Calibration] = {}
+
+    def messages(
+        self,
+    ) -> Iterator[RecordedImage[Calibration] | BadImage | RecordedOdometry | RecordedTilt]:
+        """Yield what the messages hold, in their order; bad images tell what is wrong.
+
+        Raises:
+            BagError: the bag is damaged.
+        """
+        for raw in self._bag.messages(self._topics.wanted):
+            message = self._bag.decode(raw)
+            if raw.topic in self._topics.images:
+                yield self._image(message, raw)
+                continue
+            try:
+                if raw.topic == self._topics.odometry:
+                    yield RecordedOdometry(
+                        raw.topic, message.header, planar_pose(message.pose.pose, raw.topic)
+                    )
+                elif raw.topic == self._topics.imu:
+                    tilt = tilt_of_imu(message, raw.topic)
+                    yield RecordedTilt(raw.topic, message.header, _stamp_ns(message), tilt)
+                else:
+                    self._calibrations.pop(raw.topic, None)
+                    self._calibrations[raw.topic] = self._calibration_of(message, raw.topic)
+            except MessageError:
+                continue  # images tell of a bad calibration
+
+    def _image(self, message: Any, raw: BagMessage) -> RecordedImage[Calibration] | BadImage:
+        camera = self._topics.images.index(raw.topic)
+        info_topic = self._topics.camera_infos[camera]
+        stamp_ns = _stamp_ns(message)
+        is_compressed = raw.msgtype.endswith('CompressedImage')
+        try:
+            pixels = (array_from_compressed_image if is_compressed else array_from_image)(message, raw.topic)
+            calibration = self._calibrations.get(info_topic)
+            if calibration is None:
+                raise CameraInfoError(f'{raw.topic} came without a usable {info_topic}')
+            check_image_size(calibration, pixels.shape, raw.topic, info_topic)
+        except MessageError as fault:
+            return BadImage(raw.topic, stamp_ns, str(fault))
+        return RecordedImage(camera, raw.topic, message.header, stamp_ns, pixels, calibration)
+
+
+def _stamp_ns(message: Any) -> int:
+    return int(message.header.stamp.sec * _NANOSECONDS + message.header.stamp.nanosec)

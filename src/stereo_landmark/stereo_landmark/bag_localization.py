@@ -1,0 +1,76 @@
+"""A recorded drive through the localizer, as the node would see it, without ROS running."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from shirube_bags.bag_reader import BagReader
+from shirube_recordings.recording import BadImage, RecordedImage, RecordedTilt
+from shirube_recordings.recording_topics import RecordingTopics
+from shirube_ros.message_error import MessageError
+from shirube_ros.stamp_order import StampOrder
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration
+from stereo_landmark.core.pair.pair_stream import PairStream, Side
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.files.grey_image import grey
+from stereo_landmark.located_frame import LocatedFrame
+from stereo_landmark.pair_recording import pair_recording
+
+
+class BagLocalization:
+    """Feeds a bag's messages to a localizer in their order."""
+
+    def __init__(
+        self, bag: BagReader, topics: RecordingTopics, create_stream: Callable[[], PairStream]
+    ) -> None:
+        """Begin without a past.
+
+        Args:
+            bag: an open bag.
+            topics: which of its topics are used.
+            create_stream: makes the state between images, at the start and after a jump back in time.
+        """
+        self._recording = pair_recording(bag, topics)
+        self._left_topic = topics.images[Side.LEFT]
+        self._create_stream = create_stream
+        self._stream = create_stream()
+        self._stamps = StampOrder(self._start_again)
+
+    def run(self) -> Iterator[LocatedFrame]:
+        """Yield pairs with their results; a bad message is no end, it becomes a result or is left out.
+
+        Raises:
+            BagError: the bag is damaged.
+        """
+        for message in self._recording.messages():
+            match message:
+                case RecordedImage():
+                    frame = self._frame(message)
+                    if frame is not None:
+                        yield frame
+                case BadImage():
+                    yield LocatedFrame(message.topic, message.stamp_ns, message.fault)
+                case RecordedTilt():
+                    self._take_tilt(message)
+
+    def _frame(self, image: RecordedImage[CameraCalibration]) -> LocatedFrame | None:
+        try:
+            self._stamps.check(image.header, image.topic)
+            located = self._stream.add_image(
+                Side(image.camera), image.stamp_ns, grey(image.pixels), image.calibration
+            )
+        except (MessageError, StereoLandmarkError) as fault:
+            return LocatedFrame(image.topic, image.stamp_ns, str(fault))
+        if located is None:
+            return None
+        return LocatedFrame(self._left_topic, located.stamp_ns, located)
+
+    def _take_tilt(self, message: RecordedTilt) -> None:
+        try:
+            stamp = self._stamps.check(message.header, message.topic)
+        except MessageError:
+            return  # as in the node: a bad message is left out
+        self._stream.add_tilt(stamp, *message.tilt)
+
+    def _start_again(self) -> None:
+        self._stream = self._create_stream()

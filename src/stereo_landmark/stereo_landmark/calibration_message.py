@@ -1,0 +1,28 @@
+"""CameraInfo to the calibration of one camera of a pair."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from shirube_ros.camera_info_conversion import camera_from_camera_info
+from shirube_ros.message_error import CameraInfoError
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+
+def calibration_from_camera_info(message: Any, topic: str) -> CameraCalibration:
+    """Return what a sensor_msgs/CameraInfo says of the raw and of the rectified image.
+
+    Args:
+        message: of a camera of a stereo pair.
+        topic: name for error messages.
+
+    Raises:
+        CameraInfoError: the camera is not calibrated, or not as one of a pair.
+    """
+    camera = camera_from_camera_info(message, topic)
+    rotation, projection = (tuple(float(number) for number in field) for field in (message.r, message.p))
+    try:
+        return CameraCalibration(camera, rotation, projection)
+    except StereoLandmarkError as fault:
+        raise CameraInfoError(f'{topic}: {fault}') from fault

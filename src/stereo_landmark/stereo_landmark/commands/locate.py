@@ -1,0 +1,171 @@
+"""``locate``: displacements from taught places and images or a bag, without ROS running."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+
+from tqdm import tqdm
+
+from shirube_bags.bag_reader import BagReader
+from shirube_bags.errors import ShirubeBagsError
+from shirube_geometry import CameraMount
+from shirube_ros.file_errors import CameraFileError
+from shirube_ros.image_files import list_images
+from shirube_settings import SettingsError, settings_from_values
+from stereo_landmark.bag_localization import BagLocalization
+from stereo_landmark.core.landmark_localizer import LandmarkSettings
+from stereo_landmark.core.pair.pair_stream import PairStream, Side
+from stereo_landmark.core.pair.settings import PairSettings
+from stereo_landmark.core.place.settings import PlaceSettings
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.files.calibration_file import load_camera_calibration
+from stereo_landmark.files.displacement_files import save_displacements
+from stereo_landmark.files.grey_image import load_grey_image
+from stereo_landmark.files.place_file import load_places
+from stereo_landmark.located_frame import LocatedFrame
+from stereo_landmark.node_settings import NodeSettings
+from stereo_landmark.pair_recording import choose_topics
+
+_NODE = NodeSettings()
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0, or 1 when a file is bad or no pair gave a displacement."""
+    options = make_parser().parse_args(arguments)
+    try:
+        frames = locate(options)
+        files = save_displacements(options.out, frames)
+    except (StereoLandmarkError, CameraFileError, ShirubeBagsError, SettingsError) as fault:
+        print(f'locate: {fault}', file=sys.stderr)
+        return 1
+    except OSError as fault:
+        print(f'locate: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        return 1
+    places = Counter(frame.fix.place.name for frame in frames if frame.fix is not None)
+    print(f'{places.total()} of {len(frames)} pairs have a displacement; see {", ".join(map(str, files))}')
+    for name, number in places.most_common():
+        print(f'{number} at {name}')
+    failures = Counter(frame.failure[0] for frame in frames if frame.fix is None).most_common()
+    for failure, number in failures:
+        print(f'{number} without: {failure}')
+    if not places:
+        print(f'locate: no pair gave a displacement: {failures[0][0]}', file=sys.stderr)
+    return 0 if places else 1
+
+
+def locate(options: argparse.Namespace) -> list[LocatedFrame]:
+    """Return the results of all pairs, in their order.
+
+    Raises:
+        StereoLandmarkError: places, calibrations or images do not fit together.
+    """
+    create = stream_maker(options)
+    if options.bag is not None:
+        with BagReader(options.bag) as bag:
+            topics = choose_topics(bag, vars(options), is_raw=options.rectify)
+            total = bag.topics[topics.images[0]].message_count
+            frames = BagLocalization(bag, topics, create).run()
+            located = list(tqdm(frames, total=total, unit='pair', delay=1.0, disable=None))
+        if not located:
+            raise StereoLandmarkError(
+                f'{options.bag}: left and right images have no stamps in common; give --approximate-sync'
+            )
+        return located
+    frames = locate_files(options, create())
+    return list(tqdm(frames, unit='pair', delay=1.0, disable=None))
+
+
+def locate_files(options: argparse.Namespace, stream: PairStream) -> Iterator[LocatedFrame]:
+    """Yield the results of pairs of files."""
+    if not (options.right and options.left_calibration and options.right_calibration):
+        raise StereoLandmarkError('--left needs --right, --left-calibration and --right-calibration')
+    left, right = list_images(options.left), list_images(options.right)
+    if len(left) != len(right):
+        raise StereoLandmarkError(
+            f'there are {len(left)} left and {len(right)} right images; give pairs in the same order'
+        )
+    if options.rate <= 0.0:
+        raise StereoLandmarkError('--rate must be above 0; give the pairs per second')
+    calibrations = [load_camera_calibration(p) for p in (options.left_calibration, options.right_calibration)]
+    for number, paths in enumerate(zip(left, right, strict=True)):
+        stamp_ns = round(number / options.rate * 1e9)
+        stream.add_tilt(stamp_ns * 1e-9, *options.tilt)
+        located = None
+        for side in Side:
+            pixels = load_grey_image(paths[side])
+            located = stream.add_image(side, stamp_ns, pixels, calibrations[side])
+        if located is not None:
+            yield LocatedFrame(str(paths[0]), stamp_ns, located)
+
+
+def stream_maker(options: argparse.Namespace) -> Callable[[], PairStream]:
+    """Return what makes the state between pairs.
+
+    Raises:
+        StereoLandmarkError: a taught place cannot be used.
+    """
+    tolerance = options.approximate_sync
+    pairing = settings_from_values(
+        PairSettings,
+        {
+            'rectify': options.rectify,
+            'approximate_sync': tolerance is not None,
+            'approximate_sync_tolerance_seconds': tolerance or 0.0,
+        },
+    )
+    method = settings_from_values(LandmarkSettings, {'place.method': options.method})
+    mount = CameraMount(tuple(options.camera_xyz), tuple(options.camera_rpy))
+    return partial(PairStream, load_places(options.places), mount, pairing, method)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command's options."""
+    parser = argparse.ArgumentParser(
+        prog='locate',
+        description='Find the robot at its taught places, by pairs of images or a bag. Writes poses.csv, with the '
+        'reason where there is no displacement, displacements_<place>.tum in the frame of each place, and poses.tum '
+        'in the map where it is known where the places are.',
+    )
+    add = parser.add_argument
+    add('--places', type=Path, required=True, metavar='FOLDER', help='the taught places')
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument(
+        '--left', type=Path, nargs='+', help='a folder of left images, or images, in their order'
+    )
+    source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_infos and perhaps an imu')
+    add('--right', type=Path, nargs='+', help='the right images, in the same order')
+    for side in ('left', 'right'):
+        add(
+            f'--{side}-calibration',
+            type=Path,
+            metavar='YAML',
+            help='of the images, as camera_calibration writes it',
+        )
+    add('--rate', type=float, default=10.0, help='pairs in a second, of folders (default: %(default)s)')
+    add('--tilt', type=float, nargs=2, default=(0.0, 0.0), metavar=('ROLL', 'PITCH'),
+        help='of the robot on images [rad] (default: level)')  # fmt: skip
+    for name in ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu'):
+        add(f'--{name}', metavar='TOPIC', help='of the bag (default: the usual or the only one)')
+    add('--out', type=Path, default=Path('out/locate'), metavar='FOLDER', help='default: %(default)s')
+    add('--rectify', action='store_true', help='the images are raw')
+    add(
+        '--approximate-sync',
+        type=float,
+        metavar='SECONDS',
+        help='largest difference of stamps (default: none)',
+    )
+    add('--method', default=PlaceSettings.method, help='reprojection or closed_form (default: %(default)s)')
+    add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
+        help='left optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
+    add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
+        help='its fixed-axis roll, pitch, yaw there [rad] (default: looking ahead)')  # fmt: skip
+    return parser
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,124 @@
+"""``teach``: a place from a pair of images, on a page in the browser or from a file."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from shirube_bags.errors import ShirubeBagsError
+from shirube_ros.file_errors import CameraFileError
+from shirube_settings import SettingsError
+from stereo_landmark.core.procedure.detected_scene import detect_scene
+from stereo_landmark.core.procedure.place_review import review_place
+from stereo_landmark.core.procedure.primitive_choice import named_primitives
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.files.lesson_file import Lesson, TargetLesson, load_lesson
+from stereo_landmark.files.place_file import save_place
+from stereo_landmark.lesson_pair import RectifiedPair, load_pair
+from stereo_landmark.page.teach_page import add_page_options, open_page
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0, or 1 when the place cannot be taught."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    own = given[: given.index('--ros-args')] if '--ros-args' in given else given
+    options = make_parser().parse_args(own, argparse.Namespace(ros_args=given[len(own) :]))
+    try:
+        if options.batch is not None:
+            teach_batch(options.batch, options.places)
+        else:
+            open_page(options)
+    except (StereoLandmarkError, CameraFileError, ShirubeBagsError, SettingsError) as fault:
+        print(f'teach: {fault}', file=sys.stderr)
+        return 1
+    except OSError as fault:
+        print(f'teach: {_in_words(fault)}', file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 0
+    return 0
+
+
+def _in_words(fault: OSError) -> str:
+    if fault.filename is None:
+        return f'{fault.strerror}; choose another --host or --port'
+    return f'{fault.filename}: {fault.strerror}; choose a writable place'
+
+
+def teach_batch(path: Path, places: Path) -> None:
+    """Teach the place of a lesson file, save it and say what is weak of it.
+
+    Raises:
+        StereoLandmarkError: the lesson cannot be used.
+    """
+    lesson = load_lesson(path)
+    pair = load_pair(lesson)
+    place = teach(lesson, pair)
+    saved = save_place(places, place, pair.images)
+    for name, position, covariance in zip(
+        place.coordinates.names, place.coordinates.positions, place.coordinates.covariances, strict=True
+    ):
+        x, y, z = position
+        sigma = 1e3 * float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
+        print(f'{name:<40} x {x:7.3f} m, y {y:7.3f} m, z {z:7.3f} m, +- {sigma:.1f} mm')
+    for line in review_place(place, pair.images.left, pair.images.right, pair.images.tilt):
+        print(f'weak: {line}')
+    print(
+        f'{place.name} is taught, with {len(place.surroundings)} primitives around its targets; see {saved}'
+    )
+
+
+def teach(lesson: Lesson, pair: RectifiedPair) -> TaughtPlace:
+    """Return the place of a lesson.
+
+    Raises:
+        StereoLandmarkError: a primitive is not found or cannot be measured.
+    """
+    images = pair.images
+    left, right = (detect_scene(image, lesson.processing) for image in (images.left, images.right))
+    view = StereoView(left, right, pair.rig, images.tilt)
+    choices = [_choice(target, view) for target in lesson.targets]
+    return Teacher(view, lesson.processing).teach(lesson.name, choices, lesson.T_map_place)
+
+
+def _choice(target: TargetLesson, view: StereoView) -> TargetChoice:
+    try:
+        return TargetChoice(target.name, named_primitives(target.choices, view.left), target.points)
+    except StereoLandmarkError as fault:
+        raise StereoLandmarkError(f'target {target.name}: {fault}') from fault
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command's options."""
+    parser = argparse.ArgumentParser(
+        prog='teach',
+        description='Teach a place: which objects to look for, and where they are. Opens a page for the browser; with '
+        '--batch it does what a file says, and tells what is weak of the place.',
+    )
+    add = parser.add_argument
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument(
+        '--batch', type=Path, metavar='FILE', help='YAML that says what to teach; opens no page'
+    )
+    source.add_argument(
+        '--left', type=Path, nargs='+', help='a folder of left images, or images; the first pair is taught'
+    )
+    source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_infos and perhaps an imu')
+    source.add_argument('--place', type=Path, metavar='YAML', help='a taught place, to be taught further')
+    source.add_argument(
+        '--live', action='store_true', help='listen to left/image_rect and so on; --ros-args may follow'
+    )
+    add('--places', type=Path, default=Path('places'), metavar='FOLDER', help='default: %(default)s')
+    add_page_options(parser)
+    return parser
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""Grey image to thin edges with sub-pixel positions (paper 3.3b)."""

@@ -1,0 +1,30 @@
+"""The spatial filter: derivatives of a Gaussian."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+
+def gaussian_gradient(
+    image: NDArray[np.uint8], sigma: float
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the derivatives along x and y of the smoothed image, each shape (h, w) [grey levels / px].
+
+    Args:
+        image: shape (h, w), grey levels.
+        sigma: standard deviation of the Gaussian [px].
+    """
+    reach = math.ceil(3.0 * sigma)
+    offsets = np.arange(-reach, reach + 1, dtype=np.float64)
+    smooth = np.exp(-0.5 * (offsets / sigma) ** 2)
+    smooth /= smooth.sum()
+    slope = offsets * smooth
+    slope /= np.sum(offsets * slope)  # a ramp of one grey level a pixel has the gradient one
+    border = cv2.BORDER_REPLICATE
+    gx = cv2.sepFilter2D(image, cv2.CV_32F, slope, smooth, borderType=border)
+    gy = cv2.sepFilter2D(image, cv2.CV_32F, smooth, slope, borderType=border)
+    return gx, gy

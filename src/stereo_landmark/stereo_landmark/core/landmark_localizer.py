@@ -1,0 +1,136 @@
+"""Pairs of images to the robot's displacement from a taught place (paper 3.4, fig. 6)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, no_fix_of
+from stereo_landmark.core.place.place_fix import PlaceFix
+from stereo_landmark.core.place.place_locator import PlaceLocator
+from stereo_landmark.core.place.settings import PlaceSettings
+from stereo_landmark.core.place.stereo_points import StereoPoints, joined
+from stereo_landmark.core.procedure.detected_scene import detect_scene
+from stereo_landmark.core.procedure.settings import SearchSettings
+from stereo_landmark.core.procedure.sighting import TargetSighting
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.target_search import TargetSearch
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+
+@dataclass(frozen=True)
+class LandmarkSettings:
+    """How targets are looked for and how the displacement follows from them, in groups."""
+
+    search: SearchSettings = field(default_factory=SearchSettings)
+    place: PlaceSettings = field(default_factory=PlaceSettings)
+
+
+class LandmarkLocalizer:
+    """Finds the robot at one of its taught places.
+
+    Args:
+        places: all of them, each name once.
+        settings: None for the defaults.
+
+    Raises:
+        StereoLandmarkError: there is no place, or two have the same name.
+    """
+
+    def __init__(self, places: Sequence[TaughtPlace], settings: LandmarkSettings | None = None) -> None:
+        names = [place.name for place in places]
+        if not names:
+            raise StereoLandmarkError('there is no taught place; teach one')
+        for name in names:
+            if names.count(name) > 1:
+                raise StereoLandmarkError(f'two places are called {name}; give each a name of its own')
+        self.places = tuple(places)
+        self._settings = settings or LandmarkSettings()
+        self._searches = {place.name: TargetSearch(place, self._settings.search) for place in places}
+
+    def locate(
+        self,
+        left: NDArray[np.uint8],
+        right: NDArray[np.uint8],
+        tilt: tuple[float, float] = (0.0, 0.0),
+        likely: Sequence[str] = (),
+    ) -> LandmarkFix | NoLandmarkFix:
+        """Find the place and the displacement from it.
+
+        Args:
+            left: shape (h, w), grey, rectified.
+            right: the same of the right camera.
+            tilt: known roll and pitch of the base [rad].
+            likely: names of the places where the robot should be; others are tried only if it is at none of them.
+
+        Raises:
+            StereoLandmarkError: an image is of another type or size than the place's cameras take.
+        """
+        near = [place for place in self.places if place.name in likely]
+        far = [place for place in self.places if place.name not in likely]
+        failures: list[NoLandmarkFix] = []
+        for group in (near, far):
+            answers = [self._at(place, left, right, tilt) for place in group]
+            fixes = [answer for answer in answers if isinstance(answer, LandmarkFix)]
+            if fixes:
+                return self._chosen(fixes)
+            failures += [answer for answer in answers if isinstance(answer, NoLandmarkFix)]
+        return failures[0]
+
+    def _chosen(self, fixes: list[LandmarkFix]) -> LandmarkFix | NoLandmarkFix:
+        """Return the place that more speaks for than for any other."""
+        fixes.sort(key=lambda fix: -fix.evidence)
+        if len(fixes) > 1 and fixes[0].evidence - fixes[1].evidence < self._settings.search.margin:
+            names = ' and '.join(fix.place.name for fix in fixes[:2])
+            return NoLandmarkFix(
+                'it may be in several places', f'places {names} look alike', fixes[0].sightings
+            )
+        return fixes[0]
+
+    def _at(
+        self,
+        place: TaughtPlace,
+        left: NDArray[np.uint8],
+        right: NDArray[np.uint8],
+        tilt: tuple[float, float],
+    ) -> LandmarkFix | NoLandmarkFix:
+        for name, image in (('left', left), ('right', right)):
+            if image.shape != (place.rig.left.height, place.rig.left.width):
+                size = 'x'.join(str(side) for side in image.shape[1::-1])
+                raise StereoLandmarkError(
+                    f'the {name} image is {size}, place {place.name} was taught with '
+                    f'{place.rig.left.width}x{place.rig.left.height}; use the same cameras'
+                )
+        view = StereoView(
+            detect_scene(left, place.processing, place.kinds),
+            detect_scene(right, place.processing, place.kinds),
+            place.rig,
+            tilt,
+        )
+        sightings = tuple(self._searches[place.name].search(target, view) for target in place.targets)
+        points = joined(
+            [
+                _chosen_points(place, sighting)
+                for sighting in sightings
+                if isinstance(sighting, TargetSighting)
+            ]
+        )
+        if not len(points):
+            return no_fix_of(place, sightings, None)
+        answer = PlaceLocator(place.rig, self._settings.place).locate(points, place.coordinates, tilt)
+        if isinstance(answer, PlaceFix):
+            return LandmarkFix(place, answer, sightings)
+        return no_fix_of(place, sightings, answer)
+
+
+def _chosen_points(place: TaughtPlace, sighting: TargetSighting) -> StereoPoints:
+    """Return the points that the engineer chose for the pose."""
+    (target,) = (target for target in place.targets if target.name == sighting.target)
+    chosen = {f'{target.name}/{point}' for point in target.points}
+    return sighting.points.subset(
+        np.array([name in chosen for name in sighting.points.names], dtype=np.bool_)
+    )

@@ -1,0 +1,92 @@
+"""What the calibration of a stereo pair says of one camera: the fields of ``sensor_msgs/CameraInfo``."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import CameraMount, PinholeCamera
+from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+_REMEDY = 'calibrate both cameras as a pair (camera_calibration, stereo)'
+
+
+@dataclass(frozen=True)
+class CameraCalibration:
+    """One camera before and after rectification.
+
+    Attributes:
+        raw: intrinsics of the image as it comes.
+        rotation: nine numbers, rows of R, the camera's frame to the rectified one.
+        projection: twelve numbers, rows of P of the rectified image; P[0, 3] is -fx times the camera's x [px m].
+
+    Raises:
+        StereoLandmarkError: R is no rotation, or P is not that of a rectified camera.
+    """
+
+    raw: PinholeCamera
+    rotation: tuple[float, ...]
+    projection: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.rotation) != 9 or len(self.projection) != 12:
+            raise StereoLandmarkError(
+                f'rectification_matrix (R) has {len(self.rotation)} and projection_matrix (P) {len(self.projection)} '
+                f'numbers instead of 9 and 12; {_REMEDY}'
+            )
+        if not all(map(math.isfinite, (*self.rotation, *self.projection))):
+            raise StereoLandmarkError(f'R or P holds what is no finite number; {_REMEDY}')
+        R = np.array(self.rotation).reshape(3, 3)
+        if not np.allclose(R @ R.T, np.eye(3), atol=1e-3):
+            raise StereoLandmarkError(f'rectification_matrix (R) is no rotation; {_REMEDY}')
+        fx, _, _, _, _, fy, _, shift_y, *_ = self.projection
+        if fx <= 0.0 or fy <= 0.0:
+            raise StereoLandmarkError(f'projection_matrix (P) has no focal length; {_REMEDY}')
+        if abs(shift_y) > 1e-6 * fy:
+            raise StereoLandmarkError(
+                'P[1, 3] is not zero: the cameras must be side by side, not one above the other'
+            )
+
+    @property
+    def width(self) -> int:
+        """Image width [px]."""
+        return self.raw.width
+
+    @property
+    def height(self) -> int:
+        """Image height [px]."""
+        return self.raw.height
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """The camera matrix of the rectified image, shape (3, 3)."""
+        return np.array(self.projection).reshape(3, 4)[:, :3]
+
+    @property
+    def rectified(self) -> PinholeCamera:
+        """Intrinsics of the rectified image."""
+        fx, _, cx, _, _, fy, cy, *_ = self.projection
+        return PinholeCamera(self.width, self.height, fx, fy, cx, cy)
+
+    @property
+    def x(self) -> float:
+        """Where the camera is along the rectified x axis [m]."""
+        return -self.projection[3] / self.projection[0]
+
+
+def stereo_rig(left: CameraCalibration, right: CameraCalibration, mount: CameraMount) -> StereoRig:
+    """Return the rectified pair.
+
+    Args:
+        left: the left camera.
+        right: the right one.
+        mount: the left optical frame, as rectified, on the robot.
+
+    Raises:
+        StereoLandmarkError: the baseline is zero or negative, or the cameras were not calibrated together.
+    """
+    return StereoRig(left.rectified, right.rectified, right.x - left.x, mount)

@@ -1,0 +1,101 @@
+"""Images of two cameras as they come, to located pairs: what a running node and a recorded drive have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import CameraMount, TiltTrail
+from stereo_landmark.core.landmark_localizer import LandmarkSettings
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
+from stereo_landmark.core.pair.pair_localizer import LocatedPair, PairLocalizer
+from stereo_landmark.core.pair.settings import PairSettings
+from stereo_landmark.core.pair.stamp_pairing import StampPairing
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+
+
+class Side(IntEnum):
+    """Of the pair."""
+
+    LEFT = 0
+    RIGHT = 1
+
+
+@dataclass(frozen=True)
+class _TakenImage:
+    """An image that waits for its partner."""
+
+    stamp_ns: int
+    pixels: NDArray[np.uint8]
+    calibration: CameraCalibration
+
+
+class PairStream:
+    """Pairs images and locates the pairs.
+
+    Args:
+        places: all taught places.
+        mount: the left camera's optical frame, as rectified, on the robot.
+        pairing: which images belong together, and whether they are rectified.
+        settings: of the method.
+    """
+
+    def __init__(
+        self,
+        places: Sequence[TaughtPlace],
+        mount: CameraMount,
+        pairing: PairSettings,
+        settings: LandmarkSettings,
+    ) -> None:
+        self._places = places
+        self._mount = mount
+        self._pairing = pairing
+        self._settings = settings
+        self._waiting: StampPairing[_TakenImage] = StampPairing(pairing.tolerance_ns, pairing.queue_size)
+        self._tilt = TiltTrail()
+        self._calibrations: tuple[CameraCalibration, CameraCalibration] | None = None
+        self._localizer: PairLocalizer | None = None
+
+    def add_tilt(self, stamp: float, roll: float, pitch: float) -> None:
+        """Take fixed-axis roll and pitch of the base at a time [rad, s]."""
+        self._tilt.add(stamp, roll, pitch)
+
+    def add_image(
+        self, side: Side, stamp_ns: int, pixels: NDArray[np.uint8], calibration: CameraCalibration
+    ) -> LocatedPair | None:
+        """Take an image; return what the pair tells that it completes, None if it completes none.
+
+        Args:
+            side: of the camera.
+            stamp_ns: when it was taken [ns].
+            pixels: shape (h, w), grey.
+            calibration: of the camera.
+
+        Raises:
+            StereoLandmarkError: the sides have no time in common, the calibrations are no pair's or not those of the
+                places, or the images are no rectified pair.
+        """
+        pair = self._waiting.add(side, stamp_ns, _TakenImage(stamp_ns, pixels, calibration))
+        if pair is None:
+            return None
+        left, right = pair
+        localizer = self._localizer_for(left.calibration, right.calibration)
+        tilt = self._tilt.tilt_at(left.stamp_ns * 1e-9) or (0.0, 0.0)
+        return localizer.locate(left.stamp_ns, left.pixels, right.pixels, tilt)
+
+    def forget(self) -> None:
+        """Drop the place where the robot was last."""
+        if self._localizer is not None:
+            self._localizer.forget()
+
+    def _localizer_for(self, left: CameraCalibration, right: CameraCalibration) -> PairLocalizer:
+        if self._localizer is None or self._calibrations != (left, right):
+            rig = stereo_rig(left, right, self._mount)
+            raw = (left, right) if self._pairing.rectify else None
+            self._localizer = PairLocalizer(self._places, rig, self._settings, raw)
+            self._calibrations = left, right
+        return self._localizer

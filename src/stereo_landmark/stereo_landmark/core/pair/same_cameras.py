@@ -1,0 +1,50 @@
+"""Whether a place was taught with the cameras that look now."""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+
+from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+INTRINSICS = ('width', 'height', 'fx', 'fy', 'cx', 'cy')
+"""Of a rectified camera."""
+_SAME_MOUNT = 1e-6
+"""[m], [rad]"""
+
+
+def calibration_hash(rig: StereoRig) -> str:
+    """Return what tells rectified cameras from others: a digest of intrinsics and baseline, to nine digits."""
+    numbers = [getattr(camera, name) for camera in (rig.left, rig.right) for name in INTRINSICS]
+    text = ' '.join(f'{number:.9g}' for number in (*numbers, rig.baseline))
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def check_cameras(place: TaughtPlace, rig: StereoRig) -> None:
+    """Refuse cameras that a place was not taught with.
+
+    Raises:
+        StereoLandmarkError: other intrinsics, another baseline, or another mount on the robot.
+    """
+    taught, present = calibration_hash(place.rig), calibration_hash(rig)
+    if taught != present:
+        raise StereoLandmarkError(
+            f'place {place.name} was taught with other cameras (calibration {taught}, here it is {present}); '
+            'use the calibration it was taught with, or teach it again'
+        )
+    for name, mine, other in (
+        ('camera_xyz', rig.mount.xyz, place.rig.mount.xyz),
+        ('camera_rpy', rig.mount.rpy, place.rig.mount.rpy),
+    ):
+        if not np.allclose(mine, other, rtol=0.0, atol=_SAME_MOUNT):
+            raise StereoLandmarkError(
+                f'place {place.name} was taught with {name} {_in_words(other)}, here it is {_in_words(mine)}; '
+                'set it as it was, or teach the place again'
+            )
+
+
+def _in_words(numbers: tuple[float, ...]) -> str:
+    return '[' + ', '.join(f'{number:.6g}' for number in numbers) + ']'

@@ -1,0 +1,1 @@
+"""From points in two images to the robot's displacement from the taught pose."""

@@ -1,0 +1,113 @@
+"""The paper's closed form (3.1): dx, dy, dz and theta_z between the taught and the present pose.
+
+The paper's equation takes taught points to present ones, ``x = Rz(-theta_z) x_t + d``. The robot's pose in the taught
+frame is the inverse of that: its yaw is ``+theta_z`` and its position ``-Rz(theta_z) d``.
+"""
+
+from __future__ import annotations
+
+import cmath
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import PlanarPose, wrap_angle
+from stereo_landmark.core.place.stereo_points import SpatialPoints
+
+SPREAD_MIN = 0.005
+"""Seen from above, points must be farther apart than this to tell a turn [m]."""
+_STEP = 1e-6
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """The paper's four numbers.
+
+    Attributes:
+        dx: shift that takes taught points, turned, to present ones [m].
+        dy: the same along y [m].
+        dz: the same along z [m].
+        theta_z: turn of the robot since it was taught, counter-clockwise [rad].
+    """
+
+    dx: float
+    dy: float
+    dz: float
+    theta_z: float
+
+    def apply(self, taught: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return where taught points are now, both of shape (n, 3) [m]: the paper's equation."""
+        cos, sin = np.cos(self.theta_z), np.sin(self.theta_z)
+        turn = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        return np.asarray(taught @ turn.T + [self.dx, self.dy, self.dz])
+
+    @property
+    def pose(self) -> PlanarPose:
+        """``T_place_base``, the robot in the taught frame."""
+        place = -cmath.rect(1.0, self.theta_z) * complex(self.dx, self.dy)
+        return PlanarPose(place.real, place.imag, self.theta_z)
+
+    @property
+    def height(self) -> float:
+        """Of the robot over the taught pose [m]."""
+        return -self.dz
+
+
+def closed_form(found: NDArray[np.float64], taught: NDArray[np.float64]) -> Displacement | None:
+    """Return the displacement that takes taught points to present ones with the least squares.
+
+    Args:
+        found: shape (n, 3), present points in the level base frame [m].
+        taught: shape (n, 3), the same points when taught [m].
+
+    Returns:
+        None for less than two points, or for points above one another, which do not tell the turn.
+    """
+    if len(found) < 2:
+        return None
+    middle, taught_middle = found.mean(axis=0), taught.mean(axis=0)
+    here = (found - middle)[:, :2] @ np.array([1.0, 1.0j])
+    there = (taught - taught_middle)[:, :2] @ np.array([1.0, 1.0j])
+    if float(np.mean(np.abs(there) ** 2)) < SPREAD_MIN**2:
+        return None
+    turn = -cmath.phase(complex(np.sum(here * there.conj())))
+    shift = complex(middle[0], middle[1]) - cmath.rect(1.0, -turn) * complex(*taught_middle[:2])
+    return Displacement(shift.real, shift.imag, float(middle[2] - taught_middle[2]), turn)
+
+
+def closed_form_covariance(found: SpatialPoints, taught: SpatialPoints) -> NDArray[np.float64]:
+    """Return what the noise of the points makes of the displacement.
+
+    Args:
+        found: present points in the level base frame, that have a closed form.
+        taught: the same points when taught, in the same order.
+
+    Returns:
+        shape (4, 4), of x, y, z [m] and yaw [rad] of the robot in the taught frame.
+    """
+    covariance = np.zeros((4, 4))
+    for points, of_found in ((found, True), (taught, False)):
+        for i in range(len(points)):
+            changes = [_change(found.positions, taught.positions, i, axis, of_found) for axis in range(3)]
+            jacobian = np.column_stack(changes)
+            covariance += jacobian @ points.covariances[i] @ jacobian.T
+    return covariance
+
+
+def _change(
+    found: NDArray[np.float64], taught: NDArray[np.float64], i: int, axis: int, of_found: bool
+) -> NDArray[np.float64]:
+    """Return how x, y, z and yaw change with one coordinate of a point, shape (4,)."""
+    sides = []
+    for step in (-_STEP, _STEP):
+        here, there = found.copy(), taught.copy()
+        (here if of_found else there)[i, axis] += step
+        displacement = closed_form(here, there)
+        if displacement is None:
+            return np.full(4, np.inf)
+        pose = displacement.pose
+        sides.append(np.array([pose.x, pose.y, displacement.height, pose.yaw]))
+    change = sides[1] - sides[0]
+    change[3] = wrap_angle(float(change[3]))
+    return np.asarray(change / (2.0 * _STEP))

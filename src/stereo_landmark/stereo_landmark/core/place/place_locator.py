@@ -1,0 +1,130 @@
+"""Points of taught targets to the robot's displacement (paper 3.1 and 3.4)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import PlanarPose, level_camera
+from stereo_landmark.core.place.closed_form import closed_form, closed_form_covariance
+from stereo_landmark.core.place.consistency import consistent_points
+from stereo_landmark.core.place.place_fix import NoPlaceFix, NoPlaceFixReason, PlaceFix
+from stereo_landmark.core.place.reprojection_fit import ReprojectionFit, fit_reprojection
+from stereo_landmark.core.place.reprojection_model import reproject
+from stereo_landmark.core.place.settings import CLOSED_FORM, PlaceSettings
+from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints, measurable, triangulate
+from stereo_landmark.core.place.stereo_rig import StereoRig
+
+
+class PlaceLocator:
+    """Finds the robot's displacement from a taught pose.
+
+    Args:
+        rig: the cameras.
+        settings: None for the defaults.
+    """
+
+    def __init__(self, rig: StereoRig, settings: PlaceSettings | None = None) -> None:
+        self._rig = rig
+        self._settings = settings or PlaceSettings()
+
+    def spatial_points(self, seen: StereoPoints, tilt: tuple[float, float] = (0.0, 0.0)) -> SpatialPoints:
+        """Return points in the level frame of the base: what is taught.
+
+        Args:
+            seen: measurable points.
+            tilt: roll and pitch of the base [rad].
+        """
+        camera = level_camera(self._rig.mount, *tilt)
+        return triangulate(seen, self._rig).moved(camera.rotation, camera.position)
+
+    def locate(
+        self, seen: StereoPoints, taught: SpatialPoints, tilt: tuple[float, float] = (0.0, 0.0)
+    ) -> PlaceFix | NoPlaceFix:
+        """Find the displacement.
+
+        Args:
+            seen: points of targets in the present pair.
+            taught: points of the place, in its frame; those that are not seen are left out, and so are seen ones that
+                were not taught.
+            tilt: known roll and pitch of the base [rad].
+        """
+        known = np.array([name in taught.names for name in seen.names], dtype=np.bool_)
+        seen = seen.subset(known & measurable(seen, self._rig))
+        if len(seen) < self._settings.points_min:
+            return self._too_few(len(seen))
+        taught = taught.selected(seen.names)
+        found = self.spatial_points(seen, tilt)
+        kept = consistent_points(found, taught)
+        if kept.sum() < self._settings.points_min:
+            detail = f'{int(kept.sum())} of {len(kept)} points keep their distances'
+            return NoPlaceFix(NoPlaceFixReason.INCONSISTENT, detail)
+        seen, taught = seen.subset(kept), taught.selected(seen.subset(kept).names)
+        return self._displacement(seen, taught, tilt)
+
+    def _displacement(
+        self, seen: StereoPoints, taught: SpatialPoints, tilt: tuple[float, float]
+    ) -> PlaceFix | NoPlaceFix:
+        first = closed_form(self.spatial_points(seen, tilt).positions, taught.positions)
+        if first is None:
+            return NoPlaceFix(NoPlaceFixReason.POOR_GEOMETRY, 'the points are above one another')
+        pose = first.pose
+        state = np.array([pose.x, pose.y, first.height, pose.yaw, *tilt])
+        fit = fit_reprojection(seen, taught, self._rig, state, self._settings)
+        while fit is not None and fit.distances.max() > self._settings.gate_sigmas:
+            if len(seen) <= self._settings.points_min:
+                return NoPlaceFix(NoPlaceFixReason.INCONSISTENT, _farthest(seen, fit))
+            kept = np.arange(len(seen)) != np.argmax(fit.distances)
+            seen = seen.subset(kept)
+            taught = taught.selected(seen.names)
+            fit = fit_reprojection(seen, taught, self._rig, state, self._settings)
+        if fit is None:
+            return NoPlaceFix(NoPlaceFixReason.POOR_GEOMETRY, f'{len(seen)} points')
+        if self._settings.method == CLOSED_FORM:
+            return self._by_closed_form(seen, taught, tilt)
+        return self._certain(_fix(fit.state, fit.covariance[:4, :4], fit.residuals, seen))
+
+    def _by_closed_form(
+        self, seen: StereoPoints, taught: SpatialPoints, tilt: tuple[float, float]
+    ) -> PlaceFix | NoPlaceFix:
+        found = self.spatial_points(seen, tilt)
+        displacement = closed_form(found.positions, taught.positions)
+        if displacement is None:
+            return NoPlaceFix(NoPlaceFixReason.POOR_GEOMETRY, 'the points are above one another')
+        pose = displacement.pose
+        state = np.array([pose.x, pose.y, displacement.height, pose.yaw, *tilt])
+        residuals = seen.pixels - reproject(state, taught.positions, self._rig).pixels
+        return self._certain(_fix(state, closed_form_covariance(found, taught), residuals, seen))
+
+    def _certain(self, fix: PlaceFix) -> PlaceFix | NoPlaceFix:
+        sigma = math.sqrt(float(np.linalg.eigvalsh(fix.covariance[:2, :2])[-1]))
+        if sigma > self._settings.position_sigma_max:
+            return NoPlaceFix(NoPlaceFixReason.UNCERTAIN, f'standard deviation {sigma:.3f} m')
+        return fix
+
+    def _too_few(self, count: int) -> NoPlaceFix:
+        detail = f'{count} taught points are seen by both cameras, {self._settings.points_min} are needed'
+        return NoPlaceFix(NoPlaceFixReason.TOO_FEW_POINTS, detail)
+
+
+def _fix(
+    state: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    residuals: NDArray[np.float64],
+    seen: StereoPoints,
+) -> PlaceFix:
+    return PlaceFix(
+        PlanarPose(float(state[0]), float(state[1]), float(state[3])),
+        float(state[2]),
+        (float(state[4]), float(state[5])),
+        covariance,
+        seen.names,
+        residuals,
+    )
+
+
+def _farthest(seen: StereoPoints, fit: ReprojectionFit) -> str:
+    name = seen.names[int(np.argmax(fit.distances))]
+    return f'point {name} is {fit.distances.max():.0f} standard deviations off'

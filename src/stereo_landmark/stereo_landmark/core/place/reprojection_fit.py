@@ -1,0 +1,118 @@
+"""The displacement that explains best what both cameras see: the default method.
+
+Noise of the present pixels and of the taught points is weighed together, ``S = C + H P H^T``, which to first order is
+the adjustment of taught and present images at once. Huber's loss bounds what a wrong point can do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import wrap_angle
+from stereo_landmark.core.place.reprojection_model import PITCH, ROLL, STATES, reproject
+from stereo_landmark.core.place.settings import PlaceSettings
+from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
+from stereo_landmark.core.place.stereo_rig import MEASURED, StereoRig
+
+STEPS_MAX = 20
+STEP_DONE = 1e-7
+"""A step smaller than this [m, rad] ends the search."""
+HUBER = 3.0
+"""Standard deviations of a point beyond which its pull grows no more; four measures have 3.1 or less in 95 %."""
+DETERMINANT_MIN = 1e-12
+"""Of the information, scaled to a diagonal of ones, below which it does not determine the state."""
+
+
+@dataclass(frozen=True)
+class ReprojectionFit:
+    """A fitted state.
+
+    Attributes:
+        state: shape (6,), see `reprojection_model`.
+        covariance: shape (6, 6), zero where the state is known.
+        residuals: shape (n, 4) [px].
+        distances: shape (n,), lengths of the residuals in standard deviations; infinite behind the cameras.
+    """
+
+    state: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    residuals: NDArray[np.float64]
+    distances: NDArray[np.float64]
+
+
+def fit_reprojection(
+    seen: StereoPoints,
+    taught: SpatialPoints,
+    rig: StereoRig,
+    start: NDArray[np.float64],
+    settings: PlaceSettings,
+) -> ReprojectionFit | None:
+    """Fit the state by Gauss-Newton steps with weights.
+
+    Args:
+        seen: n points.
+        taught: the same points in the same order, in the place's frame.
+        rig: the cameras.
+        start: shape (6,), where to begin; its roll and pitch are the known ones.
+        settings: how exactly the calibration and the tilt are known.
+
+    Returns:
+        None where the points do not determine the state.
+    """
+    free = np.arange(STATES) if settings.tilt_sigma > 0.0 else np.arange(ROLL)
+    prior = np.zeros((STATES, STATES))
+    if settings.tilt_sigma > 0.0:
+        prior[[ROLL, PITCH], [ROLL, PITCH]] = settings.tilt_sigma**-2
+    noise = seen.covariances + settings.pixel_sigma**2 * np.eye(MEASURED)
+    state = start.copy()
+    for _ in range(STEPS_MAX):
+        residuals, jacobian, distances = _whitened(seen, taught, rig, state, noise)
+        weights = np.where(np.isfinite(distances), np.minimum(1.0, HUBER / np.maximum(distances, 1e-9)), 0.0)
+        weighed = jacobian * weights[:, None, None]
+        information = np.einsum('nij,nik->jk', weighed, jacobian) + prior
+        gradient = np.einsum('nij,ni->j', weighed, residuals) + prior @ (start - state)
+        inverse = _inverse(information[np.ix_(free, free)])
+        if inverse is None:
+            return None
+        step = np.zeros(STATES)
+        step[free] = inverse @ gradient[free]
+        state = state + step
+        if np.abs(step).max() < STEP_DONE:
+            break
+    state[3] = wrap_angle(float(state[3]))
+    covariance = np.zeros((STATES, STATES))
+    covariance[np.ix_(free, free)] = inverse
+    view = reproject(state, taught.positions, rig)
+    _, _, distances = _whitened(seen, taught, rig, state, noise)
+    return ReprojectionFit(state, covariance, seen.pixels - view.pixels, distances)
+
+
+def _whitened(
+    seen: StereoPoints,
+    taught: SpatialPoints,
+    rig: StereoRig,
+    state: NDArray[np.float64],
+    noise: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return residuals (n, 4), derivatives (n, 4, 6), both in standard deviations, and lengths (n,)."""
+    view = reproject(state, taught.positions, rig)
+    spread = noise + view.by_point @ taught.covariances @ view.by_point.transpose(0, 2, 1)
+    roots = np.linalg.inv(np.linalg.cholesky(spread))
+    residuals = (roots @ (seen.pixels - view.pixels)[:, :, None])[:, :, 0]
+    distances = np.where(view.in_front, np.linalg.norm(residuals, axis=1), np.inf)
+    return residuals, roots @ view.by_state, distances
+
+
+def _inverse(information: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return the inverse of a symmetric matrix, None where it has none."""
+    diagonal = np.diag(information)
+    if not np.isfinite(information).all() or not (diagonal > 0.0).all():
+        return None
+    scale = 1.0 / np.sqrt(diagonal)
+    scaled = information * scale * scale[:, None]
+    if np.linalg.det(scaled) < DETERMINANT_MIN:
+        return None
+    return np.asarray(np.linalg.inv(scaled) * scale * scale[:, None])

@@ -1,0 +1,69 @@
+"""Where taught points are seen from a displaced robot, and how that changes with the displacement.
+
+The state is ``(x, y, z, yaw, roll, pitch)``: the base in the place's frame [m, rad]; roll and pitch are its lean.
+A taught point X is at ``Rz(-yaw) (X - (x, y, z))`` in the level frame of now.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import matrix_from_rpy
+from stereo_landmark.core.place.stereo_rig import StereoRig
+
+STATES = 6
+ROLL, PITCH = 4, 5
+DEPTH_MIN = 0.05
+"""Nearer points are not in view [m]."""
+
+
+@dataclass(frozen=True)
+class Reprojection:
+    """What the cameras see of taught points.
+
+    Attributes:
+        pixels: shape (n, 4), u, v left and u, v right [px].
+        by_state: shape (n, 4, 6), derivatives by the state.
+        by_point: shape (n, 4, 3), derivatives by the taught points [px/m].
+        in_front: shape (n,), which points are before the cameras.
+    """
+
+    pixels: NDArray[np.float64]
+    by_state: NDArray[np.float64]
+    by_point: NDArray[np.float64]
+    in_front: NDArray[np.bool_]
+
+
+def reproject(state: NDArray[np.float64], taught: NDArray[np.float64], rig: StereoRig) -> Reprojection:
+    """Return what the cameras see.
+
+    Args:
+        state: shape (6,).
+        taught: shape (n, 3), in the place's frame [m].
+        rig: the cameras.
+    """
+    R_place_level = matrix_from_rpy((0.0, 0.0, state[3]))
+    R_level_base = matrix_from_rpy((state[ROLL], state[PITCH], 0.0))
+    R_place_base = R_place_level @ R_level_base
+    base = (taught - state[:3]) @ R_place_base
+    optical = (base - np.array(rig.mount.xyz)) @ rig.mount.rotation
+    in_front = optical[:, 2] > DEPTH_MIN
+    safe = np.where(in_front[:, None], optical, [0.0, 0.0, 1.0])
+    by_optical = rig.jacobians(safe)
+    R_optical_base = rig.mount.rotation.T
+    changes = np.zeros((len(taught), 3, STATES))
+    changes[:, :, :3] = -R_place_base.T
+    level = (taught - state[:3]) @ R_place_level
+    changes[:, :, 3] = np.column_stack([level[:, 1], -level[:, 0], np.zeros(len(level))]) @ R_level_base
+    changes[:, :, ROLL] = np.cross(base, [1.0, 0.0, 0.0])
+    changes[:, :, PITCH] = np.cross(base, [0.0, math.cos(state[ROLL]), -math.sin(state[ROLL])])
+    return Reprojection(
+        rig.projections(safe),
+        by_optical @ R_optical_base @ changes,
+        by_optical @ (R_place_base @ rig.mount.rotation).T,
+        in_front,
+    )

@@ -1,0 +1,77 @@
+"""Arcs: parts of segments that bend smoothly to one side."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+# A sharper bend is a corner, and a part so many times as long as the next one is straight [rad].
+_BEND_MAX = 1.2
+_RATIO_MAX = 5.0
+# A shorter or straighter arc says little about its ellipse [px, rad].
+_LENGTH_MIN = 8.0
+_TURN_MIN = 0.4
+
+
+@njit(cache=True, error_model='numpy')
+def find_arcs(
+    points: NDArray[np.float64], bends: NDArray[np.int32], bend_starts: NDArray[np.int32]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the arcs, the most telling first.
+
+    Args:
+        points: shape (n, 2), of all segments [px].
+        bends: numbers of the bend points.
+        bend_starts: shape (m + 1,), where each segment's begin.
+
+    Returns:
+        first and last point of each arc, shape (k, 2); its turn, positive to the right [rad], and its
+        length [px], shape (k, 2).
+    """
+    spans, shapes = np.empty((len(bends) + 1, 2), np.int64), np.empty((len(bends) + 1, 2))
+    count = 0
+    for s in range(len(bend_starts) - 1):
+        first, end = bend_starts[s], bend_starts[s + 1]
+        begin, turned = first, 0.0
+        for b in range(first + 1, end):
+            turn = _smooth_turn(points, bends, b) if b < end - 1 else 0.0
+            if turn * turned > 0.0 or (turned == 0.0 and turn != 0.0 and begin == b - 1):
+                turned += turn
+                continue
+            count += _keep(points, bends[begin], bends[b], turned, spans[count], shapes[count])
+            # An arc may go over into one of the other sense: they share the part between.
+            begin, turned = (b - 1, turn) if turn != 0.0 else (b, 0.0)
+    order = np.argsort(-np.abs(shapes[:count, 0]) * shapes[:count, 1])
+    return spans[order], shapes[order]
+
+
+@njit(cache=True, error_model='numpy')
+def _smooth_turn(points: NDArray[np.float64], bends: NDArray[np.int32], b: int) -> float:
+    """Return the turn at a bend point, 0 where it is a corner or the begin of a straight part [rad]."""
+    ax, ay = points[bends[b]] - points[bends[b - 1]]
+    bx, by = points[bends[b + 1]] - points[bends[b]]
+    before, after = np.sqrt(ax * ax + ay * ay), np.sqrt(bx * bx + by * by)
+    turn = np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
+    if abs(turn) > _BEND_MAX or max(before, after) > _RATIO_MAX * min(before, after):
+        return 0.0
+    return turn
+
+
+@njit(cache=True, error_model='numpy')
+def _keep(
+    points: NDArray[np.float64],
+    first: int,
+    last: int,
+    turned: float,
+    span: NDArray[np.int64],
+    shape: NDArray[np.float64],
+) -> int:
+    length = 0.0
+    for i in range(first, last):
+        length += np.hypot(points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])
+    if length < _LENGTH_MIN or abs(turned) < _TURN_MIN:
+        return 0
+    span[0], span[1] = first, last
+    shape[0], shape[1] = turned, length
+    return 1

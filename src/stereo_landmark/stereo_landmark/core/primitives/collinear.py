@@ -1,0 +1,86 @@
+"""Straight parts that continue each other over a gap."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+# Largest difference of direction between two parts of a side [rad].
+_ANGLE_MAX = 0.07
+
+
+def join_collinear(ends: NDArray[np.float64], gap_max: float, offset_max: float) -> list[NDArray[np.int64]]:
+    """Return groups of parts, in order along their line: each two in a row, and each whole row of three or more.
+
+    Args:
+        ends: shape (n, 2, 2), first and last point of each part [px].
+        gap_max: longest gap, as a part of the lengths beside it.
+        offset_max: largest distance of an end from the other part's line [px].
+    """
+    after = _continuations(ends, gap_max, offset_max)
+    has_forerunner = np.zeros(len(ends), dtype=bool)
+    has_forerunner[after[after >= 0]] = True
+    groups = []
+    for first in np.flatnonzero(~has_forerunner & (after >= 0)):
+        row = [int(first)]
+        while after[row[-1]] >= 0:
+            row.append(int(after[row[-1]]))
+        groups += [np.array(row[k : k + 2]) for k in range(len(row) - 1)]
+        if len(row) > 2:
+            groups.append(np.array(row))
+    return groups
+
+
+@njit(cache=True, error_model='numpy')
+def _continuations(ends: NDArray[np.float64], gap_max: float, offset_max: float) -> NDArray[np.int64]:
+    """Return for each part the one that continues it, -1 for none; each is the other's nearest."""
+    n = len(ends)
+    steps = ends[:, 1] - ends[:, 0]
+    angles = np.arctan2(steps[:, 1], steps[:, 0])
+    lengths = np.hypot(steps[:, 0], steps[:, 1])
+    order = np.argsort(angles)
+    after, before = np.full(n, -1, np.int64), np.full(n, -1, np.int64)
+    least_after, least_before = np.full(n, np.inf), np.full(n, np.inf)
+    for a in range(n):
+        i = order[a]
+        for b in range(1, n):
+            # Sorted by direction and closed to a circle, the candidates follow each other.
+            j = order[(a + b) % n]
+            if (angles[j] - angles[i]) % (2.0 * np.pi) > _ANGLE_MAX:
+                break
+            for first, second in ((i, j), (j, i)):
+                gap = _gap(ends, steps, lengths, first, second, offset_max)
+                if gap > gap_max * (lengths[i] + lengths[j]):
+                    continue
+                if gap < least_after[first]:
+                    least_after[first], after[first] = gap, second
+                if gap < least_before[second]:
+                    least_before[second], before[second] = gap, first
+    for i in range(n):
+        if after[i] >= 0 and before[after[i]] != i:
+            after[i] = -1
+    return after
+
+
+@njit(cache=True, error_model='numpy')
+def _gap(
+    ends: NDArray[np.float64],
+    steps: NDArray[np.float64],
+    lengths: NDArray[np.float64],
+    i: int,
+    j: int,
+    offset_max: float,
+) -> float:
+    """Return the gap from the end of i to the begin of j [px], infinite where they are not on one line."""
+    dx, dy = ends[j, 0, 0] - ends[i, 1, 0], ends[j, 0, 1] - ends[i, 1, 1]
+    along = (dx * steps[i, 0] + dy * steps[i, 1]) / lengths[i]
+    if along < -offset_max:
+        return np.inf
+    long, short, sign = (i, j, 0) if lengths[i] >= lengths[j] else (j, i, 1)
+    anchor = ends[long, 1 - sign]
+    for e in range(2):
+        ex, ey = ends[short, e, 0] - anchor[0], ends[short, e, 1] - anchor[1]
+        if abs(steps[long, 0] * ey - steps[long, 1] * ex) > offset_max * lengths[long]:
+            return np.inf
+    return max(along, 0.0)

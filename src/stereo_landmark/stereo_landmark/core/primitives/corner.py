@@ -1,0 +1,157 @@
+"""Corners: two straight arms that meet in a vertex (paper 3.3c)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_settings import setting
+from stereo_landmark.core.primitives.corner_links import link_corners
+from stereo_landmark.core.primitives.crossing import crossing_covariance, crossing_of
+from stereo_landmark.core.primitives.image_point import ImagePoint
+from stereo_landmark.core.primitives.line_refinement import refine_line
+from stereo_landmark.core.primitives.settings import PrimitiveSettings
+from stereo_landmark.core.primitives.sides import Sides
+from stereo_landmark.core.primitives.turning import folded, larger_of
+
+# Arms that differ less in direction meet anywhere.
+_SINE_MIN = 0.1
+
+
+@dataclass(frozen=True)
+class Corner:
+    """A corner in an image; angles are counted from x (right) to y (down).
+
+    Attributes:
+        vertex: shape (2,), where the lines of both arms meet [px].
+        angle: between the arms, in (0, pi) [rad].
+        bisector: direction from the vertex into the corner, in (-pi, pi] [rad].
+        arm_lengths: shape (2,), first the arm from which the angle is counted [px].
+        polarity: 1 where the inside is bright, -1 where it is dark, 0 where the arms differ.
+        covariance: shape (2, 2), of the vertex [px²].
+    """
+
+    vertex: NDArray[np.float64]
+    angle: float
+    bisector: float
+    arm_lengths: NDArray[np.float64]
+    polarity: int
+    covariance: NDArray[np.float64]
+
+    @property
+    def centre(self) -> NDArray[np.float64]:
+        """The vertex, shape (2,) [px]."""
+        return self.vertex
+
+    @property
+    def arms(self) -> NDArray[np.float64]:
+        """Unit vectors from the vertex along both arms, shape (2, 2)."""
+        angles = self.bisector + 0.5 * self.angle * np.array([-1.0, 1.0])
+        return np.column_stack([np.cos(angles), np.sin(angles)])
+
+    def image_points(self) -> dict[str, ImagePoint]:
+        """Return the points that may serve as corresponding points, by name."""
+        return {'vertex': ImagePoint(self.vertex, self.covariance)}
+
+
+@dataclass(frozen=True)
+class CornerTolerance:
+    """How far a corner may differ from the taught one."""
+
+    angle: float = setting(0.35, 'difference of the angle', unit='rad', minimum=0.01, maximum=1.5)
+    bisector: float = setting(0.35, 'difference of the direction', unit='rad', minimum=0.01, maximum=3.2)
+
+
+def corner_difference(found: Corner, taught: Corner, tolerance: CornerTolerance) -> float:
+    """Return how much a corner differs: 0 not at all, 1 just tolerated, infinite with the other polarity.
+
+    The length of the arms does not count: it hangs on what hides their ends.
+    """
+    if found.polarity != taught.polarity:
+        return math.inf
+    return larger_of(
+        (found.angle - taught.angle) / tolerance.angle,
+        folded(found.bisector - taught.bisector, 2.0 * math.pi) / tolerance.bisector,
+    )
+
+
+def detect_corners(sides: Sides, settings: PrimitiveSettings) -> list[Corner]:
+    """Find the corners that two sides make.
+
+    Args:
+        sides: straight sides of the image.
+        settings: what is taken for a corner.
+
+    Returns:
+        each corner once, the longer its arms the earlier.
+    """
+    gap = settings.corner_gap_max
+    links = link_corners(sides.ends, gap, gap, settings.corner_angle_min)
+    i, e = links.sides, links.ends
+    inner, outer = sides.ends[i, 1 - e], sides.ends[i, e]
+    arms = inner - outer
+    lengths = np.hypot(arms[..., 0], arms[..., 1])
+    arms = arms / lengths[..., None]
+    covariances = crossing_covariance(links.vertices, 0.5 * (inner + outer), arms, sides.variances[i])
+    # Counted on from the first arm by the angle, the second one comes first.
+    swapped = arms[:, 0, 0] * arms[:, 1, 1] - arms[:, 0, 1] * arms[:, 1, 0] < 0.0
+    for array in (arms, lengths, e):
+        array[swapped] = array[swapped, ::-1]
+    lengths = lengths + np.where(swapped[:, None], links.gaps[:, ::-1], links.gaps)
+    angles = np.arccos(np.clip(np.sum(arms[:, 0] * arms[:, 1], axis=1), -1.0, 1.0))
+    middle = arms.sum(axis=1)
+    bisectors = np.arctan2(middle[:, 1], middle[:, 0])
+    # The inside lies to the right of the first arm seen from the vertex: bright where that is its course.
+    bright = np.column_stack([e[:, 0] == 0, e[:, 1] == 1])
+    polarities = np.where(bright[:, 0] == bright[:, 1], np.where(bright[:, 0], 1, -1), 0)
+    kept = _distinct(links.vertices, bisectors, lengths.min(axis=1))
+    return [
+        Corner(
+            *(links.vertices[k], float(angles[k]), float(bisectors[k]), lengths[k], int(polarities[k])),
+            covariance=covariances[k],
+        )
+        for k in kept
+    ]
+
+
+def refine_corner(corner: Corner, image: NDArray[np.uint8]) -> Corner | None:
+    """Measure both arms in the grey image, each across itself, and let them meet.
+
+    Args:
+        corner: a detected corner, about a pixel off at most.
+        image: shape (h, w), grey levels.
+
+    Returns:
+        the corner, None where the image shows no two straight arms there.
+    """
+    tips = corner.vertex + corner.arms * corner.arm_lengths[:, None]
+    first, second = (refine_line(image, corner.vertex, tip) for tip in tips)
+    if first is None or second is None or abs(_sine(first.direction, second.direction)) < _SINE_MIN:
+        return None
+    vertex, covariance = crossing_of(first, second)
+    middle = first.direction + second.direction
+    return Corner(
+        vertex,
+        math.acos(min(max(float(first.direction @ second.direction), -1.0), 1.0)),
+        math.atan2(middle[1], middle[0]),
+        np.array([(tip - vertex) @ arm.direction for tip, arm in zip(tips, (first, second), strict=True)]),
+        corner.polarity,
+        covariance,
+    )
+
+
+def _sine(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    return float(one[0] * other[1] - one[1] * other[0])
+
+
+def _distinct(
+    vertices: NDArray[np.float64], bisectors: NDArray[np.float64], lengths: NDArray[np.float64]
+) -> list[int]:
+    """Return one corner of each cell of place and direction, the one with the longest arms, longest first."""
+    cells = np.column_stack([np.rint(vertices / 2.0), np.rint(bisectors / 0.3)])
+    order = np.argsort(-lengths, kind='stable')
+    _, first = np.unique(cells[order], axis=0, return_index=True)
+    return [int(k) for k in order[np.sort(first)]]

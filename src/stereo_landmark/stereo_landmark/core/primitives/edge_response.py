@@ -1,0 +1,95 @@
+"""What pixels show of a straight edge: a step, blurred by a Gaussian and averaged over each pixel's square."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+BLURS: NDArray[np.float64] = np.geomspace(0.1, 5.0, 28)
+"""Standard deviations of the blur for which the response is tabulated [px]."""
+
+REACH = 9.0
+"""Largest distance from the edge in the table [px]."""
+
+PIXEL_VARIANCE = 1.0 / 12.0
+"""What the pixel's square adds to the variance of the blur, in any direction [px²]."""
+
+_STEP = 0.05
+_DIRECTIONS = 7
+# An edge along the rows differs from one that is tilted by less than this by nothing that counts.
+_TILT_MIN = 0.02
+
+
+@cache
+def response_table() -> NDArray[np.float64]:
+    """Return the response, its slope along the distance and its derivative by the blur.
+
+    Returns:
+        array, shape (blurs, directions, distances, 3): from 0 far on the one side to 1 far on the other.
+    """
+    angles = np.linspace(0.0, 0.25 * np.pi, _DIRECTIONS)
+    distances = np.arange(-REACH, REACH + 0.5 * _STEP, _STEP)
+    table = np.empty((len(BLURS), _DIRECTIONS, len(distances), 3))
+    for b, blur in enumerate(BLURS):
+        for a, angle in enumerate(angles):
+            table[b, a] = edge_response(distances, blur, angle)
+    return table
+
+
+def edge_response(distances: NDArray[np.float64], blur: float, angle: float) -> NDArray[np.float64]:
+    """Return the response at some distances, its slope and its derivative by the blur, shape (n, 3).
+
+    The square seen along the edge's normal is the convolution of two boxes; a step convolved with a Gaussian
+    and two boxes is a second difference of the Gaussian's third integral.
+
+    Args:
+        distances: shape (n,), of the pixel's centre from the edge [px].
+        blur: standard deviation [px].
+        angle: of the normal to the nearer image axis [rad].
+    """
+    wide = 0.5 * np.cos(angle)
+    narrow = 0.5 * max(np.sin(angle), _TILT_MIN)
+    total = np.zeros((len(distances), 3))
+    for shift, sign in (
+        (wide + narrow, 1.0),
+        (wide - narrow, -1.0),
+        (-wide + narrow, -1.0),
+        (-wide - narrow, 1.0),
+    ):
+        z = (distances + shift) / blur
+        area, density = ndtr(z), np.exp(-0.5 * z * z) / np.sqrt(2.0 * np.pi)
+        second = 0.5 * blur**2 * ((z * z + 1.0) * area + z * density)
+        total += sign * np.column_stack([second, blur * (z * area + density), blur * area])
+    return total / (4.0 * wide * narrow)
+
+
+def nearest_blur(blur: float) -> int:
+    """Return the number of the tabulated blur that is nearest in ratio."""
+    return int(np.argmin(np.abs(np.log(BLURS / max(blur, 1e-3)))))
+
+
+@njit(cache=True, error_model='numpy')
+def direction_bin(nx: float, ny: float) -> int:
+    """Return the number of the tabulated direction nearest to a unit normal."""
+    angle = np.arctan2(min(abs(nx), abs(ny)), max(abs(nx), abs(ny)))
+    return int(np.rint(angle / (0.25 * np.pi) * (_DIRECTIONS - 1)))
+
+
+@njit(cache=True, error_model='numpy')
+def look_up(profile: NDArray[np.float64], distance: float, response: NDArray[np.float64]) -> None:
+    """Write the three values at a distance, by linear interpolation.
+
+    Args:
+        profile: shape (distances, 3), one blur and direction of the table.
+        distance: within the reach of the table [px].
+        response: shape (3,).
+    """
+    place = (distance + REACH) / _STEP
+    k = min(max(int(place), 0), len(profile) - 2)
+    part = place - k
+    for c in range(3):
+        response[c] = profile[k, c] + part * (profile[k + 1, c] - profile[k, c])

@@ -1,0 +1,132 @@
+"""The direct least squares fit of an ellipse (Fitzgibbon et al. 1999, in the form of Halíř and Flusser 1998)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+# Points whose spread across their line is a smaller part of that along it.
+_ON_A_LINE = 1e-9
+
+
+@njit(cache=True, error_model='numpy')
+def fit_ellipse(points: NDArray[np.float64], parameters: NDArray[np.float64]) -> bool:
+    """Fit an ellipse to points of its outline and write its parameters.
+
+    Args:
+        points: shape (n, 2), at least five [px].
+        parameters: shape (5,), filled with centre x, y, semi-axes a >= b [px] and tilt [rad].
+
+    Returns:
+        whether there is such an ellipse; not for points on a line.
+    """
+    n = len(points)
+    mx, my = np.mean(points[:, 0]), np.mean(points[:, 1])
+    scale = np.sqrt(np.mean((points[:, 0] - mx) ** 2 + (points[:, 1] - my) ** 2))
+    if n < 5 or scale < 1e-9:
+        return False
+    sums = _moments(points, mx, my, scale)
+    xx, xy, yy = sums[2, 0], sums[1, 1], sums[0, 2]
+    determinant = xx * yy - xy * xy
+    if determinant < _ON_A_LINE * n * n:
+        return False
+    # What the linear part (d, e, f) is for given quadratic parts (a, b, c), column by column.
+    to_linear, reduced, quadratic, linear = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.zeros(3)
+    for c in range(3):
+        p, q, r = sums[3 - c, c], sums[2 - c, 1 + c], sums[2 - c, c]
+        to_linear[0, c] = (xy * q - yy * p) / determinant
+        to_linear[1, c] = (xy * p - xx * q) / determinant
+        to_linear[2, c] = -r / n
+    for r in range(3):
+        factor = (0.5, -1.0, 0.5)[r] / n
+        for c in range(3):
+            k = 2 - r
+            total = sums[4 - k - c, k + c] + sums[3 - k, k] * to_linear[0, c]
+            total += sums[2 - k, 1 + k] * to_linear[1, c] + sums[2 - k, k] * to_linear[2, c]
+            reduced[r, c] = factor * total
+    if not _elliptic_vector(reduced, quadratic):
+        return False
+    for r in range(3):
+        for c in range(3):
+            linear[r] += to_linear[r, c] * quadratic[c]
+    if not _axes(quadratic, linear, parameters):
+        return False
+    parameters[:4] *= scale
+    parameters[0] += mx
+    parameters[1] += my
+    return True
+
+
+@njit(cache=True, error_model='numpy')
+def _moments(points: NDArray[np.float64], mx: float, my: float, scale: float) -> NDArray[np.float64]:
+    """Return the sums of x^i y^j of centred and scaled points up to the fourth order, shape (5, 5)."""
+    sums = np.zeros((5, 5))
+    for k in range(len(points)):
+        x, y = (points[k, 0] - mx) / scale, (points[k, 1] - my) / scale
+        power = 1.0
+        for i in range(5):
+            product = power
+            for j in range(5 - i):
+                sums[i, j] += product
+                product *= y
+            power *= x
+    return sums
+
+
+@njit(cache=True, error_model='numpy')
+def _elliptic_vector(m: NDArray[np.float64], vector: NDArray[np.float64]) -> bool:
+    """Write the eigenvector a, b, c of a 3 x 3 matrix with real eigenvalues for which 4 a c > b²."""
+    third = (m[0, 0] + m[1, 1] + m[2, 2]) / 3.0
+    a, b, c = m[0, 0] - third, m[1, 1] - third, m[2, 2] - third
+    p = -(a * b + a * c + b * c - m[0, 1] * m[1, 0] - m[0, 2] * m[2, 0] - m[1, 2] * m[2, 1]) / 3.0
+    if p <= 0.0:
+        return False
+    q = a * (b * c - m[1, 2] * m[2, 1]) - m[0, 1] * (m[1, 0] * c - m[1, 2] * m[2, 0])
+    q += m[0, 2] * (m[1, 0] * m[2, 1] - b * m[2, 0])
+    angle = np.arccos(min(max(0.5 * q / p**1.5, -1.0), 1.0)) / 3.0
+    for k in range(3):
+        value = third + 2.0 * np.sqrt(p) * np.cos(angle - 2.0 * np.pi * k / 3.0)
+        if _null_vector(m, value, vector) and 4.0 * vector[0] * vector[2] > vector[1] ** 2:
+            return True
+    return False
+
+
+@njit(cache=True, error_model='numpy')
+def _null_vector(m: NDArray[np.float64], value: float, vector: NDArray[np.float64]) -> bool:
+    """Write the unit vector that m - value removes: the longest product of two of its rows."""
+    longest = 0.0
+    for r in range(3):
+        s = (r + 1) % 3
+        ax, ay, az = m[r, 0] - value * (r == 0), m[r, 1] - value * (r == 1), m[r, 2] - value * (r == 2)
+        bx, by, bz = m[s, 0] - value * (s == 0), m[s, 1] - value * (s == 1), m[s, 2] - value * (s == 2)
+        x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        length = x * x + y * y + z * z
+        if length > longest:
+            longest = length
+            norm = np.sqrt(length)
+            vector[0], vector[1], vector[2] = x / norm, y / norm, z / norm
+    return longest > 0.0
+
+
+@njit(cache=True, error_model='numpy')
+def _axes(
+    quadratic: NDArray[np.float64], linear: NDArray[np.float64], parameters: NDArray[np.float64]
+) -> bool:
+    """Turn a x² + b xy + c y² + d x + e y + f = 0 into centre, axes and tilt."""
+    a, b, c = quadratic
+    d, e, f = linear
+    determinant = 4.0 * a * c - b * b
+    x, y = (b * e - 2.0 * c * d) / determinant, (b * d - 2.0 * a * e) / determinant
+    level = -(f + 0.5 * (d * x + e * y))
+    half, twist = 0.5 * (a + c), np.hypot(0.5 * (a - c), 0.5 * b)
+    if level < 0.0:
+        a, b, c, level, half = -a, -b, -c, -level, -half
+    if half - twist <= 0.0 or level <= 0.0:
+        return False
+    # The long axis has the smaller curvature.
+    tilt = 0.5 * np.arctan2(-b, c - a)
+    parameters[0], parameters[1] = x, y
+    parameters[2], parameters[3] = np.sqrt(level / (half - twist)), np.sqrt(level / (half + twist))
+    parameters[4] = tilt
+    return True

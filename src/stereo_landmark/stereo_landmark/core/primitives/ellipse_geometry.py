@@ -1,0 +1,68 @@
+"""The ellipse as a curve: points, normals, curvature, and how its parameters move it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+@njit(cache=True, error_model='numpy')
+def ellipse_point(parameters: NDArray[np.float64], t: float) -> tuple[float, float, float, float, float]:
+    """Return a point of the ellipse, the outward unit normal there and the speed |dP/dt|.
+
+    Args:
+        parameters: centre x, y, semi-axes a, b [px], tilt [rad].
+        t: the parameter of the curve: c + R(tilt) (a cos t, b sin t) [rad].
+
+    Returns:
+        x, y [px], normal x, y, speed [px / rad].
+    """
+    cx, cy, a, b, tilt = parameters
+    cos_t, sin_t, cos_r, sin_r = np.cos(t), np.sin(t), np.cos(tilt), np.sin(tilt)
+    speed = np.sqrt((a * sin_t) ** 2 + (b * cos_t) ** 2)
+    px, py, nx, ny = a * cos_t, b * sin_t, b * cos_t / speed, a * sin_t / speed
+    return (
+        cx + cos_r * px - sin_r * py,
+        cy + sin_r * px + cos_r * py,
+        cos_r * nx - sin_r * ny,
+        sin_r * nx + cos_r * ny,
+        speed,
+    )
+
+
+@njit(cache=True, error_model='numpy')
+def normal_motion(parameters: NDArray[np.float64], t: float, row: NDArray[np.float64]) -> None:
+    """Write how far each parameter moves the outline along its normal: the row of the Jacobian, shape (5,)."""
+    a, b = parameters[2], parameters[3]
+    _, _, nx, ny, speed = ellipse_point(parameters, t)
+    cos_t, sin_t = np.cos(t), np.sin(t)
+    row[0], row[1] = nx, ny
+    row[2] = b * cos_t * cos_t / speed
+    row[3] = a * sin_t * sin_t / speed
+    row[4] = (a * a - b * b) * sin_t * cos_t / speed
+
+
+@njit(cache=True, error_model='numpy')
+def foot_parameter(parameters: NDArray[np.float64], x: float, y: float) -> float:
+    """Return the parameter of the nearest point of the outline; for points near it [rad]."""
+    cx, cy, a, b, tilt = parameters
+    cos_r, sin_r = np.cos(tilt), np.sin(tilt)
+    u, v = cos_r * (x - cx) + sin_r * (y - cy), -sin_r * (x - cx) + cos_r * (y - cy)
+    t = np.arctan2(v * a, u * b)
+    for _ in range(3):
+        cos_t, sin_t = np.cos(t), np.sin(t)
+        # Zero of (P - Q) . dP/dt by Newton's method.
+        dx, dy = a * cos_t - u, b * sin_t - v
+        slope = dy * b * cos_t - dx * a * sin_t
+        bend = (a * sin_t) ** 2 + (b * cos_t) ** 2 - dx * a * cos_t - dy * b * sin_t
+        if bend > 0.0:
+            t -= slope / bend
+    return t
+
+
+@njit(cache=True, error_model='numpy')
+def perimeter(a: float, b: float) -> float:
+    """Return the perimeter of an ellipse by Ramanujan's second formula [px]."""
+    h = ((a - b) / (a + b)) ** 2
+    return np.pi * (a + b) * (1.0 + 3.0 * h / (10.0 + np.sqrt(4.0 - 3.0 * h)))

@@ -1,0 +1,136 @@
+"""An ellipse, measured in the grey image across its outline."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from stereo_landmark.core.primitives.edge_response import (
+    BLURS,
+    PIXEL_VARIANCE,
+    direction_bin,
+    nearest_blur,
+    response_table,
+)
+from stereo_landmark.core.primitives.edge_sections import BandPixels, measure_sections
+from stereo_landmark.core.primitives.ellipse_geometry import (
+    ellipse_point,
+    foot_parameter,
+    normal_motion,
+    perimeter,
+)
+from stereo_landmark.core.primitives.line_refinement import (
+    FIRST_BLUR,
+    ROUNDS,
+    SMALL_STEP,
+    band_core,
+    band_width,
+    next_blur,
+)
+from stereo_landmark.core.primitives.robust_step import robust_step
+
+_SECTION = 6.0
+_SECTIONS_MIN = 16
+# The band does not reach the middle of a small ellipse.
+_PART_OF_AXIS = 0.6
+# A circle says nothing of its tilt: information on the step that keeps it in place [1 / rad²].
+_TILT_INFORMATION = 1.0
+
+
+class RefinedEllipse(NamedTuple):
+    """Parameters of the ellipse, shape (5,), their covariance, and the part of the outline that agrees."""
+
+    parameters: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    agreeing: float
+
+
+def refine_outline(image: NDArray[np.uint8], parameters: NDArray[np.float64]) -> RefinedEllipse | None:
+    """Measure an ellipse across its outline.
+
+    Args:
+        image: shape (h, w), grey levels.
+        parameters: centre x, y, semi-axes [px], tilt [rad]; the outline at most about a pixel off.
+
+    Returns:
+        the ellipse, None where the image shows none there.
+    """
+    blur, parameters = FIRST_BLUR, parameters.copy()
+    refined = None
+    prior = np.array([0.0, 0.0, 0.0, 0.0, _TILT_INFORMATION])
+    for _ in range(ROUNDS):
+        count = max(_SECTIONS_MIN, round(perimeter(parameters[2], parameters[3]) / _SECTION))
+        number = nearest_blur(blur)
+        width = min(band_width(blur), _PART_OF_AXIS * parameters[3])
+        variance = float(BLURS[number]) ** 2 + PIXEL_VARIANCE
+        pixels, jacobian = _outline_band(image, parameters, width, count, variance)
+        found = measure_sections(pixels, response_table()[number], count, min(band_core(blur), width))
+        fit = robust_step(jacobian, found.offsets, found.sigmas, prior)
+        if not fit.found:
+            return None
+        parameters = parameters + fit.step
+        if parameters[2:4].min() < 1.0:
+            return None
+        refined = RefinedEllipse(parameters, fit.covariance, fit.agreeing)
+        blur = next_blur(float(BLURS[number]), found.blur_step)
+        if np.abs(fit.step[:4]).max() < SMALL_STEP and nearest_blur(blur) == number:
+            break
+    return refined
+
+
+@njit(cache=True, error_model='numpy')
+def _outline_band(
+    image: NDArray[np.uint8], parameters: NDArray[np.float64], width: float, count: int, variance: float
+) -> tuple[BandPixels, NDArray[np.float64]]:
+    """Return the pixels beside the outline, and how the parameters move each section, shape (count, 5)."""
+    height, columns = image.shape
+    cx, cy, a, b, tilt = parameters
+    bounds = _section_bounds(parameters, count)
+    jacobian = np.empty((count, 5))
+    for k in range(count):
+        normal_motion(parameters, 0.5 * (bounds[k] + bounds[k + 1]), jacobian[k])
+    room = int(perimeter(a, b) * 2.0 * width * 1.3) + 64
+    sections, directions = np.empty(room, np.int32), np.empty(room, np.int32)
+    distances, values = np.empty(room), np.empty(room)
+    cos_r, sin_r = np.cos(tilt), np.sin(tilt)
+    reach_x = np.hypot(a * cos_r, b * sin_r) + width
+    reach_y = np.hypot(a * sin_r, b * cos_r) + width
+    n = 0
+    for y in range(max(0, int(cy - reach_y)), min(height, int(cy + reach_y) + 2)):
+        for x in range(max(0, int(cx - reach_x)), min(columns, int(cx + reach_x) + 2)):
+            if not _is_near(
+                cos_r * (x - cx) + sin_r * (y - cy), cos_r * (y - cy) - sin_r * (x - cx), a, b, width
+            ):
+                continue
+            t = foot_parameter(parameters, x, y)
+            px, py, nx, ny, speed = ellipse_point(parameters, t)
+            distance = (x - px) * nx + (y - py) * ny
+            if abs(distance) > width or n == room:
+                continue
+            sections[n] = min(np.searchsorted(bounds, t % (2.0 * np.pi), side='right') - 1, count - 1)
+            # Blur moves the half-way level of a curved edge towards its hollow side.
+            distances[n] = distance + 0.5 * variance * a * b / speed**3
+            directions[n], values[n] = direction_bin(nx, ny), image[y, x]
+            n += 1
+    return BandPixels(sections[:n], distances[:n], directions[:n], values[:n]), jacobian
+
+
+@njit(cache=True, error_model='numpy')
+def _is_near(u: float, v: float, a: float, b: float, width: float) -> bool:
+    outer = (u / (a + width)) ** 2 + (v / (b + width)) ** 2
+    inner = (u / (a - width)) ** 2 + (v / (b - width)) ** 2
+    return outer <= 1.0 and inner >= 1.0
+
+
+@njit(cache=True, error_model='numpy')
+def _section_bounds(parameters: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Return where sections of equal length begin, shape (count + 1,), from 0 to 2 pi [rad]."""
+    fine = 8 * count
+    lengths = np.zeros(fine + 1)
+    for i in range(fine):
+        lengths[i + 1] = lengths[i] + ellipse_point(parameters, (i + 0.5) * 2.0 * np.pi / fine)[4]
+    wanted = lengths[-1] * np.arange(count + 1) / count
+    return np.interp(wanted, lengths, np.arange(fine + 1) * 2.0 * np.pi / fine)

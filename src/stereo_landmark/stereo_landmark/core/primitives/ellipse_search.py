@@ -1,0 +1,254 @@
+"""Hypothesis and verification (the paper's reference 9): arcs propose ellipses, edges along them decide."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from stereo_landmark.core.primitives.ellipse_fit import fit_ellipse
+from stereo_landmark.core.primitives.ellipse_geometry import ellipse_point, perimeter
+
+# One arc alone proposes an ellipse from this turn on [rad]; so many points of an arc are fitted.
+_TURN_ALONE = 1.6
+_SAMPLES = 24
+# Edges farther off the outline than this are not asked, round by round; and their direction must agree.
+_BANDS = (3.0, 2.0, 1.5)
+# And this part of what must be seen in the end must be seen then.
+_PARTS = (0.7, 0.8, 0.9)
+_COSINE_MIN = 0.9
+# Arcs of one ellipse have radii and distances of one order.
+_RADII_RATIO_MAX = 6.0
+_DISTANCE_MAX = 2.5
+# At most so many arcs are paired, the most telling.
+_ARCS_MAX = 250
+# The outline is looked at in steps of this length [px], at a first glance at so many places.
+_STEP = 1.5
+_GLANCES = 64
+# An arc is explained when this part of some of its points lies on an ellipse.
+_LOOKED_AT = 12
+_EXPLAINED = 0.6
+# An outline whose edges scatter more is none [px].
+_SCATTER_MAX = 0.7
+
+
+class EllipseLimits(NamedTuple):
+    """Which ellipses are wanted: semi-axes [px], ratio of the axes, part of the outline that is seen."""
+
+    axis_min: float
+    axis_max: float
+    flatness_min: float
+    seen_min: float
+
+
+@njit(cache=True, error_model='numpy')
+def search_ellipses(
+    points: NDArray[np.float64],
+    gradients: NDArray[np.float64],
+    index: NDArray[np.int32],
+    spans: NDArray[np.int64],
+    shapes: NDArray[np.float64],
+    limits: EllipseLimits,
+) -> NDArray[np.float64]:
+    """Return the ellipses that edges confirm, shape (n, 8).
+
+    Args:
+        points: shape (n, 2), edge points of all segments [px].
+        gradients: shape (n, 2), towards the bright side.
+        index: shape (h, w), edge point of each pixel or -1.
+        spans: shape (k, 2), first and last point of each arc, the most telling first.
+        shapes: shape (k, 2), turn [rad] and length [px] of each arc.
+        limits: which ellipses are wanted.
+
+    Returns:
+        centre x, y, semi-axes a, b [px], tilt [rad], polarity, part that is seen, rms distance of edges [px].
+    """
+    k = min(len(spans), _ARCS_MAX)
+    explained = np.zeros(k, np.bool_)
+    found = np.empty((k + 1, 8))
+    count = 0
+    samples = np.empty((2 * _SAMPLES, 2))
+    trial = np.empty(8)
+    marks = _outline_marks(points, spans, shapes, k)
+    for i in range(k):
+        # First each arc alone, then with each of those that follow it.
+        for j in range(i, k):
+            if explained[i]:
+                break
+            if explained[j] or not _may_belong(marks, shapes, i, j):
+                continue
+            size = _take_samples(points, spans[i], samples, 0)
+            if j > i:
+                size = _take_samples(points, spans[j], samples, size)
+            if not fit_ellipse(samples[:size], trial[:5]) or not _is_wanted(trial, limits):
+                continue
+            trial[5] = 1.0 if shapes[i, 0] > 0.0 else -1.0
+            if _verify(points, gradients, index, trial, limits):
+                found[count] = trial
+                count += 1
+                for a in range(k):
+                    explained[a] |= _explains(points, spans[a], trial)
+    return found[:count].copy()
+
+
+@njit(cache=True, error_model='numpy')
+def _outline_marks(
+    points: NDArray[np.float64], spans: NDArray[np.int64], shapes: NDArray[np.float64], k: int
+) -> NDArray[np.float64]:
+    """Return of each arc begin, middle and end, the direction of its hollow side, and its radius, shape (k, 9)."""
+    marks = np.empty((k, 9))
+    for i in range(k):
+        first, last = spans[i]
+        for m in range(3):
+            marks[i, 2 * m], marks[i, 2 * m + 1] = points[first + (last - first) * m // 2]
+        # Hollow is the right side of an arc that turns to the right.
+        side = 1.0 if shapes[i, 0] > 0.0 else -1.0
+        marks[i, 6] = -side * (marks[i, 5] - marks[i, 1])
+        marks[i, 7] = side * (marks[i, 4] - marks[i, 0])
+        marks[i, 8] = shapes[i, 1] / abs(shapes[i, 0])
+    return marks
+
+
+@njit(cache=True, error_model='numpy')
+def _may_belong(marks: NDArray[np.float64], shapes: NDArray[np.float64], i: int, j: int) -> bool:
+    """Whether two arcs (or one alone) may lie on one ellipse: same sense, each on the hollow side of the other."""
+    if i == j:
+        return abs(shapes[i, 0]) > _TURN_ALONE
+    if shapes[i, 0] * shapes[j, 0] <= 0.0:
+        return False
+    radius = max(marks[i, 8], marks[j, 8])
+    if radius > _RADII_RATIO_MAX * min(marks[i, 8], marks[j, 8]):
+        return False
+    reach = _DISTANCE_MAX * radius
+    return _is_on_hollow_side(marks[i], marks[j], reach) and _is_on_hollow_side(marks[j], marks[i], reach)
+
+
+@njit(cache=True, error_model='numpy')
+def _is_on_hollow_side(arc: NDArray[np.float64], other: NDArray[np.float64], reach: float) -> bool:
+    for m in range(3):
+        dx, dy = other[2 * m] - arc[2], other[2 * m + 1] - arc[3]
+        if dx * arc[6] + dy * arc[7] < 0.0 or dx * dx + dy * dy > reach * reach:
+            return False
+    return True
+
+
+@njit(cache=True, error_model='numpy')
+def _take_samples(
+    points: NDArray[np.float64], span: NDArray[np.int64], samples: NDArray[np.float64], size: int
+) -> int:
+    count = min(_SAMPLES, span[1] - span[0] + 1)
+    for s in range(count):
+        samples[size + s] = points[span[0] + (span[1] - span[0]) * s // (count - 1)]
+    return size + count
+
+
+@njit(cache=True, error_model='numpy')
+def _is_wanted(ellipse: NDArray[np.float64], limits: EllipseLimits) -> bool:
+    a, b = ellipse[2], ellipse[3]
+    return b >= limits.axis_min and a <= limits.axis_max and b >= limits.flatness_min * a
+
+
+@njit(cache=True, error_model='numpy')
+def _verify(
+    points: NDArray[np.float64],
+    gradients: NDArray[np.float64],
+    index: NDArray[np.int32],
+    ellipse: NDArray[np.float64],
+    limits: EllipseLimits,
+) -> bool:
+    """Fit the ellipse to all edges along it, round by round; write how much of it is seen."""
+    # Most proposals are wrong, and a few places of the outline show it.
+    glance = max(_STEP, perimeter(ellipse[2], ellipse[3]) / _GLANCES)
+    if edges_along(points, gradients, index, ellipse, _BANDS[0], glance)[1] < _PARTS[0] * limits.seen_min:
+        return False
+    for k in range(len(_BANDS)):
+        near, seen, scatter = edges_along(points, gradients, index, ellipse, _BANDS[k], _STEP)
+        if seen < _PARTS[k] * limits.seen_min or len(near) < 8:
+            return False
+        ellipse[6], ellipse[7] = seen, scatter
+        if not fit_ellipse(points[near], ellipse[:5]) or not _is_wanted(ellipse, limits):
+            return False
+    _, seen, scatter = edges_along(points, gradients, index, ellipse, _BANDS[-1], _STEP)
+    ellipse[6], ellipse[7] = seen, scatter
+    return seen >= limits.seen_min and scatter <= _SCATTER_MAX
+
+
+@njit(cache=True, error_model='numpy')
+def edges_along(
+    points: NDArray[np.float64],
+    gradients: NDArray[np.float64],
+    index: NDArray[np.int32],
+    ellipse: NDArray[np.float64],
+    band: float,
+    step: float,
+) -> tuple[NDArray[np.int32], float, float]:
+    """Return the edge points along an outline, the part of it where there are any, and their rms distance [px].
+
+    Args:
+        points: shape (n, 2) [px].
+        gradients: shape (n, 2), towards the bright side.
+        index: shape (h, w), edge point of each pixel or -1.
+        ellipse: centre, semi-axes, tilt, polarity.
+        band: largest distance from the outline [px].
+        step: the outline is looked at in steps of this length [px].
+    """
+    steps = max(8, int(perimeter(ellipse[2], ellipse[3]) / step))
+    near = np.empty(4 * steps + 64, np.int32)
+    count, seen, looked, squares, t = 0, 0, 0, 0.0, 0.0
+    while t < 2.0 * np.pi and count < len(near):
+        x, y, nx, ny, speed = ellipse_point(ellipse[:5], t)
+        t += step / speed
+        looked += 1
+        j, distance = _nearest_edge(points, gradients, index, x, y, nx, ny, ellipse[5], band)
+        if j >= 0:
+            seen += 1
+            squares += distance * distance
+            if count == 0 or near[count - 1] != j:
+                near[count] = j
+                count += 1
+    return near[:count], seen / max(looked, 1), np.sqrt(squares / max(seen, 1))
+
+
+@njit(cache=True, error_model='numpy')
+def _nearest_edge(
+    points: NDArray[np.float64],
+    gradients: NDArray[np.float64],
+    index: NDArray[np.int32],
+    x: float,
+    y: float,
+    nx: float,
+    ny: float,
+    polarity: float,
+    band: float,
+) -> tuple[int, float]:
+    """Return the edge nearest to a place along its normal with the right direction, -1 for none; its distance."""
+    best, least = -1, band
+    for o in range(-int(band), int(band) + 1):
+        u, v = int(np.rint(x + o * nx)), int(np.rint(y + o * ny))
+        if u < 0 or v < 0 or v >= index.shape[0] or u >= index.shape[1] or index[v, u] < 0:
+            continue
+        j = index[v, u]
+        gx, gy = gradients[j]
+        if -polarity * (gx * nx + gy * ny) < _COSINE_MIN * np.sqrt(gx * gx + gy * gy):
+            continue
+        distance = (points[j, 0] - x) * nx + (points[j, 1] - y) * ny
+        if abs(distance) < least:
+            best, least = j, abs(distance)
+    return best, least
+
+
+@njit(cache=True, error_model='numpy')
+def _explains(points: NDArray[np.float64], span: NDArray[np.int64], ellipse: NDArray[np.float64]) -> bool:
+    """Whether most of an arc lies on the ellipse."""
+    cos_r, sin_r = np.cos(ellipse[4]), np.sin(ellipse[4])
+    near, total = 0, 0
+    for i in range(span[0], span[1] + 1, max(1, (span[1] - span[0]) // _LOOKED_AT)):
+        dx, dy = points[i, 0] - ellipse[0], points[i, 1] - ellipse[1]
+        u, v = (cos_r * dx + sin_r * dy) / ellipse[2], (-sin_r * dx + cos_r * dy) / ellipse[3]
+        level = np.sqrt(u * u + v * v)
+        slope = np.sqrt((u / ellipse[2]) ** 2 + (v / ellipse[3]) ** 2) / max(level, 1e-9)
+        near += abs(level - 1.0) < _BANDS[-1] * slope
+        total += 1
+    return near >= _EXPLAINED * total

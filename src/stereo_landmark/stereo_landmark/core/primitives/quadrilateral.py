@@ -1,0 +1,215 @@
+"""Quadrilaterals: panels, signs, doors; described as the paper's trapezoid (3.3c, fig. 5)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_settings import setting
+from stereo_landmark.core.primitives.corner_links import link_corners
+from stereo_landmark.core.primitives.crossing import crossing_covariance, joint_covariance, meeting_point
+from stereo_landmark.core.primitives.image_point import ImagePoint
+from stereo_landmark.core.primitives.line_refinement import refine_line
+from stereo_landmark.core.primitives.quadrilateral_search import corner_graph, distinct_outlines, find_rings
+from stereo_landmark.core.primitives.settings import PrimitiveSettings
+from stereo_landmark.core.primitives.sides import Sides
+from stereo_landmark.core.primitives.turning import folded, larger_of
+
+# Outlines whose corners are nearer to each other than this are one [px].
+_SAME = 4.0
+# A corner that moves farther when it is measured was another one [px].
+_MOVED_MAX = 6.0
+
+
+@dataclass(frozen=True)
+class Quadrilateral:
+    """A convex quadrilateral in an image; angles are counted from x (right) to y (down).
+
+    Attributes:
+        corners: shape (4, 2), clockwise in the image, the one at the upper left first [px].
+        polarity: 1 where the inside is bright, -1 where it is dark.
+        seen: part of the outline where there are edges.
+        covariance: shape (8, 8), of the corners' coordinates in their order [px²].
+    """
+
+    corners: NDArray[np.float64]
+    polarity: int
+    seen: float
+    covariance: NDArray[np.float64]
+
+    @property
+    def centre(self) -> NDArray[np.float64]:
+        """Middle between the parallel sides, shape (2,) [px]: the mean of the corners."""
+        return np.asarray(self.corners.mean(axis=0), dtype=np.float64)
+
+    @property
+    def corner_vectors(self) -> NDArray[np.float64]:
+        """The paper's v1 ... v4, from the centre to the corners, shape (4, 2) [px]."""
+        return self.corners - self.centre
+
+    @property
+    def tilt(self) -> float:
+        """The paper's a: common direction of the two more parallel sides, in (-pi/2, pi/2] [rad]."""
+        first, second = self._parallel_pair
+        both = first - second
+        return math.pi / 2 - folded(math.pi / 2 - math.atan2(both[1], both[0]), math.pi)
+
+    @property
+    def length(self) -> float:
+        """The paper's l: mean length of the two more parallel sides [px]."""
+        return float(np.mean([np.hypot(*side) for side in self._parallel_pair]))
+
+    @property
+    def height(self) -> float:
+        """The paper's h: distance between the two more parallel sides, in their middle [px]."""
+        across = np.array([-math.sin(self.tilt), math.cos(self.tilt)])
+        offsets = self.corner_vectors @ across
+        first = self._first_of_pair
+        return float(
+            abs(offsets[[first, (first + 1) % 4]].mean() - offsets[[first - 2, (first + 3) % 4]].mean())
+        )
+
+    @property
+    def _first_of_pair(self) -> int:
+        steps = np.roll(self.corners, -1, axis=0) - self.corners
+        angles = np.arctan2(steps[:, 1], steps[:, 0])
+        return int(abs(folded(angles[0] - angles[2], math.pi)) > abs(folded(angles[1] - angles[3], math.pi)))
+
+    @property
+    def _parallel_pair(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        steps = np.roll(self.corners, -1, axis=0) - self.corners
+        return steps[self._first_of_pair], steps[self._first_of_pair + 2]
+
+    def image_points(self) -> dict[str, ImagePoint]:
+        """Return the points that may serve as corresponding points, by name: corners and centre."""
+        blocks = self.covariance.reshape(4, 2, 4, 2)
+        points = {
+            f'corner_{k}': ImagePoint(self.corners[k], blocks[k, :, k, :]) for k in range(len(self.corners))
+        }
+        points['centre'] = ImagePoint(self.centre, blocks.sum(axis=(0, 2)) / 16.0)
+        return points
+
+    def turned(self, steps: int) -> Quadrilateral:
+        """Return the same quadrilateral with another corner first."""
+        order = np.roll(np.arange(4), -steps)
+        coordinates = (2 * order[:, None] + np.arange(2)).ravel()
+        return replace(
+            self, corners=self.corners[order], covariance=self.covariance[np.ix_(coordinates, coordinates)]
+        )
+
+
+@dataclass(frozen=True)
+class QuadrilateralTolerance:
+    """How far a quadrilateral may differ from the taught one."""
+
+    size: float = setting(0.5, 'difference of the size, as a part of it', minimum=0.01, maximum=5.0)
+    shape: float = setting(
+        0.25,
+        'distance of a corner after both were made equally large, as a part of the size',
+        minimum=0.01,
+        maximum=2.0,
+    )
+
+
+def quadrilateral_difference(
+    found: Quadrilateral, taught: Quadrilateral, tolerance: QuadrilateralTolerance
+) -> float:
+    """Return how much it differs: 0 not at all, 1 just tolerated, infinite with the other polarity.
+
+    The corners must be in the same order: see :func:`ordered_as`.
+    """
+    if found.polarity != taught.polarity:
+        return math.inf
+    scale = np.linalg.norm(found.corner_vectors) / np.linalg.norm(taught.corner_vectors)
+    size = np.linalg.norm(taught.corner_vectors) / 2.0
+    shifts = np.hypot(*(found.corner_vectors / scale - taught.corner_vectors).T)
+    return larger_of(math.log(scale) / math.log1p(tolerance.size), shifts.max() / (size * tolerance.shape))
+
+
+def ordered_as(found: Quadrilateral, taught: Quadrilateral) -> Quadrilateral:
+    """Return a found quadrilateral with its corners in the order of the taught one."""
+    steps = min(
+        range(4),
+        key=lambda k: float(
+            np.linalg.norm(np.roll(found.corner_vectors, -k, axis=0) - taught.corner_vectors)
+        ),
+    )
+    return found.turned(steps)
+
+
+def detect_quadrilaterals(sides: Sides, settings: PrimitiveSettings) -> list[Quadrilateral]:
+    """Find rings of four sides; corners may be hidden, sides have gaps.
+
+    Args:
+        sides: straight sides of the image.
+        settings: what is taken for a quadrilateral.
+
+    Returns:
+        each quadrilateral once, the better seen the earlier.
+    """
+    links = link_corners(
+        sides.ends, settings.hidden_corner_max, settings.corner_gap_max, settings.corner_angle_min
+    )
+    graph = corner_graph(links, sides.ends, sides.covered, settings.side_seen_min, settings.outline_seen_min)
+    rings, corners, seen = find_rings(graph)
+    corners, rings = _from_upper_left(corners, rings)
+    kept = distinct_outlines(corners.reshape(-1, 8), np.argsort(-seen, kind='stable'), _SAME)
+    polarities = np.where(np.sum(rings % 2 == 0, axis=1) >= 2, 1, -1)
+    covariances = _covariances(sides, rings[kept] // 2, corners[kept])
+    return [
+        Quadrilateral(corners[k], int(polarities[k]), float(seen[k]), covariance)
+        for k, covariance in zip(kept, covariances, strict=True)
+    ]
+
+
+def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quadrilateral | None:
+    """Measure the four sides in the grey image, each across itself, and let them meet.
+
+    Args:
+        found: a detected quadrilateral, about a pixel off at most; hidden parts of its sides are left out.
+        image: shape (h, w), grey levels.
+
+    Returns:
+        the quadrilateral, its corners in the same order and their errors correlated as far as they share
+        sides; None where the image shows no four straight sides there.
+    """
+    lines = []
+    for k in range(4):
+        line = refine_line(image, found.corners[k], found.corners[(k + 1) % 4])
+        if line is None:
+            return None
+        lines.append(line)
+    corners = np.array([meeting_point(lines[k - 1], lines[k]) for k in range(4)])
+    if np.abs(corners - found.corners).max() > _MOVED_MAX:
+        return None
+    agreeing = float(np.mean([line.agreeing for line in lines]))
+    return replace(found, corners=corners, seen=agreeing, covariance=joint_covariance(lines, corners))
+
+
+def _from_upper_left(
+    corners: NDArray[np.float64], rings: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return corners and rings turned so that the corner at the upper left is the first."""
+    vectors = corners - corners.mean(axis=1, keepdims=True)
+    first = np.argmin(vectors.sum(axis=2) / np.linalg.norm(vectors, axis=2), axis=1)
+    order = (first[:, None] + np.arange(4)) % 4
+    return np.take_along_axis(corners, order[..., None], axis=1), np.take_along_axis(rings, order, axis=1)
+
+
+def _covariances(sides: Sides, rings: NDArray[np.int64], corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the covariances of the corners, shape (n, 8, 8) [px²]."""
+    n = len(rings)
+    pairs = np.stack([np.roll(rings, 1, axis=1), rings], axis=2).reshape(4 * n, 2)
+    ends = sides.ends[pairs]
+    directions = ends[:, :, 1] - ends[:, :, 0]
+    directions /= np.linalg.norm(directions, axis=2, keepdims=True)
+    blocks = crossing_covariance(
+        corners.reshape(4 * n, 2), ends.mean(axis=2), directions, sides.variances[pairs]
+    )
+    covariances = np.zeros((n, 4, 2, 4, 2))
+    corner = np.arange(4)
+    covariances[:, corner, :, corner, :] = blocks.reshape(n, 4, 2, 2).transpose(1, 0, 2, 3)
+    return covariances.reshape(n, 8, 8)

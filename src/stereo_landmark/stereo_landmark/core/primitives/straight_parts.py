@@ -1,0 +1,116 @@
+"""The straight parts between bend points, and the lines through them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+# Near a bend the filter has rounded the edge: so many points are left out, where enough remain.
+_ROUNDED = 2
+_ENOUGH = 10
+# A part that goes over into both neighbours by less than this angle belongs to an arc [rad].
+_SMOOTH = 0.6
+_BOWED = 0.5
+# The mean height of a flat arc over its chord, as a part of the largest.
+_MEAN_OF_BOW = 2.0 / 3.0
+# Edge points are never better than this; and neighbours share their noise [px, points].
+_SIGMA_MIN = 0.05
+_CORRELATED = 3.0
+
+
+@njit(cache=True, error_model='numpy')
+def sum_moments(
+    points: NDArray[np.float64], bends: NDArray[np.int32], bend_starts: NDArray[np.int32], length_min: float
+) -> NDArray[np.float64]:
+    """Return the moments of each straight part: n, Σx, Σy, Σx², Σxy, Σy², first point, last point, length.
+
+    Args:
+        points: shape (n, 2) [px].
+        bends: numbers of the bend points.
+        bend_starts: shape (m + 1,), where each segment's begin.
+        length_min: shorter parts are left out, and so are parts of arcs [px].
+
+    Returns:
+        array, shape (k, 11).
+    """
+    sums = np.zeros((len(bends), 11))
+    count = 0
+    for s in range(len(bend_starts) - 1):
+        for b in range(bend_starts[s], bend_starts[s + 1] - 1):
+            first, last = bends[b], bends[b + 1]
+            length = np.hypot(points[last, 0] - points[first, 0], points[last, 1] - points[first, 1])
+            if length < length_min or _is_in_arc(points, bends, b, bend_starts[s], bend_starts[s + 1]):
+                continue
+            cut = _ROUNDED if last - first + 1 >= _ENOUGH else 0
+            row = sums[count]
+            for i in range(first + cut, last - cut + 1):
+                x, y = points[i]
+                row[0] += 1.0
+                row[1] += x
+                row[2] += y
+                row[3] += x * x
+                row[4] += x * y
+                row[5] += y * y
+            row[6], row[7] = points[first]
+            row[8], row[9] = points[last]
+            row[10] = length
+            count += 1
+    return sums[:count].copy()
+
+
+@njit(cache=True, error_model='numpy')
+def _is_in_arc(points: NDArray[np.float64], bends: NDArray[np.int32], b: int, first: int, end: int) -> bool:
+    if b == first or b + 2 >= end:
+        return False
+    before, after = _turn(points, bends, b - 1), _turn(points, bends, b)
+    if before * after <= 0.0 or max(abs(before), abs(after)) > _SMOOTH:
+        return False
+    # A circle that turns so much at both ends bows out between them; a side with round corners does not.
+    p = points[bends[b]]
+    dx, dy = points[bends[b + 1]] - p
+    squared = dx * dx + dy * dy
+    bow = 0.0
+    for i in range(bends[b] + 1, bends[b + 1]):
+        bow += dy * (points[i, 0] - p[0]) - dx * (points[i, 1] - p[1])
+    bow /= max(bends[b + 1] - bends[b] - 1, 1) * np.sqrt(squared)
+    circle = np.sqrt(squared) * 0.5 * (before + after) / 8.0 * _MEAN_OF_BOW
+    return bow * circle > 0.0 and abs(bow) > _BOWED * abs(circle)
+
+
+@njit(cache=True, error_model='numpy')
+def _turn(points: NDArray[np.float64], bends: NDArray[np.int32], b: int) -> float:
+    """Return the turn from the step after a bend point to the next one [rad]."""
+    ax, ay = points[bends[b + 1]] - points[bends[b]]
+    bx, by = points[bends[b + 2]] - points[bends[b + 1]]
+    return np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
+
+
+@njit(cache=True, error_model='numpy')
+def fit_parts(
+    sums: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the lines of least squared distance: ends (k, 2, 2), lengths (k,), variances (k, 2).
+
+    Args:
+        sums: shape (k, 11), from :func:`sum_moments`.
+    """
+    k = len(sums)
+    ends, lengths, variances = np.empty((k, 2, 2)), np.empty(k), np.empty((k, 2))
+    for i in range(k):
+        n = sums[i, 0]
+        x, y = sums[i, 1] / n, sums[i, 2] / n
+        xx, xy, yy = sums[i, 3] / n - x * x, sums[i, 4] / n - x * y, sums[i, 5] / n - y * y
+        angle = 0.5 * np.arctan2(2.0 * xy, xx - yy)
+        dx, dy = np.cos(angle), np.sin(angle)
+        if dx * (sums[i, 8] - sums[i, 6]) + dy * (sums[i, 9] - sums[i, 7]) < 0.0:
+            dx, dy = -dx, -dy
+        for e in range(2):
+            along = dx * (sums[i, 6 + 2 * e] - x) + dy * (sums[i, 7 + 2 * e] - y)
+            ends[i, e, 0], ends[i, e, 1] = x + along * dx, y + along * dy
+        lengths[i] = sums[i, 10]
+        spread = 0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), xy)
+        rest = max(xx + yy - spread, _SIGMA_MIN**2)
+        variances[i, 0] = rest * _CORRELATED / n
+        variances[i, 1] = variances[i, 0] / max(spread, 1.0)
+    return ends, lengths, variances

@@ -1,0 +1,91 @@
+"""How the apparent centres of circles move when the robot sees them from another side."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import matrix_from_rpy
+from stereo_landmark.core.place.circle_centre import ellipse_shift
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
+
+WALL_TOLERANCE = 0.05
+"""Things that are no farther from a plane are on that wall [m]."""
+WALL_WIDTH_MIN = 0.2
+"""Narrower, things do not tell how a wall is turned [m]."""
+
+
+def wall_normal(position: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the normal of the upright wall that something is on, shape (3,), towards the robot.
+
+    Walls are upright, so that things on one lie on a line when seen from above. Of the lines through the thing and one
+    other the one with most things on it is taken; without such a line the wall faces the robot.
+
+    Args:
+        position: of the thing, shape (3,), in the place's frame [m].
+        others: things around it, shape (n, 3).
+    """
+    facing = -position[:2] / max(float(np.hypot(*position[:2])), 1e-9)
+    offsets = others[:, :2] - position[:2]
+    lengths = np.hypot(offsets[:, 0], offsets[:, 1])
+    best, normal = 1, facing
+    for i in np.flatnonzero(lengths >= WALL_WIDTH_MIN):
+        along = offsets[i] / lengths[i]
+        across = np.array([-along[1], along[0]])
+        on_wall = np.abs(offsets @ across) <= WALL_TOLERANCE
+        if on_wall.sum() > best:
+            best = int(on_wall.sum())
+            normal = _line_normal(offsets[on_wall])
+    return np.array([*(normal if normal @ facing > 0.0 else -normal), 0.0])
+
+
+def centre_motion(
+    taught: TaughtPrimitive, state: NDArray[np.float64], view: StereoView
+) -> NDArray[np.float64]:
+    """Return by how much the apparent centre of a circle left its place on the wall since it was taught.
+
+    Args:
+        taught: a primitive; what is no circle does not move.
+        state: shape (4,), x, y, z [m] and yaw [rad] of the robot in the place's frame.
+        view: the cameras, and how the robot leans.
+
+    Returns:
+        shape (4,): u, v left and u, v right [px].
+    """
+    if taught.normal is None:
+        return np.zeros(4)
+    now, then = (_shifts(taught, taught.normal, each, view) for each in (state, np.zeros(4)))
+    return now - then
+
+
+def _shifts(
+    taught: TaughtPrimitive, normal_place: NDArray[np.float64], state: NDArray[np.float64], view: StereoView
+) -> NDArray[np.float64]:
+    """Return the ellipse's centre less that of the circle in both images, shape (4,) [px]."""
+    R_place_camera = matrix_from_rpy((0.0, 0.0, float(state[3]))) @ view.camera.rotation
+    eye = state[:3] + matrix_from_rpy((0.0, 0.0, float(state[3]))) @ view.camera.position
+    centre, normal = (taught.position - eye) @ R_place_camera, normal_place @ R_place_camera
+    if centre[2] <= 0.0:
+        return np.zeros(4)
+    # The circle's size follows from how large it was seen at the taught place.
+    depth = float(((taught.position - view.camera.position) @ view.camera.rotation)[2])
+    radius = taught.size * depth / view.rig.left.fx
+    right = centre - [view.rig.baseline, 0.0, 0.0]
+    return np.concatenate(
+        [
+            ellipse_shift(centre, normal, radius, view.rig.left),
+            ellipse_shift(right, normal, radius, view.rig.right),
+        ]
+    )
+
+
+def _line_normal(offsets: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the unit normal of the line through points and the origin, shape (2,)."""
+    angle = 0.5 * math.atan2(
+        2.0 * float(offsets[:, 0] @ offsets[:, 1]),
+        float(offsets[:, 0] @ offsets[:, 0] - offsets[:, 1] @ offsets[:, 1]),
+    )
+    return np.array([-math.sin(angle), math.cos(angle)])

@@ -1,0 +1,108 @@
+"""The primitives of one image."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from stereo_landmark.core.edges.edges import extract_edges
+from stereo_landmark.core.edges.settings import EdgeSettings
+from stereo_landmark.core.primitives.corner import detect_corners
+from stereo_landmark.core.primitives.ellipse import detect_ellipses
+from stereo_landmark.core.primitives.parallel_lines import detect_parallel_lines
+from stereo_landmark.core.primitives.quadrilateral import detect_quadrilaterals
+from stereo_landmark.core.primitives.settings import PrimitiveSettings
+from stereo_landmark.core.primitives.sides import find_sides
+from stereo_landmark.core.procedure.primitive import Kind, Primitive, Tolerances, size_of
+from stereo_landmark.core.procedure.shape_descriptor import DESCRIPTORS, descriptor_of
+from stereo_landmark.core.segments.segments import Segments, follow_segments
+
+
+@dataclass(frozen=True)
+class ImageProcessing:
+    """What is taught for a place: from grey images to primitives (paper 3.3b and c)."""
+
+    edges: EdgeSettings = field(default_factory=EdgeSettings)
+    primitives: PrimitiveSettings = field(default_factory=PrimitiveSettings)
+    tolerances: Tolerances = field(default_factory=Tolerances)
+
+
+@dataclass(frozen=True)
+class DetectedKind:
+    """All primitives of one kind in an image.
+
+    Attributes:
+        primitives: n of them.
+    """
+
+    primitives: tuple[Primitive, ...]
+
+    @cached_property
+    def centres(self) -> NDArray[np.float64]:
+        """Shape (n, 2) [px]."""
+        return np.array([primitive.centre for primitive in self.primitives]).reshape(-1, 2)
+
+    @cached_property
+    def sizes(self) -> NDArray[np.float64]:
+        """Shape (n,) [px]."""
+        return np.array([size_of(primitive) for primitive in self.primitives])
+
+    @cached_property
+    def shapes(self) -> NDArray[np.float64]:
+        """Descriptors, shape (n, DESCRIPTORS)."""
+        return np.array([descriptor_of(primitive) for primitive in self.primitives]).reshape(-1, DESCRIPTORS)
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """For the primitives near a place."""
+        return cKDTree(self.centres)
+
+
+@dataclass(frozen=True)
+class DetectedScene:
+    """What was found in one image.
+
+    Attributes:
+        image: shape (h, w), grey.
+        segments: of its edges.
+        kinds: the primitives of each kind that was looked for.
+    """
+
+    image: NDArray[np.uint8]
+    segments: Segments
+    kinds: dict[Kind, DetectedKind]
+
+
+def detect_scene(
+    image: NDArray[np.uint8], processing: ImageProcessing, kinds: Iterable[Kind] = tuple(Kind)
+) -> DetectedScene:
+    """Find the primitives of an image.
+
+    Args:
+        image: shape (h, w), grey.
+        processing: as taught.
+        kinds: what to look for.
+
+    Raises:
+        StereoLandmarkError: the image is of another type or shape, or too small.
+    """
+    wanted = set(kinds)
+    segments = follow_segments(extract_edges(image, processing.edges), processing.edges)
+    found: dict[Kind, DetectedKind] = {}
+    if Kind.ELLIPSE in wanted:
+        found[Kind.ELLIPSE] = DetectedKind(tuple(detect_ellipses(segments, processing.primitives)))
+    if wanted - {Kind.ELLIPSE}:
+        sides = find_sides(segments, processing.primitives)
+        for kind, detect in (
+            (Kind.QUADRILATERAL, detect_quadrilaterals),
+            (Kind.PARALLEL_LINES, detect_parallel_lines),
+            (Kind.CORNER, detect_corners),
+        ):
+            if kind in wanted:
+                found[kind] = DetectedKind(tuple(detect(sides, processing.primitives)))
+    return DetectedScene(image, segments, found)

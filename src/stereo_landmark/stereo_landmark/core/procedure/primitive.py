@@ -1,0 +1,125 @@
+"""What all four primitives have in common."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stereo_landmark.core.primitives.corner import Corner, CornerTolerance, corner_difference, refine_corner
+from stereo_landmark.core.primitives.ellipse import (
+    Ellipse,
+    EllipseTolerance,
+    ellipse_difference,
+    refine_ellipse,
+)
+from stereo_landmark.core.primitives.parallel_lines import (
+    ParallelLines,
+    ParallelLinesTolerance,
+    parallel_lines_difference,
+    refine_parallel_lines,
+)
+from stereo_landmark.core.primitives.quadrilateral import (
+    Quadrilateral,
+    QuadrilateralTolerance,
+    ordered_as,
+    quadrilateral_difference,
+    refine_quadrilateral,
+)
+
+Primitive = Ellipse | Quadrilateral | ParallelLines | Corner
+
+
+class Kind(Enum):
+    """Of a primitive, as files and the teaching page call it."""
+
+    ELLIPSE = 'ellipse'
+    QUADRILATERAL = 'quadrilateral'
+    PARALLEL_LINES = 'parallel_lines'
+    CORNER = 'corner'
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """How far found primitives may differ from taught ones, for each kind."""
+
+    ellipse: EllipseTolerance = field(default_factory=EllipseTolerance)
+    quadrilateral: QuadrilateralTolerance = field(default_factory=QuadrilateralTolerance)
+    parallel_lines: ParallelLinesTolerance = field(default_factory=ParallelLinesTolerance)
+    corner: CornerTolerance = field(default_factory=CornerTolerance)
+
+
+def kind_of(primitive: Primitive) -> Kind:
+    """Return what a primitive is."""
+    match primitive:
+        case Ellipse():
+            return Kind.ELLIPSE
+        case Quadrilateral():
+            return Kind.QUADRILATERAL
+        case ParallelLines():
+            return Kind.PARALLEL_LINES
+        case Corner():
+            return Kind.CORNER
+
+
+def refined_pair(
+    left: Primitive, right: Primitive, images: tuple[NDArray[np.uint8], NDArray[np.uint8]]
+) -> tuple[Primitive, Primitive] | None:
+    """Measure a primitive in both grey images, shapes (h, w); None where one of them does not show it."""
+    here, there = refined(left, images[0]), refined(right, images[1])
+    return None if here is None or there is None else (here, there)
+
+
+def as_ordered(found: Primitive, taught: Primitive) -> Primitive:
+    """Return a found primitive with its points named as those of a taught one."""
+    if isinstance(found, Quadrilateral) and isinstance(taught, Quadrilateral):
+        return ordered_as(found, taught)
+    return found
+
+
+def difference(found: Primitive, taught: Primitive, tolerances: Tolerances) -> float:
+    """Return how much a primitive differs: 0 not at all, 1 just tolerated, infinite for another kind."""
+    match found, taught:
+        case Ellipse(), Ellipse():
+            return ellipse_difference(found, taught, tolerances.ellipse)
+        case Quadrilateral(), Quadrilateral():
+            return quadrilateral_difference(ordered_as(found, taught), taught, tolerances.quadrilateral)
+        case ParallelLines(), ParallelLines():
+            return parallel_lines_difference(found, taught, tolerances.parallel_lines)
+        case Corner(), Corner():
+            return corner_difference(found, taught, tolerances.corner)
+    return math.inf
+
+
+def refined(primitive: Primitive, image: NDArray[np.uint8]) -> Primitive | None:
+    """Measure a detected primitive in the grey image, shape (h, w); None where it is not there."""
+    match primitive:
+        case Ellipse():
+            return refine_ellipse(primitive, image)
+        case Quadrilateral():
+            return refine_quadrilateral(primitive, image)
+        case ParallelLines():
+            return refine_parallel_lines(primitive, image)
+        case Corner():
+            return refine_corner(primitive, image)
+
+
+def without_covariance(primitive: Primitive) -> Primitive:
+    """Return the shape alone, as it is taught: its uncertainty was that of one image."""
+    return replace(primitive, covariance=np.zeros_like(primitive.covariance))
+
+
+def size_of(primitive: Primitive) -> float:
+    """Return a length that grows with the primitive [px]; that of a corner is not known and 1."""
+    match primitive:
+        case Ellipse():
+            return float(primitive.semi_axes[0])
+        case Quadrilateral():
+            return float(np.linalg.norm(primitive.corner_vectors) / 2.0)
+        case ParallelLines():
+            return primitive.width
+        case Corner():
+            return 1.0

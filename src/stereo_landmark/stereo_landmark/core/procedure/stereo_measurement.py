@@ -1,0 +1,54 @@
+"""The corresponding points of primitives that both images show (paper 3.3d, 3.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from stereo_landmark.core.place.stereo_points import StereoPoints
+from stereo_landmark.core.place.stereo_rig import MEASURED
+from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
+from stereo_landmark.core.procedure.primitive import Primitive, as_ordered
+
+NamedPair = tuple[str, Primitive, Primitive]
+"""The name of a primitive, and how it is seen in the left and in the right image."""
+
+
+def pair_as_taught(taught: Primitive, left: Primitive, right: Primitive) -> tuple[Primitive, Primitive]:
+    """Return both with their points named as those of the taught one."""
+    ordered = as_ordered(left, taught)
+    return ordered, as_ordered(right, ordered)
+
+
+def invariant_points(primitive: Primitive) -> tuple[str, ...]:
+    """Return the names of the points that are the same spot from wherever they are seen.
+
+    The mean of the corners of a quadrilateral is not: seen at an angle it moves towards the farther side.
+    """
+    names = primitive.image_points()
+    return tuple(name for name in names if not (isinstance(primitive, Quadrilateral) and name == 'centre'))
+
+
+def stereo_points(pairs: Iterable[NamedPair]) -> StereoPoints:
+    """Return the invariant points of primitives, named ``primitive/point``.
+
+    Args:
+        pairs: primitives whose points have the same names in both images.
+    """
+    names: list[str] = []
+    pixels: list[np.ndarray] = []
+    covariances: list[np.ndarray] = []
+    for name, left, right in pairs:
+        here, there = left.image_points(), right.image_points()
+        for point in invariant_points(left):
+            names.append(f'{name}/{point}')
+            pixels.append(np.concatenate([here[point].position, there[point].position]))
+            covariance = np.zeros((MEASURED, MEASURED))
+            covariance[:2, :2], covariance[2:, 2:] = here[point].covariance, there[point].covariance
+            covariances.append(covariance)
+    return StereoPoints(
+        tuple(names),
+        np.array(pixels).reshape(-1, MEASURED),
+        np.array(covariances).reshape(-1, MEASURED, MEASURED),
+    )

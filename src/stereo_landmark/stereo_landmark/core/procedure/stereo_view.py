@@ -1,0 +1,83 @@
+"""Both images of a moment and the cameras that took them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import LevelCamera, level_camera
+from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.procedure.detected_scene import DetectedKind, DetectedScene
+from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.stereo_matching import alike_pairs, mutual_best, supports
+
+DEPTHS = (0.3, 30.0)
+"""Of what a robot can locate itself by [m]."""
+
+WEIGHTS = {Kind.ELLIPSE: 1.0, Kind.QUADRILATERAL: 1.0, Kind.PARALLEL_LINES: 0.5, Kind.CORNER: 0.2}
+"""How much the word of a primitive counts for its neighbours: many corners are seen by one camera only."""
+
+
+@dataclass(frozen=True)
+class StereoView:
+    """What both cameras show.
+
+    Attributes:
+        left: the left image.
+        right: the right image, with the same kinds of primitives.
+        rig: the cameras.
+        tilt: roll and pitch of the base [rad].
+    """
+
+    left: DetectedScene
+    right: DetectedScene
+    rig: StereoRig
+    tilt: tuple[float, float] = (0.0, 0.0)
+
+    @cached_property
+    def camera(self) -> LevelCamera:
+        """The left one on the robot that leans."""
+        return level_camera(self.rig.mount, *self.tilt)
+
+    def both(self, kind: Kind) -> tuple[DetectedKind, DetectedKind]:
+        """Return the primitives of a kind in the left and in the right image."""
+        return self.left.kinds[kind], self.right.kinds[kind]
+
+    @cached_property
+    def partners(self) -> dict[Kind, dict[int, int]]:
+        """Which primitive of the right image is which of the left one, by kind and numbers."""
+        pairs = {kind: self._alike(kind) for kind in self.left.kinds}
+        places = [self.left.kinds[kind].centres[numbers[:, 0]] for kind, numbers in pairs.items()]
+        disparities = [self._disparities(kind, numbers) for kind, numbers in pairs.items()]
+        # Primitives of all kinds support each other.
+        first = np.cumsum([0, *(len(self.left.kinds[kind].primitives) for kind in pairs)])
+        owners = [numbers[:, 0] + base for numbers, base in zip(pairs.values(), first, strict=False)]
+        weights = [np.full(len(numbers), WEIGHTS[kind]) for kind, numbers in pairs.items()]
+        support = supports(*(np.concatenate(parts) for parts in (places, disparities, owners, weights)))
+        ends = np.cumsum([len(numbers) for numbers in pairs.values()])
+        partners = {}
+        for (kind, numbers), seen, own in zip(
+            pairs.items(), disparities, np.split(support, ends[:-1]), strict=True
+        ):
+            chosen = numbers[mutual_best(numbers, seen, own)]
+            partners[kind] = dict(chosen.tolist())
+        return partners
+
+    def _alike(self, kind: Kind) -> NDArray[np.int64]:
+        here, there = self.both(kind)
+        scale = self.rig.left.fx * self.rig.baseline
+        return alike_pairs(
+            here.centres - [self.rig.left.cx, 0.0],
+            here.shapes,
+            there.centres - [self.rig.right.cx, 0.0],
+            there.shapes,
+            (scale / DEPTHS[1], scale / DEPTHS[0]),
+        )
+
+    def _disparities(self, kind: Kind, numbers: NDArray[np.int64]) -> NDArray[np.float64]:
+        here, there = self.both(kind)
+        left, right = here.centres[numbers[:, 0], 0], there.centres[numbers[:, 1], 0]
+        return np.asarray((left - self.rig.left.cx) - (right - self.rig.right.cx))

@@ -1,0 +1,207 @@
+"""Makes a taught place of a pair of images and of what the engineer chose (paper 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import PlanarPose
+from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints, measurable, triangulate
+from stereo_landmark.core.primitives.ellipse import Ellipse
+from stereo_landmark.core.procedure.circles import wall_normal
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+from stereo_landmark.core.procedure.primitive import (
+    Kind,
+    Primitive,
+    kind_of,
+    refined_pair,
+    without_covariance,
+)
+from stereo_landmark.core.procedure.stereo_measurement import NamedPair, pair_as_taught, stereo_points
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+SURROUNDINGS_MAX = 40
+SURROUNDINGS_APART = 16.0
+"""Primitives around the targets are at least so far from each other, for one thing speaks once [px]."""
+SURROUNDING_KINDS = (Kind.QUADRILATERAL, Kind.ELLIPSE, Kind.CORNER)
+"""The most telling first."""
+
+
+@dataclass(frozen=True)
+class TargetChoice:
+    """What the engineer chose.
+
+    Attributes:
+        name: of the target.
+        primitives: chosen ones of the left image by name, the surest first.
+        points: ``primitive/point`` that the pose is made of; None for all.
+    """
+
+    name: str
+    primitives: Mapping[str, Primitive]
+    points: tuple[str, ...] | None = None
+
+
+class Teacher:
+    """Teaches one place from one pair of images.
+
+    Args:
+        view: both images, with all kinds of primitives.
+        processing: how the primitives were found.
+    """
+
+    def __init__(self, view: StereoView, processing: ImageProcessing) -> None:
+        self._view = view
+        self._processing = processing
+
+    def measure(self, chosen: Primitive) -> tuple[Primitive, Primitive]:
+        """Return how both images show a primitive that was detected in the left one, measured in the grey images.
+
+        Raises:
+            StereoLandmarkError: the right image shows none like it, or an outline cannot be measured.
+        """
+        partner = self._partner(chosen)
+        if partner is None:
+            raise StereoLandmarkError('the right image does not show it; choose another primitive')
+        images = self._view.left.image, self._view.right.image
+        measured = refined_pair(*pair_as_taught(chosen, chosen, partner), images)
+        if measured is None:
+            raise StereoLandmarkError(
+                'its outline cannot be measured in both images; choose another primitive'
+            )
+        return measured
+
+    def coordinates(self, points: StereoPoints) -> SpatialPoints:
+        """Return points in the place's frame.
+
+        Raises:
+            StereoLandmarkError: a point is too far away.
+        """
+        far = np.flatnonzero(~measurable(points, self._view.rig))
+        if len(far):
+            raise StereoLandmarkError(f'{points.names[far[0]]} is too far away to be measured; leave it out')
+        camera = self._view.camera
+        return triangulate(points, self._view.rig).moved(camera.rotation, camera.position)
+
+    def teach(
+        self, name: str, choices: Sequence[TargetChoice], T_map_place: PlanarPose | None = None
+    ) -> TaughtPlace:
+        """Return the place.
+
+        Args:
+            name: of the place.
+            choices: its targets.
+            T_map_place: where the place is in the map, None where nobody told.
+
+        Raises:
+            StereoLandmarkError: a primitive cannot be measured, or names are double or missing.
+        """
+        if not choices:
+            raise StereoLandmarkError(f'place {name} has no target; choose primitives for one')
+        pairs: list[NamedPair] = []
+        targets: list[TaughtTarget] = []
+        for choice in choices:
+            mine = [(f'{choice.name}/{part}', *self._named(choice, part)) for part in choice.primitives]
+            pairs += mine
+            targets.append(self._target(choice, mine))
+        _check_names([target.name for target in targets])
+        coordinates = self.coordinates(stereo_points(pairs))
+        surroundings = self._surroundings([left for _, left, _ in pairs])
+        around = np.vstack([coordinates.positions, *(each.position[None] for each in surroundings)])
+        return TaughtPlace(
+            name,
+            self._view.rig,
+            tuple(_on_walls(target, around) for target in targets),
+            coordinates,
+            surroundings,
+            self._processing,
+            T_map_place,
+        )
+
+    def _named(self, choice: TargetChoice, part: str) -> tuple[Primitive, Primitive]:
+        try:
+            return self.measure(choice.primitives[part])
+        except StereoLandmarkError as fault:
+            raise StereoLandmarkError(f'target {choice.name}, primitive {part}: {fault}') from fault
+
+    def _target(self, choice: TargetChoice, pairs: Sequence[NamedPair]) -> TaughtTarget:
+        if not pairs:
+            raise StereoLandmarkError(f'target {choice.name} has no primitive; choose one or more')
+        primitives = tuple(
+            TaughtPrimitive(part, without_covariance(left), self._position(left, right))
+            for part, (_, left, right) in zip(choice.primitives, pairs, strict=True)
+        )
+        there = stereo_points(
+            (part.name, left, right) for part, (_, left, right) in zip(primitives, pairs, strict=True)
+        )
+        points = there.names if choice.points is None else choice.points
+        for point in points:
+            if point not in there.names:
+                known = ', '.join(there.names)
+                raise StereoLandmarkError(f'target {choice.name} has no point {point}; choose among {known}')
+        return TaughtTarget(choice.name, primitives, tuple(points))
+
+    def _position(self, left: Primitive, right: Primitive) -> NDArray[np.float64]:
+        """Return the centre of a primitive in the place's frame, shape (3,) [m]."""
+        pixels = np.array([[*left.centre, *right.centre]])
+        (position,) = self.coordinates(StereoPoints(('centre',), pixels, np.eye(4)[None])).positions
+        return position
+
+    def _partner(self, chosen: Primitive) -> Primitive | None:
+        """Return what the right image shows of a primitive of the left one."""
+        kind = kind_of(chosen)
+        here, there = self._view.both(kind)
+        number = next(i for i, primitive in enumerate(here.primitives) if primitive is chosen)
+        partner = self._view.partners[kind].get(number)
+        return None if partner is None else there.primitives[partner]
+
+    def _surroundings(self, taught: Iterable[Primitive]) -> tuple[TaughtPrimitive, ...]:
+        """Return what else both images show for certain, of each spot the most telling."""
+        taken = list(taught)
+        found: list[TaughtPrimitive] = []
+        for kind in SURROUNDING_KINDS:
+            for primitive in self._view.left.kinds[kind].primitives:
+                if len(found) == SURROUNDINGS_MAX:
+                    return tuple(found)
+                if any(_belong_together(primitive, other) for other in taken):
+                    continue
+                partner = self._partner(primitive)
+                if partner is not None:
+                    taken.append(primitive)
+                    position = self._position(primitive, partner)
+                    name = f'{kind.value} {len(found) + 1}'
+                    found.append(TaughtPrimitive(name, without_covariance(primitive), position))
+        return tuple(found)
+
+
+def _on_walls(target: TaughtTarget, around: NDArray[np.float64]) -> TaughtTarget:
+    """Return a target whose circles have the normals of their walls, which follow from what is around, shape (n, 3)."""
+    primitives = tuple(
+        replace(each, normal=wall_normal(each.position, around)) if each.kind is Kind.ELLIPSE else each
+        for each in target.primitives
+    )
+    return replace(target, primitives=primitives)
+
+
+def _belong_together(one: Primitive, other: Primitive) -> bool:
+    """Tell whether two primitives may be of one thing: a corner on the outline of a plate says nothing new."""
+    spots, others = _spots(one), _spots(other)
+    gaps = np.linalg.norm(spots[:, None] - others[None], axis=2)
+    radii = [float(each.semi_axes[0]) if isinstance(each, Ellipse) else 0.0 for each in (one, other)]
+    return bool(gaps.min() - sum(radii) < SURROUNDINGS_APART)
+
+
+def _spots(primitive: Primitive) -> NDArray[np.float64]:
+    """Return the points of a primitive, shape (n, 2) [px]."""
+    return np.array([point.position for point in primitive.image_points().values()])
+
+
+def _check_names(names: Sequence[str]) -> None:
+    for name in names:
+        if names.count(name) > 1:
+            raise StereoLandmarkError(f'two targets are called {name}; give each a name of its own')

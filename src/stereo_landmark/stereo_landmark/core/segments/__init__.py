@@ -1,0 +1,1 @@
+"""Edges to segments: line following, polylines, chain codes, neighbours (paper 3.4)."""

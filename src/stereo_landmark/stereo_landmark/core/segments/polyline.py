@@ -1,0 +1,79 @@
+"""Bend points: the few points of a segment between which it is straight (paper 3.4)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+@njit(cache=True, error_model='numpy')
+def bend_points(
+    points: NDArray[np.float64], starts: NDArray[np.int32], tolerance: float
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Split each segment where it is farthest from its chord until none is farther than the tolerance.
+
+    A split of a long chord may fall into the middle of a side; when the rest is split, too, it is needed no
+    more and taken back.
+
+    Args:
+        points: shape (n, 2), points of all segments one after another [px].
+        starts: shape (m + 1,), where each begins.
+        tolerance: [px].
+
+    Returns:
+        the numbers of the bend points, both ends of each segment included; where each segment's begin,
+        shape (m + 1,).
+    """
+    n = len(points)
+    chosen = np.zeros(n, np.bool_)
+    stack = np.empty((n + 2, 2), np.int32)
+    for s in range(len(starts) - 1):
+        first, last = starts[s], starts[s + 1] - 1
+        chosen[first] = chosen[last] = True
+        stack[0, 0], stack[0, 1] = first, last
+        depth = 1
+        while depth > 0:
+            depth -= 1
+            a, b = stack[depth]
+            far, distance = _farthest(points, a, b)
+            if distance > tolerance:
+                chosen[far] = True
+                stack[depth, 0], stack[depth, 1] = a, far
+                stack[depth + 1, 0], stack[depth + 1, 1] = far, b
+                depth += 2
+        _drop_needless(points, first, last, tolerance, chosen)
+    bends = np.flatnonzero(chosen).astype(np.int32)
+    return bends, np.searchsorted(bends, starts).astype(np.int32)
+
+
+@njit(cache=True, error_model='numpy')
+def _drop_needless(
+    points: NDArray[np.float64], first: int, last: int, tolerance: float, chosen: NDArray[np.bool_]
+) -> None:
+    """Take back the bend points of a segment without which it is as near to its polyline."""
+    before, bend = first, -1
+    for i in range(first + 1, last + 1):
+        if not chosen[i]:
+            continue
+        if bend >= 0:
+            if _farthest(points, before, i)[1] <= tolerance:
+                chosen[bend] = False
+            else:
+                before = bend
+        bend = i
+
+
+@njit(cache=True, error_model='numpy')
+def _farthest(points: NDArray[np.float64], a: int, b: int) -> tuple[int, float]:
+    """Return the point farthest from the chord from a to b, and its distance [px]."""
+    dx, dy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+    chord = np.hypot(dx, dy)
+    far, most = a, 0.0
+    for i in range(a + 1, b):
+        ex, ey = points[i, 0] - points[a, 0], points[i, 1] - points[a, 1]
+        # The chord of a loop is a point.
+        distance = abs(dx * ey - dy * ex) / chord if chord > 1e-9 else np.hypot(ex, ey)
+        if distance > most:
+            far, most = i, distance
+    return far, most

@@ -1,0 +1,130 @@
+"""Segments: edge points in order along a line, with what the paper keeps of each (3.4)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stereo_landmark.core.edges.edges import Edges
+from stereo_landmark.core.edges.settings import EdgeSettings
+from stereo_landmark.core.segments.chains import link_points, read_chains
+from stereo_landmark.core.segments.polyline import bend_points
+
+
+@dataclass(frozen=True)
+class Segments:
+    """The segments of an image, one after another; along each the bright side lies to the right.
+
+    Attributes:
+        points: shape (n, 2), sub-pixel edge points of all segments [px].
+        gradients: shape (n, 2), towards the bright side [grey levels / px].
+        starts: shape (m + 1,), where each segment begins in ``points``.
+        closed: shape (m,), whether the segment comes back to its first point.
+        bends: shape (k,), numbers of the bend points in ``points``, ends included.
+        bend_starts: shape (m + 1,), where each segment's begin in ``bends``.
+        index: shape (h, w), number in ``points`` of the edge in each pixel, -1 where there is none.
+        neighbour_distance: an end not farther from a segment than this makes both neighbours [px].
+    """
+
+    points: NDArray[np.float64]
+    gradients: NDArray[np.float64]
+    starts: NDArray[np.int32]
+    closed: NDArray[np.bool_]
+    bends: NDArray[np.int32]
+    bend_starts: NDArray[np.int32]
+    index: NDArray[np.int32]
+    neighbour_distance: float
+
+    def __len__(self) -> int:
+        """Return the number of segments."""
+        return len(self.closed)
+
+    def points_of(self, segment: int) -> NDArray[np.float64]:
+        """Return the points of one segment in order, shape (n, 2) [px]."""
+        return self.points[self.starts[segment] : self.starts[segment + 1]]
+
+    def polyline_of(self, segment: int) -> NDArray[np.float64]:
+        """Return the bend points of one segment in order, ends included, shape (k, 2) [px]."""
+        return self.points[self.bends[self.bend_starts[segment] : self.bend_starts[segment + 1]]]
+
+    def chain_code_of(self, segment: int) -> NDArray[np.uint8]:
+        """Return Freeman's code of the steps from pixel to pixel: 0 right, 2 down, 4 left, 6 up.
+
+        A step over a gap of one pixel is coded as two.
+        """
+        pixels = np.rint(self.points_of(segment)).astype(np.int64)
+        steps = np.diff(pixels, axis=0)
+        counts = np.abs(steps).max(axis=1, initial=0)
+        parts = np.repeat(np.arange(len(steps)), counts)
+        place = np.arange(len(parts)) - np.repeat(np.cumsum(counts) - counts, counts)
+        share = np.column_stack([place, place + 1]) / counts[parts, None]
+        unit = np.rint(steps[parts] * share[:, 1:]) - np.rint(steps[parts] * share[:, :1])
+        return (np.rint(np.arctan2(unit[:, 1], unit[:, 0]) / (0.25 * np.pi)).astype(np.int64) % 8).astype(
+            np.uint8
+        )
+
+    @cached_property
+    def end_points(self) -> NDArray[np.float64]:
+        """First and last point of each segment, shape (m, 2, 2) [px]."""
+        return np.stack([self.points[self.starts[:-1]], self.points[self.starts[1:] - 1]], axis=1)
+
+    @cached_property
+    def lengths(self) -> NDArray[np.float64]:
+        """Length of each segment along its polyline, shape (m,) [px]."""
+        vertices = self.points[self.bends]
+        steps = np.append(np.hypot(*np.diff(vertices, axis=0).T), 0.0)
+        steps[self.bend_starts[1:] - 1] = 0.0
+        return np.add.reduceat(steps, self.bend_starts[:-1]) if len(self) else np.empty(0)
+
+    @cached_property
+    def chords(self) -> NDArray[np.float64]:
+        """Distance between both ends of each segment, shape (m,) [px]."""
+        return np.hypot(*(self.end_points[:, 1] - self.end_points[:, 0]).T)
+
+    @cached_property
+    def neighbours(self) -> list[list[int]]:
+        """The segments near an end of each, and those whose ends are near it, in rising order."""
+        near: list[set[int]] = [set() for _ in range(len(self))]
+        reach = math.ceil(self.neighbour_distance)
+        for segment, ends in enumerate(self.end_points):
+            for x, y in ends:
+                window = self.index[
+                    max(round(y) - reach, 0) : round(y) + reach + 1,
+                    max(round(x) - reach, 0) : round(x) + reach + 1,
+                ]
+                points = window[window >= 0]
+                close = np.hypot(*(self.points[points] - [x, y]).T) <= self.neighbour_distance
+                for other in np.unique(
+                    np.searchsorted(self.starts, points[close], side='right') - 1
+                ).tolist():
+                    if other != segment:
+                        near[segment].add(other)
+                        near[other].add(segment)
+        return [sorted(others) for others in near]
+
+
+def follow_segments(edges: Edges, settings: EdgeSettings) -> Segments:
+    """Follow the edges to segments and remove those that are weak or short (paper 3.3b, 3.4).
+
+    Args:
+        edges: edges of the image.
+        settings: the image processing taught for the place.
+    """
+    ahead = link_points(edges.points, edges.gradients, edges.index)
+    strengths = np.hypot(*edges.gradients.T)
+    count_min = max(2, round(settings.length_min))
+    order, starts, closed = read_chains(ahead, strengths, settings.threshold, count_min)
+    points = np.ascontiguousarray(edges.points[order])
+    bends, bend_starts = bend_points(points, starts, settings.bend_tolerance)
+    index = np.full(edges.index.shape, -1, np.int32)
+    columns, rows = np.rint(points).astype(np.int64).T
+    index[rows, columns] = np.arange(len(points), dtype=np.int32)
+    return Segments(
+        *(points, edges.gradients[order], starts, closed, bends, bend_starts),
+        index=index,
+        neighbour_distance=settings.neighbour_distance,
+    )

@@ -1,0 +1,207 @@
+"""The steps that an engineer makes: each takes the state before it and returns the state after it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+from shirube_geometry import PlanarPose
+from shirube_settings import SettingsError, describe_settings, settings_from_values
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+from stereo_landmark.core.procedure.primitive import Kind, Primitive, kind_of
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.processing_values import processing_values
+from stereo_landmark.core.teaching.teaching_state import ChosenPrimitive, Region, TargetDraft, TeachingState
+
+_PLACE_NAME = re.compile(r'[A-Za-z0-9_][A-Za-z0-9_-]*')
+_REGION_MIN = 8.0
+"""A smaller region holds no primitive; somebody only clicked [px]."""
+
+
+def name_place(state: TeachingState, name: str) -> TeachingState:
+    """Call the place otherwise.
+
+    Raises:
+        StereoLandmarkError: the name is none for a file and a frame.
+    """
+    if not _PLACE_NAME.fullmatch(name):
+        raise StereoLandmarkError(f'{name!r} is no name for a place; use letters, digits, _ and -')
+    return replace(state, name=name)
+
+
+def locate_place(state: TeachingState, T_map_place: PlanarPose | None) -> TeachingState:
+    """Say where the place is in the map; None takes it back."""
+    return replace(state, T_map_place=T_map_place)
+
+
+def take_pair(state: TeachingState, pair: int) -> TeachingState:
+    """Teach from another pair of images."""
+    return replace(state, pair=pair)
+
+
+def set_processing(state: TeachingState, name: str, value: float) -> TeachingState:
+    """Change one number of the image processing (paper 4a).
+
+    Args:
+        state: before.
+        name: of the setting, such as ``edges.threshold``.
+        value: in its unit.
+
+    Raises:
+        StereoLandmarkError: there is no such setting, or the value is out of range.
+    """
+    try:
+        processing = settings_from_values(
+            ImageProcessing, {**processing_values(state.processing), name: value}
+        )
+    except SettingsError as fault:
+        raise StereoLandmarkError(str(fault)) from fault
+    return replace(state, processing=processing)
+
+
+def reset_processing(state: TeachingState, group: str = '') -> TeachingState:
+    """Return to the default numbers of a group such as ``edges``, or of all."""
+    defaults = {d.name: d.default for d in describe_settings(ImageProcessing) if d.name.startswith(group)}
+    values = {**processing_values(state.processing), **defaults}
+    return replace(state, processing=settings_from_values(ImageProcessing, values))
+
+
+def show_kind(state: TeachingState, kind: Kind, *, shown: bool) -> TeachingState:
+    """Run a detector or stop it (paper 4b)."""
+    return replace(state, kinds=state.kinds | {kind} if shown else state.kinds - {kind})
+
+
+def add_target(state: TeachingState) -> TeachingState:
+    """Begin another target."""
+    names = {target.name for target in state.targets}
+    name = next(f'target_{k}' for k in range(1, len(names) + 2) if f'target_{k}' not in names)
+    return replace(state, targets=(*state.targets, TargetDraft(name)), active=len(state.targets))
+
+
+def remove_target(state: TeachingState, number: int) -> TeachingState:
+    """Give up a target; the last one is emptied instead."""
+    _check_number(number, len(state.targets), 'target')
+    rest = (*state.targets[:number], *state.targets[number + 1 :])
+    if not rest:
+        return replace(state, targets=(TargetDraft(state.targets[0].name),), active=0)
+    active = state.active - (state.active > number or state.active == len(rest))
+    return replace(state, targets=rest, active=active)
+
+
+def work_on_target(state: TeachingState, number: int) -> TeachingState:
+    """Turn to another target."""
+    _check_number(number, len(state.targets), 'target')
+    return replace(state, active=number)
+
+
+def name_target(state: TeachingState, number: int, name: str) -> TeachingState:
+    """Call a target otherwise.
+
+    Raises:
+        StereoLandmarkError: the name is empty, taken, or holds a slash.
+    """
+    _check_number(number, len(state.targets), 'target')
+    others = [target.name for k, target in enumerate(state.targets) if k != number]
+    _check_name(name, others)
+    targets = list(state.targets)
+    targets[number] = replace(targets[number], name=name)
+    return replace(state, targets=tuple(targets))
+
+
+def draw_region(state: TeachingState, region: Region | None) -> TeachingState:
+    """Say where in the left image the target lies (paper 4b); None for anywhere.
+
+    Raises:
+        StereoLandmarkError: the region is too small.
+    """
+    if region is not None and min(region.right - region.left, region.bottom - region.top) < _REGION_MIN:
+        raise StereoLandmarkError('the region is too small; drag from one corner of the object to the other')
+    return _with_target(state, replace(state.target, region=region))
+
+
+def choose(state: TeachingState, shape: Primitive) -> TeachingState:
+    """Make a primitive part of the target, as the last to be looked for."""
+    target = state.target
+    names = {part.name for part in target.primitives}
+    kind = kind_of(shape).value
+    name = next(f'{kind} {k}' for k in range(1, len(names) + 2) if f'{kind} {k}' not in names)
+    return _with_target(state, replace(target, primitives=(*target.primitives, ChosenPrimitive(name, shape))))
+
+
+def drop(state: TeachingState, name: str) -> TeachingState:
+    """Take a primitive out of the target."""
+    target = state.target
+    _number_of(target, name)
+    primitives = tuple(part for part in target.primitives if part.name != name)
+    left_out = frozenset(point for point in target.left_out if not point.startswith(f'{name}/'))
+    return _with_target(state, replace(target, primitives=primitives, left_out=left_out))
+
+
+def name_primitive(state: TeachingState, old: str, new: str) -> TeachingState:
+    """Call a primitive of the target otherwise.
+
+    Raises:
+        StereoLandmarkError: there is none, or the new name is empty, taken, or holds a slash.
+    """
+    target, number = state.target, _number_of(state.target, old)
+    _check_name(new, [part.name for part in target.primitives if part.name != old])
+    primitives = list(target.primitives)
+    primitives[number] = replace(primitives[number], name=new)
+    left_out = frozenset(
+        f'{new}/{point.removeprefix(f"{old}/")}' if point.startswith(f'{old}/') else point
+        for point in target.left_out
+    )
+    return _with_target(state, replace(target, primitives=tuple(primitives), left_out=left_out))
+
+
+def move(state: TeachingState, name: str, place: int) -> TeachingState:
+    """Look for a primitive earlier or later (paper 4b).
+
+    Args:
+        state: before.
+        name: of the primitive.
+        place: its number in the new order, 0 for the first; beyond the end for the last.
+    """
+    primitives = list(state.target.primitives)
+    moved = primitives.pop(_number_of(state.target, name))
+    primitives.insert(max(place, 0), moved)
+    return _with_target(state, replace(state.target, primitives=tuple(primitives)))
+
+
+def use_points(state: TeachingState, points: Sequence[str], *, used: bool) -> TeachingState:
+    """Make the pose of points, named ``primitive/point``, or leave them out (paper 4c).
+
+    Raises:
+        StereoLandmarkError: a primitive is not part of the target.
+    """
+    for point in points:
+        _number_of(state.target, point.rpartition('/')[0])
+    named = frozenset(points)
+    left_out = state.target.left_out - named if used else state.target.left_out | named
+    return _with_target(state, replace(state.target, left_out=left_out))
+
+
+def _with_target(state: TeachingState, target: TargetDraft) -> TeachingState:
+    targets = (*state.targets[: state.active], target, *state.targets[state.active + 1 :])
+    return replace(state, targets=targets)
+
+
+def _number_of(target: TargetDraft, name: str) -> int:
+    names = [part.name for part in target.primitives]
+    if name not in names:
+        known = ', '.join(names) or 'none yet'
+        raise StereoLandmarkError(f'{target.name} has no primitive {name}; it has {known}')
+    return names.index(name)
+
+
+def _check_number(number: int, count: int, what: str) -> None:
+    if not 0 <= number < count:
+        raise StereoLandmarkError(f'there is no {what} {number + 1}, there are {count}')
+
+
+def _check_name(name: str, taken: Sequence[str]) -> None:
+    if not name.strip() or '/' in name:
+        raise StereoLandmarkError(f'{name!r} is no name; give some letters without a slash')
+    if name in taken:
+        raise StereoLandmarkError(f'{name} is taken; choose another name')

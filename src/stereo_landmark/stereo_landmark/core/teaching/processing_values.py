@@ -1,0 +1,19 @@
+"""The image processing as numbers by name, as sliders and files have them."""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import Any
+
+from shirube_settings import describe_settings
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+
+
+def processing_values(processing: ImageProcessing) -> dict[str, float]:
+    """Return all numbers, named as ``edges.threshold``."""
+    names = [description.name for description in describe_settings(ImageProcessing)]
+    return {name: _value_of(processing, name) for name in names}
+
+
+def _value_of(settings: Any, name: str) -> float:
+    return float(reduce(getattr, name.split('.'), settings))

@@ -1,0 +1,216 @@
+"""A place that is being taught: the engineer's steps and what follows from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stereo_landmark.core.edges.edges import extract_edges
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
+from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
+from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
+from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.procedure.teaching import Teacher
+from stereo_landmark.core.segments.segments import Segments, follow_segments
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching import edits
+from stereo_landmark.core.teaching.found_primitives import FoundPrimitive, found_again, found_primitives
+from stereo_landmark.core.teaching.measured_draft import MeasuredTarget, choice_of, measure_draft
+from stereo_landmark.core.teaching.procedure_check import TrialRun, check_procedure
+from stereo_landmark.core.teaching.teaching_state import TargetDraft, TeachingState
+from stereo_landmark.core.teaching.undo_history import UndoHistory
+from stereo_landmark.core.teaching.weak_choices import Hint, expected_fix, weak_choices
+
+VIEWS_KEPT = 4
+"""So that undo and redo are quick."""
+
+
+@dataclass(frozen=True, eq=False)
+class StereoImages:
+    """A pair of images.
+
+    Attributes:
+        left: shape (h, w), grey, rectified.
+        right: the same of the right camera.
+        tilt: roll and pitch of the base at that moment [rad].
+    """
+
+    left: NDArray[np.uint8]
+    right: NDArray[np.uint8]
+    tilt: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class TargetReport:
+    """What follows from the choice of a target.
+
+    Attributes:
+        measured: its primitives and points in both images and in space.
+        fix: what its used points tell, with the covariance to be expected.
+        hints: to weak choices.
+    """
+
+    measured: MeasuredTarget
+    fix: PlaceFix | NoPlaceFix
+    hints: list[Hint]
+
+
+class TeachingSession:
+    """Holds the steps of one engineer.
+
+    Args:
+        images_of: gives the pair of images of a number, always the same for the same number.
+        rig: the cameras that took them.
+        state: to begin with, None for an empty place.
+        settings: with which targets are tried, None for the defaults.
+    """
+
+    def __init__(
+        self,
+        images_of: Callable[[int], StereoImages],
+        rig: StereoRig,
+        state: TeachingState | None = None,
+        settings: LandmarkSettings | None = None,
+    ) -> None:
+        self.history = UndoHistory(state or TeachingState())
+        self._images_of = images_of
+        self.rig = rig
+        self.settings = settings or LandmarkSettings()
+        self._views: dict[tuple[int, ImageProcessing], StereoView] = {}
+
+    @property
+    def state(self) -> TeachingState:
+        """What holds now."""
+        return self.history.present
+
+    @property
+    def images(self) -> StereoImages:
+        """The pair that is taught from."""
+        return self._images_of(self.state.pair)
+
+    def do(self, edit: Callable[[TeachingState], TeachingState], gesture: str = '') -> None:
+        """Make a step; if it is refused nothing has changed.
+
+        Args:
+            edit: one of :mod:`stereo_landmark.core.teaching.edits`, all but its first argument bound.
+            gesture: name of a movement all of whose steps are undone as one.
+
+        Raises:
+            StereoLandmarkError: the step cannot be made.
+        """
+        self.history.advance(edit(self.state), gesture)
+
+    def segments(self, image: NDArray[np.uint8]) -> Segments:
+        """Return the edges of an image with the present image processing (paper 4a)."""
+        settings = self.state.processing.edges
+        return follow_segments(extract_edges(image, settings), settings)
+
+    @property
+    def view(self) -> StereoView:
+        """What the detectors find in both images.
+
+        Raises:
+            StereoLandmarkError: an image is of another size than the cameras'.
+        """
+        key = self.state.pair, self.state.processing
+        if key not in self._views:
+            images = self.images
+            _check_size(images, self.rig)
+            left, right = (
+                detect_scene(image, self.state.processing) for image in (images.left, images.right)
+            )
+            self._views[key] = StereoView(left, right, self.rig, images.tilt)
+            for old in list(self._views)[:-VIEWS_KEPT]:
+                del self._views[old]
+        return self._views[key]
+
+    def found(self) -> list[FoundPrimitive]:
+        """Return the primitives among which to choose now (paper 4b)."""
+        return found_primitives(self.view, self.state.kinds, self.state.target.region)
+
+    def chosen_name(self, found: FoundPrimitive) -> str | None:
+        """Return what a found primitive is called in the target, None if it is not part of it."""
+        for part in self.state.target.primitives:
+            if found_again(part.shape, self.view.left) is found.shape:
+                return part.name
+        return None
+
+    def toggle(self, kind: Kind, number: int) -> None:
+        """Choose a primitive of the left image, or take it out of the target if it is chosen.
+
+        Raises:
+            StereoLandmarkError: there is none of that number.
+        """
+        among = self.view.left.kinds[kind].primitives
+        if not 0 <= number < len(among):
+            raise StereoLandmarkError(
+                f'there is no {kind.value} of number {number}; choose one that is shown'
+            )
+        shape = among[number]
+        name = self.chosen_name(FoundPrimitive(kind, number, shape, None))
+        self.do(
+            (lambda state: edits.choose(state, shape))
+            if name is None
+            else (lambda state: edits.drop(state, name))
+        )
+
+    def report(self, draft: TargetDraft) -> TargetReport:
+        """Return what follows from the choice of a target (paper 4c)."""
+        measured = measure_draft(draft, self._teacher, self.view.left)
+        used = [name not in draft.left_out for name in measured.points.names]
+        points = measured.points.subset(np.array(used, dtype=np.bool_))
+        fix = expected_fix(points, measured.coordinates, self.view, self.settings)
+        hints = weak_choices(draft, measured, fix, self.view, self.state.processing.tolerances)
+        return TargetReport(measured, fix, hints)
+
+    def place(self) -> TaughtPlace:
+        """Return the place as it is taught.
+
+        Raises:
+            StereoLandmarkError: a target has nothing to be found by.
+        """
+        state, scene = self.state, self.view.left
+        choices = [choice_of(draft, scene) for draft in state.targets]
+        return self._teacher.teach(state.name, choices, state.T_map_place)
+
+    def check(self, number: int) -> list[TrialRun]:
+        """Try the procedure tree of a target on the images that it is taught from (paper 4d).
+
+        Raises:
+            StereoLandmarkError: a target has nothing to be found by.
+        """
+        place, draft = self.place(), self.state.targets[number]
+        parts = measure_draft(draft, self._teacher, self.view.left).primitives
+        pairs = {part.name: part.pair for part in parts if part.pair is not None}
+        search = self.settings.search
+        return list(check_procedure(place, place.targets[number], pairs, self.view, search))
+
+    def locate(self, pair: int) -> LandmarkFix | NoLandmarkFix:
+        """Find the robot in another pair of images by what is taught so far.
+
+        Raises:
+            StereoLandmarkError: a target has nothing to be found by, or the images are of another size.
+        """
+        images = self._images_of(pair)
+        localizer = LandmarkLocalizer([self.place()], self.settings)
+        return localizer.locate(images.left, images.right, images.tilt)
+
+    @property
+    def _teacher(self) -> Teacher:
+        return Teacher(self.view, self.state.processing)
+
+
+def _check_size(images: StereoImages, rig: StereoRig) -> None:
+    for name, image in (('left', images.left), ('right', images.right)):
+        if image.shape != (rig.left.height, rig.left.width):
+            raise StereoLandmarkError(
+                f'the {name} image is {image.shape[1]} x {image.shape[0]} px, the calibration is for '
+                f'{rig.left.width} x {rig.left.height} px; calibrate at the resolution in use'
+            )

@@ -1,0 +1,188 @@
+"""What an engineer should know of his choices before he leaves: too few, too narrow, ambiguous."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stereo_landmark.core.landmark_localizer import LandmarkSettings
+from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
+from stereo_landmark.core.place.place_locator import PlaceLocator
+from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
+from stereo_landmark.core.procedure.detected_scene import DetectedScene
+from stereo_landmark.core.procedure.place_review import POSITION_SIGMA_MAX, WIDTH_MIN, YAW_SIGMA_MAX
+from stereo_landmark.core.procedure.primitive import Tolerances, difference, kind_of
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.teaching.measured_draft import MeasuredPrimitive, MeasuredTarget
+from stereo_landmark.core.teaching.outline import bounds_of
+from stereo_landmark.core.teaching.procedure_check import Outcome, TrialRun
+from stereo_landmark.core.teaching.teaching_state import TargetDraft
+
+POINT_SIGMA_MAX = 0.1
+"""A point that is known worse says little [m]."""
+PRIMITIVES_GOOD = 3
+"""With fewer, one that is hidden leaves nothing to compare."""
+ALIKE_MAX = 8
+"""So many that look like the first primitive make the search long."""
+BORDER_SHARE = 0.06
+"""What is nearer to the border leaves the view soon, as a part of the image's width."""
+
+
+class Weight(Enum):
+    """Of a hint."""
+
+    STOP = 'stop'
+    WEAK = 'weak'
+    NOTE = 'note'
+
+
+@dataclass(frozen=True)
+class Hint:
+    """Something that the engineer should know, and what to do.
+
+    Attributes:
+        weight: STOP where the place cannot be taught so.
+        target: name of the target.
+        about: name of the primitive or point, empty for the whole target.
+        text: one sentence.
+    """
+
+    weight: Weight
+    target: str
+    about: str
+    text: str
+
+
+def expected_fix(
+    points: StereoPoints, coordinates: SpatialPoints, view: StereoView, settings: LandmarkSettings
+) -> PlaceFix | NoPlaceFix:
+    """Return what the used points of a target tell from where they were taught, with its covariance."""
+    return PlaceLocator(view.rig, settings.place).locate(points, coordinates, view.tilt)
+
+
+def weak_choices(
+    draft: TargetDraft,
+    measured: MeasuredTarget,
+    fix: PlaceFix | NoPlaceFix,
+    view: StereoView,
+    tolerances: Tolerances,
+) -> list[Hint]:
+    """Return the hints to a target, the weightiest first.
+
+    Args:
+        draft: what was chosen.
+        measured: the same in both images.
+        fix: what its used points tell.
+        view: both images.
+        tolerances: how far primitives may differ.
+    """
+    hints = [
+        *_unmeasured(draft, measured.primitives),
+        *_geometry(draft, measured, fix),
+        *_uncertain_points(draft, measured.coordinates),
+        *_near_border(draft, measured.primitives, view),
+        *_look_alikes(draft, view.left, tolerances),
+    ]
+    return sorted(hints, key=lambda hint: list(Weight).index(hint.weight))
+
+
+def weak_procedure(target: str, trials: Sequence[TrialRun]) -> Iterator[Hint]:
+    """Yield the hints to trial runs of a target's procedure tree."""
+    for trial in trials:
+        if trial.outcome is Outcome.FOUND:
+            continue
+        without = f'without {" and ".join(trial.hidden)} ' if trial.hidden else ''
+        weight = (Weight.STOP, Weight.WEAK, Weight.NOTE)[min(len(trial.hidden), 2)]
+        match trial.outcome:
+            case Outcome.AMBIGUOUS:
+                text = f'{without}it may be in several places ({trial.detail}); add something that stands out nearby'
+            case Outcome.MISTAKEN:
+                text = (
+                    f'{without}something else is taken for it ({trial.detail}); add something that stands out'
+                )
+                weight = Weight.STOP
+            case _:
+                text = f'{without}it is not found ({trial.detail}); add a primitive'
+        yield Hint(weight, target, trial.hidden[0] if len(trial.hidden) == 1 else '', text)
+
+
+def _unmeasured(draft: TargetDraft, parts: Sequence[MeasuredPrimitive]) -> Iterator[Hint]:
+    for part in parts:
+        if part.pair is None:
+            yield Hint(Weight.STOP, draft.name, part.name, part.fault)
+
+
+def _geometry(draft: TargetDraft, measured: MeasuredTarget, fix: PlaceFix | NoPlaceFix) -> Iterator[Hint]:
+    if not draft.primitives:
+        yield Hint(
+            Weight.STOP,
+            draft.name,
+            '',
+            'nothing is chosen; draw a region and click on shapes, or remove the target',
+        )
+        return
+    if isinstance(fix, NoPlaceFix):
+        text = f'{fix.reason.value} ({fix.detail}); choose more points, farther apart or nearer'
+        yield Hint(Weight.STOP, draft.name, '', text)
+        return
+    if len(draft.primitives) < PRIMITIVES_GOOD:
+        text = f'{len(draft.primitives)} primitives are few, for one may be hidden; choose {PRIMITIVES_GOOD} or more'
+        yield Hint(Weight.WEAK, draft.name, '', text)
+    position, yaw = sigmas_of(fix)
+    used = measured.coordinates.selected(fix.names).positions
+    width = _width(used[:, :2])
+    if position > POSITION_SIGMA_MAX or yaw > YAW_SIGMA_MAX or width < WIDTH_MIN:
+        text = (
+            f'seen from above the points span only {width:.2f} m at {float(np.linalg.norm(used.mean(axis=0))):.1f} m: '
+            f'±{1e3 * position:.0f} mm and ±{math.degrees(yaw):.2f}° are to be expected; '
+            'choose points farther apart or nearer'
+        )
+        yield Hint(Weight.WEAK, draft.name, '', text)
+
+
+def _width(ground: NDArray[np.float64]) -> float:
+    """Return how far points spread, seen from above, shape (n, 2) [m]."""
+    middle = ground - ground.mean(axis=0)
+    return float(np.ptp(middle @ np.linalg.svd(middle)[2][0]))
+
+
+def sigmas_of(fix: PlaceFix) -> tuple[float, float]:
+    """Return the standard deviations of the position, in its worst direction [m], and of the heading [rad]."""
+    position = math.sqrt(float(np.linalg.eigvalsh(fix.covariance[:2, :2])[-1]))
+    return position, math.sqrt(float(fix.covariance[3, 3]))
+
+
+def _uncertain_points(draft: TargetDraft, points: SpatialPoints) -> Iterator[Hint]:
+    for name, covariance in zip(points.names, points.covariances, strict=True):
+        sigma = math.sqrt(float(np.linalg.eigvalsh(covariance)[-1]))
+        if sigma > POINT_SIGMA_MAX and name not in draft.left_out:
+            text = f'{name} is known to ±{100.0 * sigma:.0f} cm only; leave the point out'
+            yield Hint(Weight.WEAK, draft.name, name, text)
+
+
+def _near_border(draft: TargetDraft, parts: Sequence[MeasuredPrimitive], view: StereoView) -> Iterator[Hint]:
+    if len(parts) < 2 or parts[0].pair is None:
+        return
+    width, height = view.rig.left.width, view.rig.left.height
+    boxes = [bounds_of(shape) for shape in parts[0].pair]
+    room = min(float(min(low.min(), *([width, height] - high))) for low, high in boxes)
+    if room < BORDER_SHARE * width:
+        name = parts[0].name
+        text = f'{name} is {max(room, 0.0):.0f} px from the border and leaves the view soon; look for it last'
+        yield Hint(Weight.NOTE, draft.name, name, text)
+
+
+def _look_alikes(draft: TargetDraft, scene: DetectedScene, tolerances: Tolerances) -> Iterator[Hint]:
+    if not draft.primitives:
+        return
+    first = draft.primitives[0]
+    among = scene.kinds[kind_of(first.shape)].primitives
+    alike = sum(difference(each, first.shape, tolerances) <= 1.0 for each in among)
+    if alike > ALIKE_MAX:
+        text = f'{alike} things in the image look like {first.name}; put a rarer one first'
+        yield Hint(Weight.NOTE, draft.name, first.name, text)

@@ -1,0 +1,1 @@
+"""Taught places, calibrations and results as files."""

@@ -1,0 +1,79 @@
+"""Results of located pairs: a CSV with all of them, and trajectories."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from shirube_bags.stamps import text_from_stamp
+from shirube_bags.trajectory import planar_trajectory
+from shirube_bags.tum_file import save_tum
+from shirube_files import write_text
+from shirube_geometry import PlanarPose
+from stereo_landmark.core.landmark_fix import LandmarkFix
+from stereo_landmark.core.procedure.sighting import TargetSighting
+from stereo_landmark.located_frame import LocatedFrame
+
+_DISPLACEMENT = ('x', 'y', 'z', 'yaw', 'sigma_x', 'sigma_y', 'sigma_z', 'sigma_yaw')
+_FOUND = ('place', *_DISPLACEMENT, 'map_x', 'map_y', 'map_yaw', 'targets', 'points')
+COLUMNS = ('image', 'stamp', *_FOUND, 'reason', 'detail')
+MAP_FILE = 'poses.tum'
+
+
+def save_displacements(folder: Path, frames: Sequence[LocatedFrame]) -> list[Path]:
+    """Write ``poses.csv`` with a line a pair, and trajectories; return the files.
+
+    ``poses.tum`` has the poses in the map of places that are in it; ``displacements_<place>.tum`` has the poses in the
+    frame of one place. Such files of an earlier run are removed.
+
+    Raises:
+        OSError: the folder cannot be written to.
+    """
+    table = folder / 'poses.csv'
+    write_text(table, _table(frames))
+    for old in (folder / MAP_FILE, *folder.glob('displacements_*.tum')):
+        old.unlink(missing_ok=True)
+    in_map: dict[int, PlanarPose] = {}
+    in_places: dict[str, dict[int, PlanarPose]] = {}
+    for frame in frames:
+        if frame.fix is None:
+            continue
+        in_places.setdefault(frame.fix.place.name, {})[frame.stamp_ns] = frame.fix.displacement.T_place_base
+        if frame.fix.T_map_base is not None:
+            in_map[frame.stamp_ns] = frame.fix.T_map_base
+    files = {folder / f'displacements_{name}.tum': poses for name, poses in in_places.items()}
+    if in_map:
+        files[folder / MAP_FILE] = in_map
+    for path, poses in files.items():
+        flat = [(pose.x, pose.y, pose.yaw) for pose in poses.values()]
+        save_tum(path, planar_trajectory(list(poses), flat))
+    return [table, *files]
+
+
+def _table(frames: Sequence[LocatedFrame]) -> str:
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator='\n')
+    table.writerow(COLUMNS)
+    for frame in frames:
+        found = [''] * len(_FOUND) if frame.fix is None else _found(frame.fix)
+        table.writerow([frame.name, text_from_stamp(frame.stamp_ns), *found, *frame.failure])
+    return text.getvalue()
+
+
+def _found(fix: LandmarkFix) -> list[str]:
+    displacement = fix.displacement
+    pose, in_map = displacement.T_place_base, fix.T_map_base
+    numbers = (pose.x, pose.y, displacement.height, pose.yaw, *np.sqrt(np.diag(displacement.covariance)))
+    map_numbers = () if in_map is None else (in_map.x, in_map.y, in_map.yaw)
+    targets = ' '.join(each.target for each in fix.sightings if isinstance(each, TargetSighting))
+    return [
+        fix.place.name,
+        *(f'{number:.6f}' for number in numbers),
+        *([f'{number:.6f}' for number in map_numbers] or [''] * 3),
+        targets,
+        str(len(displacement.names)),
+    ]

@@ -1,0 +1,154 @@
+"""What ``teach --batch`` is to teach: a YAML that says what an engineer would do on the teaching page."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from shirube_geometry import CameraMount, PlanarPose
+from shirube_settings import SettingsError, settings_from_values
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.primitive_choice import ANY_SIZE, Choice, NearChoice, Order, RegionChoice
+from stereo_landmark.files.schema_check import check_schema
+from stereo_landmark.files.settings_entry import flattened
+from stereo_landmark.files.yaml_file import LandmarkFileError, read_yaml
+
+_REMEDY = 'correct it'
+
+
+@dataclass(frozen=True)
+class FilePair:
+    """A file for each camera."""
+
+    left: Path
+    right: Path
+
+
+@dataclass(frozen=True)
+class CalibratedFiles:
+    """Images and the calibrations of their cameras."""
+
+    images: FilePair
+    calibrations: FilePair
+
+
+@dataclass(frozen=True)
+class BagMoment:
+    """A moment of a bag.
+
+    Attributes:
+        path: of the bag.
+        stamp: the first pair at or after it is taken [s]; None for the first of all.
+        sync_tolerance: stamps of a pair differ by no more [s].
+        topics: names of topics, as `choose_topics` takes them.
+    """
+
+    path: Path
+    stamp: float | None
+    sync_tolerance: float
+    topics: dict[str, str]
+
+
+@dataclass(frozen=True)
+class TargetLesson:
+    """A target to teach.
+
+    Attributes:
+        name: of the target.
+        choices: of its primitives, the surest first.
+        points: ``primitive/point`` that the pose is made of; None for all.
+    """
+
+    name: str
+    choices: list[Choice]
+    points: tuple[str, ...] | None
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """All that is needed to teach a place without anybody looking on.
+
+    Attributes:
+        name: of the place.
+        source: of the pair of images.
+        mount: of the left camera's optical frame, as rectified.
+        targets: what to look for.
+        is_raw: whether the images are to be rectified.
+        tilt: roll and pitch of the robot [rad]; None for what a bag's imu says, else level.
+        T_map_place: where it stood in the map, None if nobody knows.
+        processing: of the images.
+    """
+
+    name: str
+    source: CalibratedFiles | BagMoment
+    mount: CameraMount
+    targets: list[TargetLesson]
+    is_raw: bool = False
+    tilt: tuple[float, float] | None = None
+    T_map_place: PlanarPose | None = None
+    processing: ImageProcessing = field(default_factory=ImageProcessing)
+
+
+def load_lesson(path: Path) -> Lesson:
+    """Load a lesson.
+
+    Raises:
+        LandmarkFileError: one line that names file, field and remedy.
+    """
+    content = read_yaml(path, _REMEDY)
+    check_schema(content, 'lesson_schema', str(path), _REMEDY)
+    if ('bag' in content) == ('images' in content) or ('bag' in content) == ('calibration' in content):
+        raise LandmarkFileError(f'{path}: give either images and calibration, or bag')
+    try:
+        processing = settings_from_values(ImageProcessing, flattened(content.get('image_processing', {})))
+    except SettingsError as fault:
+        raise LandmarkFileError(f'{path}: image_processing: {fault}') from fault
+    x, y, z = map(float, content['camera_xyz'])
+    roll, pitch, yaw = map(float, content['camera_rpy'])
+    tilt, pose = content.get('tilt'), content.get('T_map_place')
+    return Lesson(
+        content['name'],
+        _source(path.parent, content),
+        CameraMount((x, y, z), (roll, pitch, yaw)),
+        [_target(path, entry) for entry in content['targets']],
+        content.get('rectify', False),
+        None if tilt is None else (float(tilt[0]), float(tilt[1])),
+        None if pose is None else PlanarPose(float(pose['x']), float(pose['y']), float(pose['yaw'])),
+        processing,
+    )
+
+
+def _source(folder: Path, content: dict[str, Any]) -> CalibratedFiles | BagMoment:
+    if 'images' in content:
+        return CalibratedFiles(_files(folder, content['images']), _files(folder, content['calibration']))
+    bag = dict(content['bag'])
+    tolerance = float(content.get('approximate_sync_tolerance_seconds', 0.0))
+    return BagMoment(folder / bag.pop('path'), bag.pop('stamp', None), tolerance, bag)
+
+
+def _files(folder: Path, entry: dict[str, str]) -> FilePair:
+    return FilePair(folder / entry['left'], folder / entry['right'])
+
+
+def _target(path: Path, entry: dict[str, Any]) -> TargetLesson:
+    choices = [_choice(f'{path}: target {entry["name"]}', choice) for choice in entry['primitives']]
+    return TargetLesson(entry['name'], choices, tuple(entry['points']) if 'points' in entry else None)
+
+
+def _choice(where: str, entry: dict[str, Any]) -> Choice:
+    kind, name = Kind(entry['kind']), entry.get('name', '')
+    if ('near' in entry) == ('region' in entry):
+        raise LandmarkFileError(f'{where}: give each primitive either near or region')
+    smallest, largest = map(float, entry.get('size', ANY_SIZE))
+    if 'near' in entry:
+        for other in ('order', 'count'):
+            if other in entry:
+                raise LandmarkFileError(f'{where}: {other} goes with region only; leave it out')
+        u, v = map(float, entry['near'])
+        return NearChoice(kind, (u, v), (smallest, largest), name)
+    left, top, right, bottom = map(float, entry['region'])
+    order = Order(entry.get('order', Order.LEFT_TO_RIGHT.value))
+    region = (left, top, right, bottom)
+    return RegionChoice(kind, region, (smallest, largest), order, entry.get('count'), name)

@@ -1,0 +1,133 @@
+"""A taught place as the five sections of its file (paper 3.3) and back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from shirube_geometry import PlanarPose
+from shirube_settings import SettingsError, describe_settings, settings_from_values
+from stereo_landmark.core.place.stereo_points import SpatialPoints
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+from stereo_landmark.core.procedure.stereo_measurement import invariant_points
+from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.files.calibration_entry import calibration_entry, rig_from_entry
+from stereo_landmark.files.settings_entry import flattened, nested
+from stereo_landmark.files.shape_entry import primitive_entry, primitive_from_entry
+
+_REMEDY = 'restore the file or teach the place again'
+
+
+def place_entries(place: TaughtPlace) -> dict[str, Any]:
+    """Return name, sections (a) to (e) and pose of a place by their fields."""
+    pose, points = place.T_map_place, place.coordinates
+    wanted = [
+        {'name': target.name, 'primitives': [primitive_entry(each) for each in target.primitives]}
+        for target in place.targets
+    ]
+    return {
+        'name': place.name,
+        'stereo_calibration': calibration_entry(place.rig),
+        'image_processing': nested(place.processing),
+        'targets': {
+            'wanted': wanted,
+            'surroundings': [primitive_entry(each) for each in place.surroundings],
+        },
+        'corresponding_points': {target.name: target.points for target in place.targets},
+        'coordinates': [
+            {'point': name, 'xyz': position, 'covariance': covariance}
+            for name, position, covariance in zip(
+                points.names, points.positions, points.covariances, strict=True
+            )
+        ],
+        'T_map_place': None if pose is None else {'x': pose.x, 'y': pose.y, 'yaw': pose.yaw},
+    }
+
+
+def place_from_entries(content: dict[str, Any]) -> TaughtPlace:
+    """Return the place of a content that fits the schema.
+
+    Raises:
+        StereoLandmarkError: sections contradict each other, or a value is out of range; the message begins with the
+            field.
+    """
+    chosen = content['corresponding_points']
+    wanted = content['targets']['wanted']
+    _check_names('targets.wanted', [each['name'] for each in wanted])
+    targets = tuple(_target(each, chosen) for each in wanted)
+    for name in chosen:
+        if name not in [target.name for target in targets]:
+            raise StereoLandmarkError(f'corresponding_points.{name}: there is no such target; {_REMEDY}')
+    coordinates = _coordinates(content['coordinates'])
+    _check_points(targets, coordinates)
+    pose = content['T_map_place']
+    return TaughtPlace(
+        content['name'],
+        rig_from_entry(content['stereo_calibration']),
+        targets,
+        coordinates,
+        tuple(primitive_from_entry(each) for each in content['targets']['surroundings']),
+        processing_from_entry(content['image_processing']),
+        None if pose is None else PlanarPose(float(pose['x']), float(pose['y']), float(pose['yaw'])),
+    )
+
+
+def processing_from_entry(entry: dict[str, Any]) -> ImageProcessing:
+    """Return image processing of which every setting is given.
+
+    Raises:
+        StereoLandmarkError: a setting is missing, unknown or out of range.
+    """
+    values = flattened(entry)
+    for setting in describe_settings(ImageProcessing):
+        if setting.name not in values:
+            raise StereoLandmarkError(f'image_processing.{setting.name} is missing; {_REMEDY}')
+    try:
+        return settings_from_values(ImageProcessing, values)
+    except SettingsError as fault:
+        raise StereoLandmarkError(f'image_processing: {fault}') from fault
+
+
+def _target(entry: dict[str, Any], chosen: dict[str, list[str]]) -> TaughtTarget:
+    name = entry['name']
+    _check_names(f'targets.wanted {name}', [each['name'] for each in entry['primitives']])
+    if name not in chosen:
+        raise StereoLandmarkError(f'corresponding_points.{name} is missing; {_REMEDY}')
+    primitives = tuple(primitive_from_entry(each) for each in entry['primitives'])
+    return TaughtTarget(name, primitives, tuple(chosen[name]))
+
+
+def _coordinates(entries: list[dict[str, Any]]) -> SpatialPoints:
+    names = [entry['point'] for entry in entries]
+    _check_names('coordinates', names)
+    positions = np.array([entry['xyz'] for entry in entries], dtype=np.float64)
+    covariances = np.array([entry['covariance'] for entry in entries], dtype=np.float64)
+    for name, covariance in zip(names, covariances, strict=True):
+        slack = 1e-9 * abs(float(np.trace(covariance)))
+        is_symmetric = np.allclose(covariance, covariance.T, rtol=0.0, atol=slack)
+        if not is_symmetric or np.linalg.eigvalsh(covariance)[0] < -slack:
+            raise StereoLandmarkError(f'coordinates {name}: covariance is none; {_REMEDY}')
+    return SpatialPoints(tuple(names), positions, covariances)
+
+
+def _check_points(targets: tuple[TaughtTarget, ...], coordinates: SpatialPoints) -> None:
+    """Refuse places in which what is seen has no coordinates."""
+    for target in targets:
+        for primitive in target.primitives:
+            for point in invariant_points(primitive.shape):
+                name = f'{target.name}/{primitive.name}/{point}'
+                if name not in coordinates.names:
+                    raise StereoLandmarkError(f'coordinates: {name} is missing; {_REMEDY}')
+        for point in target.points:
+            if f'{target.name}/{point}' not in coordinates.names:
+                raise StereoLandmarkError(
+                    f'corresponding_points.{target.name}: {point} has no coordinates; {_REMEDY}'
+                )
+
+
+def _check_names(field: str, names: list[str]) -> None:
+    for name in names:
+        if names.count(name) > 1:
+            raise StereoLandmarkError(f'{field}: {name} is there twice; {_REMEDY}')

@@ -1,0 +1,120 @@
+"""Taught places as files: one YAML a place with the paper's five sections (3.3), its pair of images beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from shirube_files import write_text
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.files.place_entries import place_entries, place_from_entries
+from stereo_landmark.files.plain_content import plain
+from stereo_landmark.files.schema_check import check_schema
+from stereo_landmark.files.taught_images import TaughtImages, read_images, write_images
+from stereo_landmark.files.yaml_file import LandmarkFileError, first_not_finite, read_yaml
+
+FORMAT, VERSION = 'shirube/taught_place', 1
+_REMEDY = 'restore the file or teach the place again'
+
+
+def place_path(folder: Path, name: str) -> Path:
+    """Return where a place of a name is kept."""
+    return folder / f'{name}.yaml'
+
+
+def save_place(folder: Path, place: TaughtPlace, images: TaughtImages) -> Path:
+    """Write a place and return its file; an earlier state is there until the new one is whole.
+
+    Shapes are written without their covariance, which belongs to the images and not to the place.
+
+    Raises:
+        LandmarkFileError: the place is none that could be loaded again, or another file is in its way.
+        OSError: the folder cannot be written to.
+    """
+    path = place_path(folder, place.name)
+    entries = plain({'format': FORMAT, 'version': VERSION, **place_entries(place)})
+    _check_before_writing(path, entries)
+    earlier = _read(path)['images'] if path.exists() else {}
+    written = write_images(folder, place.name, images)
+    text = yaml.safe_dump(
+        {**entries, 'images': written},
+        sort_keys=False,
+        default_flow_style=None,
+        allow_unicode=True,
+        width=110,
+    )
+    write_text(path, text)
+    for side in ('left', 'right'):
+        if earlier and earlier[side] not in written.values():
+            (folder / earlier[side]).unlink(missing_ok=True)
+    return path
+
+
+def load_place(path: Path) -> TaughtPlace:
+    """Load a place.
+
+    Raises:
+        LandmarkFileError: one line that names file, field and remedy.
+    """
+    content = _read(path)
+    try:
+        return place_from_entries(content)
+    except StereoLandmarkError as fault:
+        raise LandmarkFileError(f'{path}: {fault}') from fault
+
+
+def load_images(path: Path) -> TaughtImages:
+    """Load the pair of images that a place was taught from.
+
+    Raises:
+        LandmarkFileError: the file of the place cannot be used, or an image is missing or damaged.
+    """
+    return read_images(path, _read(path)['images'])
+
+
+def load_places(folder: Path) -> list[TaughtPlace]:
+    """Load all places of a folder, in the order of their files' names.
+
+    Raises:
+        LandmarkFileError: the folder is missing or has no places, or one of them cannot be used.
+    """
+    if not folder.is_dir():
+        raise LandmarkFileError(f'{folder}: is no folder; give the folder with the taught places')
+    paths = sorted(folder.glob('*.yaml'))
+    if not paths:
+        raise LandmarkFileError(f'{folder}: holds no taught place (*.yaml); teach one')
+    return [load_place(path) for path in paths]
+
+
+def _read(path: Path) -> dict[str, Any]:
+    content = read_yaml(path, _REMEDY)
+    if content.get('format') != FORMAT:
+        raise LandmarkFileError(f'{path}: format is not {FORMAT}, so it is no taught place; {_REMEDY}')
+    version = content.get('version')
+    if isinstance(version, int) and version > VERSION:
+        raise LandmarkFileError(
+            f'{path}: version is {version}, this program knows up to {VERSION}; update stereo_landmark'
+        )
+    check_schema(content, 'place_schema', str(path), _REMEDY)
+    if content['name'] != path.stem:
+        raise LandmarkFileError(
+            f'{path}: name is {content["name"]}, but the file is called {path.stem}; call both the same'
+        )
+    return content
+
+
+def _check_before_writing(path: Path, entries: dict[str, Any]) -> None:
+    """Refuse what could not be loaded again."""
+    remedy = 'correct it'
+    images = {'left': 'left.png', 'right': 'right.png', 'tilt': [0.0, 0.0]}
+    check_schema({**entries, 'images': images}, 'place_schema', str(path), remedy)
+    endless = first_not_finite(entries)
+    if endless is not None:
+        raise LandmarkFileError(f'{path}: {endless} is no finite number; {remedy}')
+    try:
+        place_from_entries(entries)
+    except StereoLandmarkError as fault:
+        raise LandmarkFileError(f'{path}: {fault}') from fault

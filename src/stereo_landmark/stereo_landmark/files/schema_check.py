@@ -1,0 +1,103 @@
+"""Checks the content of a file against a JSON Schema and says what is wrong in one line."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from difflib import get_close_matches
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from jsonschema import Draft202012Validator, ValidationError
+from jsonschema.exceptions import best_match, relevance
+
+from stereo_landmark.files.yaml_file import LandmarkFileError
+
+_LONGEST = 60
+"""More of a wrong value is not shown [characters]."""
+_KINDS = {
+    'object': 'fields',
+    'array': 'a list',
+    'string': 'a text',
+    'integer': 'a whole number',
+    'null': 'nothing',
+}
+_DEMANDS = {
+    'enum': 'be one of {}',
+    'const': 'be {}',
+    'minItems': 'have at least {} entries',
+    'maxItems': 'have at most {} entries',
+    'minimum': 'be at least {}',
+    'exclusiveMinimum': 'be above {}',
+    'maximum': 'be at most {}',
+}
+"""What a schema's words ask for."""
+
+
+def check_schema(content: object, schema: str, where: str, remedy: str) -> None:
+    """Refuse what a schema does not allow.
+
+    Args:
+        content: of a file.
+        schema: name of the schema, which lies beside this module as ``<name>.json``.
+        where: the file, for the message.
+        remedy: ends the message where the fault tells none itself.
+
+    Raises:
+        LandmarkFileError: one line that names file, field and remedy.
+    """
+    fault = best_match(_validator(schema).iter_errors(content), key=_telling)
+    if fault is not None:
+        raise LandmarkFileError(f'{where}: {_in_words(fault, remedy)}')
+
+
+@cache
+def _validator(schema: str) -> Draft202012Validator:
+    text = files('stereo_landmark.files').joinpath(f'{schema}.json').read_text(encoding='utf-8')
+    return Draft202012Validator(json.loads(text))
+
+
+def _telling(fault: ValidationError) -> tuple[Any, bool]:
+    """Of faults in one place, let a misspelled field tell more than the one that is missing for it."""
+    return relevance(fault), fault.validator == 'additionalProperties'
+
+
+def _in_words(fault: ValidationError, remedy: str) -> str:
+    field = _field(fault.absolute_path)
+    match fault.validator:
+        case 'additionalProperties':
+            known = list(fault.schema.get('properties', {}))
+            unknown = next(str(name) for name in fault.instance if name not in known)
+            close = get_close_matches(unknown, known, n=1)
+            hint = f'did you mean {close[0]}?' if close else f'there are {", ".join(known)}'
+            return f'{_joined(field, unknown)} does not exist, {hint}'
+        case 'required':
+            missing = next(name for name in fault.validator_value if name not in fault.instance)
+            return f'{_joined(field, missing)} is missing; {remedy}'
+        case _:
+            value = repr(fault.instance)
+            short = value if len(value) <= _LONGEST else f'{value[:_LONGEST]} …'
+            return f'{field or "the content"} is {short}, {_wanted(fault)}; {remedy}'
+
+
+def _wanted(fault: ValidationError) -> str:
+    """Return what a schema asks for instead."""
+    asked: Any = fault.validator_value
+    if fault.validator == 'type':
+        kinds = asked if isinstance(asked, list) else [asked]
+        return 'it must be ' + ' or '.join(_KINDS.get(kind, f'a {kind}') for kind in kinds)
+    if fault.validator == 'enum':
+        asked = ', '.join(map(str, asked))
+    return f'it must {_DEMANDS.get(str(fault.validator), "match {}").format(asked)}'
+
+
+def _field(path: Iterable[str | int]) -> str:
+    field = ''
+    for part in path:
+        field = f'{field}[{part}]' if isinstance(part, int) else _joined(field, part)
+    return field
+
+
+def _joined(field: str, name: str) -> str:
+    return f'{field}.{name}' if field else name

@@ -1,0 +1,29 @@
+"""Settings in groups as entries of a file."""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import Any
+
+from shirube_settings import describe_settings
+
+
+def nested(settings: object) -> dict[str, Any]:
+    """Return all values of a settings instance, a group as an entry with its own."""
+    entry: dict[str, Any] = {}
+    for description in describe_settings(type(settings)):
+        *groups, name = description.name.split('.')
+        inner = reduce(lambda part, group: part.setdefault(group, {}), groups, entry)
+        inner[name] = reduce(getattr, (*groups, name), settings)
+    return entry
+
+
+def flattened(entry: dict[str, Any], prefix: str = '') -> dict[str, object]:
+    """Return the values of an entry by their whole names, ``group.name``."""
+    values: dict[str, object] = {}
+    for name, value in entry.items():
+        if isinstance(value, dict):
+            values |= flattened(value, f'{prefix}{name}.')
+        else:
+            values[f'{prefix}{name}'] = value
+    return values

@@ -1,0 +1,46 @@
+"""Primitives as entries of a file: the paper's shape parameters (3.3c) by name."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from stereo_landmark.core.primitives.corner import Corner
+from stereo_landmark.core.primitives.ellipse import Ellipse
+from stereo_landmark.core.primitives.parallel_lines import ParallelLines
+from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
+from stereo_landmark.core.procedure.primitive import Kind, Primitive
+from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
+
+_TYPES: dict[Kind, tuple[type[Primitive], int]] = {
+    Kind.ELLIPSE: (Ellipse, 5),
+    Kind.QUADRILATERAL: (Quadrilateral, 8),
+    Kind.PARALLEL_LINES: (ParallelLines, 3),
+    Kind.CORNER: (Corner, 2),
+}
+"""The value type of each kind and the rows of its covariance, which is of one image and not taught."""
+
+
+def primitive_entry(taught: TaughtPrimitive) -> dict[str, Any]:
+    """Return a primitive by its fields."""
+    names = [field.name for field in dataclasses.fields(taught.shape) if field.name != 'covariance']
+    shape = {name: getattr(taught.shape, name) for name in names}
+    entry = {'name': taught.name, 'kind': taught.kind.value, 'position': taught.position, 'shape': shape}
+    return entry if taught.normal is None else {**entry, 'normal': taught.normal}
+
+
+def primitive_from_entry(entry: dict[str, Any]) -> TaughtPrimitive:
+    """Return the primitive of an entry that fits the schema."""
+    kind, rows = _TYPES[Kind(entry['kind'])]
+    values = {name: _number_or_array(name, value) for name, value in entry['shape'].items()}
+    shape = kind(**values, covariance=np.zeros((rows, rows)))
+    normal = np.array(entry['normal'], dtype=np.float64) if 'normal' in entry else None
+    return TaughtPrimitive(entry['name'], shape, np.array(entry['position'], dtype=np.float64), normal)
+
+
+def _number_or_array(name: str, value: Any) -> Any:
+    if isinstance(value, list):
+        return np.array(value, dtype=np.float64)
+    return value if name == 'polarity' else float(value)

@@ -1,0 +1,55 @@
+"""YAML files that people write and that may be wrong in every way."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+
+class LandmarkFileError(StereoLandmarkError):
+    """A file cannot be used; the message is one line that names file, field and remedy."""
+
+
+def read_yaml(path: Path, remedy: str) -> dict[str, Any]:
+    """Return the fields of a YAML file, all numbers finite.
+
+    Args:
+        path: of the file.
+        remedy: ends the message of an error.
+
+    Raises:
+        LandmarkFileError: the file is missing or damaged, or holds no fields or a number that is not finite.
+    """
+    try:
+        content = yaml.safe_load(path.read_text(encoding='utf-8'))
+    except OSError as fault:
+        raise LandmarkFileError(f'{path}: cannot be read ({fault.strerror}); {remedy}') from fault
+    except yaml.MarkedYAMLError as fault:
+        line = '' if fault.problem_mark is None else f' in line {fault.problem_mark.line + 1}'
+        raise LandmarkFileError(f'{path}: is no YAML ({fault.problem}{line}); {remedy}') from fault
+    except (UnicodeDecodeError, yaml.YAMLError) as fault:
+        raise LandmarkFileError(f'{path}: is no YAML; {remedy}') from fault
+    if not isinstance(content, dict):
+        raise LandmarkFileError(f'{path}: holds no fields; {remedy}')
+    endless = first_not_finite(content)
+    if endless is not None:
+        raise LandmarkFileError(f'{path}: {endless} is no finite number; {remedy}')
+    return content
+
+
+def first_not_finite(content: object, field: str = '') -> str | None:
+    """Return the field of the first number that is not finite, None where all are."""
+    if isinstance(content, float):
+        return None if math.isfinite(content) else field
+    parts: list[tuple[str, object]] = []
+    if isinstance(content, dict):
+        parts = [(f'{field}.{name}'.lstrip('.'), value) for name, value in content.items()]
+    elif isinstance(content, list):
+        parts = [(f'{field}[{number}]', value) for number, value in enumerate(content)]
+    found = (first_not_finite(value, name) for name, value in parts)
+    return next((name for name in found if name is not None), None)

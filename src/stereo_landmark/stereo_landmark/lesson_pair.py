@@ -1,0 +1,110 @@
+"""The rectified pair of images that a lesson is about, from its files or its bag."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_bags.bag_reader import BagReader
+from shirube_geometry import TiltTrail
+from shirube_recordings.recording import RecordedImage, RecordedTilt
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
+from stereo_landmark.core.pair.pair_check import pair_fault
+from stereo_landmark.core.pair.pair_stream import Side
+from stereo_landmark.core.pair.rectification import Rectifier
+from stereo_landmark.core.pair.stamp_pairing import StampPairing
+from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.files.calibration_file import load_camera_calibration
+from stereo_landmark.files.grey_image import grey, load_grey_image
+from stereo_landmark.files.lesson_file import BagMoment, CalibratedFiles, Lesson
+from stereo_landmark.files.taught_images import TaughtImages
+from stereo_landmark.pair_recording import choose_topics, pair_recording
+
+_QUEUE = 10
+"""Images of a camera that wait for their partner."""
+
+SeenBy = tuple[NDArray[np.uint8], CameraCalibration]
+"""An image, shape (h, w), and the calibration of its camera."""
+
+
+@dataclass(frozen=True)
+class RectifiedPair:
+    """Both images and the cameras that took them.
+
+    Attributes:
+        images: rectified, with the robot's tilt.
+        rig: the rectified cameras.
+    """
+
+    images: TaughtImages
+    rig: StereoRig
+
+
+def load_pair(lesson: Lesson) -> RectifiedPair:
+    """Return the pair, rectified if it is raw.
+
+    Raises:
+        StereoLandmarkError: the calibrations are no pair's, or the images none that they belong to.
+        CameraFileError: an image or a calibration is missing, truncated or none.
+        BagError: the bag cannot be read.
+    """
+    if isinstance(lesson.source, BagMoment):
+        left, right, tilt = _from_bag(lesson.source, is_raw=lesson.is_raw)
+    else:
+        (left, right), tilt = _from_files(lesson.source), None
+    rig = stereo_rig(left[1], right[1], lesson.mount)
+    images = []
+    for image, calibration in (left, right):
+        if image.shape != (calibration.height, calibration.width):
+            raise StereoLandmarkError(
+                f'an image is {image.shape[1]} x {image.shape[0]} px, its calibration is for '
+                f'{calibration.width} x {calibration.height} px; calibrate at the resolution in use'
+            )
+        images.append(Rectifier(calibration).rectify(image) if lesson.is_raw else image)
+    fault = pair_fault(images[0], images[1], rig)
+    if fault is not None:
+        raise StereoLandmarkError(fault.value)
+    return RectifiedPair(TaughtImages(images[0], images[1], lesson.tilt or tilt or (0.0, 0.0)), rig)
+
+
+def _from_files(source: CalibratedFiles) -> tuple[SeenBy, SeenBy]:
+    left, right = (
+        (load_grey_image(image), load_camera_calibration(calibration))
+        for image, calibration in (
+            (source.images.left, source.calibrations.left),
+            (source.images.right, source.calibrations.right),
+        )
+    )
+    return left, right
+
+
+def _from_bag(moment: BagMoment, *, is_raw: bool) -> tuple[SeenBy, SeenBy, tuple[float, float] | None]:
+    """Return the first pair from the stamp on, and the tilt that the imu told near it."""
+    waiting: StampPairing[RecordedImage[CameraCalibration]] = StampPairing(
+        round(moment.sync_tolerance * 1e9), _QUEUE
+    )
+    tilts = TiltTrail()
+    begin = -np.inf if moment.stamp is None else round(moment.stamp * 1e9)
+    with BagReader(moment.path) as bag:
+        topics = choose_topics(bag, moment.topics, is_raw=is_raw)
+        for message in pair_recording(bag, topics).messages():
+            if isinstance(message, RecordedTilt):
+                tilts.add(message.stamp_ns * 1e-9, *message.tilt)
+            elif isinstance(message, RecordedImage) and message.stamp_ns >= begin:
+                pair = waiting.add(Side(message.camera), message.stamp_ns, message)
+                if pair is not None:
+                    left, right = pair
+                    tilt = tilts.tilt_at(left.stamp_ns * 1e-9)
+                    return (
+                        (grey(left.pixels), left.calibration),
+                        (grey(right.pixels), right.calibration),
+                        tilt,
+                    )
+    when = '' if moment.stamp is None else f' at or after {moment.stamp:.9g} s'
+    raise StereoLandmarkError(
+        f'{moment.path}: has no pair of usable images with one stamp{when}; '
+        'correct stamp, or set approximate_sync_tolerance_seconds'
+    )

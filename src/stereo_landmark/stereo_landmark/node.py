@@ -1,0 +1,211 @@
+"""The ROS node: pairs of images in, the displacement from a taught place and the robot's pose out."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
+from numpy.typing import NDArray
+from rclpy.node import Node
+from sensor_msgs.msg import Image, Imu
+from std_msgs.msg import Header
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
+
+from shirube_ros.diagnostics import Diagnostics
+from shirube_ros.image_conversion import image_from_array
+from shirube_ros.image_input import ImageInput
+from shirube_ros.message_guard import MessageGuard
+from shirube_ros.parameters import declare_parameters, refuse_misspelled_parameters
+from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped
+from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
+from shirube_ros.safe_main import run_node
+from shirube_ros.stamp_order import StampOrder
+from shirube_ros.tilt_conversion import tilt_of_imu
+from shirube_settings import SettingsError
+from stereo_landmark.calibration_message import calibration_from_camera_info
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
+from stereo_landmark.core.landmark_localizer import LandmarkSettings
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration
+from stereo_landmark.core.pair.pair_localizer import LocatedPair
+from stereo_landmark.core.pair.pair_stream import PairStream, Side
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.debug_picture import debug_picture
+from stereo_landmark.displacement_message import displacement_message
+from stereo_landmark.files.grey_image import grey
+from stereo_landmark.files.place_file import load_places
+from stereo_landmark.localizer_report import LocalizerReport
+from stereo_landmark.node_settings import NodeSettings
+from stereo_landmark.rehearsal import rehearse
+from stereo_landmark.target_markers import target_markers
+
+_TELL_INTERVAL = 1.0
+"""Between lines about found and lost places [s]."""
+_NANOSECONDS = 1_000_000_000
+
+CreateStream = Callable[..., PairStream]
+
+
+class StereoLandmarkNode(Node):
+    """Publishes where the robot is at its taught places, by what both cameras see of their targets.
+
+    =========================  ============================  =============================================
+    subscribed                 type                          use
+    =========================  ============================  =============================================
+    ``left/image_rect``        Image or CompressedImage      raw ones with ``rectify``
+    ``left/camera_info``       CameraInfo                    its calibration
+    ``right/image_rect``       Image or CompressedImage      as left
+    ``right/camera_info``      CameraInfo                    its calibration; tells the baseline
+    ``imu``                    Imu                           optional: tilt of ``base_frame``
+    =========================  ============================  =============================================
+
+    =========================  ============================  =============================================
+    published                  type                          when
+    =========================  ============================  =============================================
+    ``~/displacement``         TransformStamped              each fix: the robot in the place's frame
+    ``~/pose``                 PoseStamped                   each fix at a place that is in the map
+    ``~/pose_with_covariance`` PoseWithCovarianceStamped     each fix at a place that is in the map
+    ``~/targets``              MarkerArray                   while somebody listens
+    ``~/debug_image``          Image                         while somebody listens
+    ``/diagnostics``           DiagnosticArray               once a second
+    =========================  ============================  =============================================
+
+    The service ``~/relocalize`` (std_srvs/Trigger) drops the place where the robot was last.
+    """
+
+    def __init__(self, create_stream: CreateStream = PairStream, **options: Any) -> None:
+        """Load the places and subscribe.
+
+        Args:
+            create_stream: makes the state between images, at start and after a jump back in time.
+            options: passed on to ``rclpy.node.Node``.
+
+        Raises:
+            SettingsError: a bad parameter.
+            StereoLandmarkError: a bad file.
+        """
+        super().__init__('stereo_landmark', **options)
+        self._settings = declare_parameters(self, NodeSettings)
+        method = declare_parameters(self, LandmarkSettings)
+        refuse_misspelled_parameters(self)
+        if not self._settings.places_dir:
+            raise SettingsError('places_dir is not set; give the folder of the taught places')
+        folder = Path(self._settings.places_dir)
+        places = load_places(folder)
+        for line in rehearse(folder, places, method):
+            self.get_logger().warning(line)
+        self._new_stream = partial(create_stream, places, self._settings.mount, self._settings, method)
+        self._stream = self._new_stream()
+        self._was_at: str | None = ''
+        self._left_frame = ''
+        self._report = LocalizerReport(self._settings.places_dir)
+        self._stamps = StampOrder(self._start_again)
+        self._guard = MessageGuard(self, (StereoLandmarkError,))
+        self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
+        self._advertise()
+        self._subscribe()
+
+    def _advertise(self) -> None:
+        self._displacement = self.create_publisher(TransformStamped, '~/displacement', pose_profile())
+        self._pose = self.create_publisher(PoseStamped, '~/pose', pose_profile())
+        self._pose_with_covariance = self.create_publisher(
+            PoseWithCovarianceStamped, '~/pose_with_covariance', pose_profile()
+        )
+        self._targets = self.create_publisher(MarkerArray, '~/targets', pose_profile())
+        self._debug_image = self.create_publisher(Image, '~/debug_image', pose_profile())
+        self.create_service(Trigger, '~/relocalize', self._relocalize)
+
+    def _subscribe(self) -> None:
+        for side in Side:
+            name = side.name.lower()
+            ImageInput(
+                self,
+                self._guard,
+                (f'{name}/image_rect', f'{name}/camera_info'),
+                self._settings.image_transport,
+                calibration_from_camera_info,
+                partial(self._take_image, side),
+            )
+        self.create_subscription(
+            Imu,
+            'imu',
+            self._guard.guard('imu', self._take_imu),
+            odometry_profile(),
+            qos_overriding_options=overridable(),
+        )
+
+    def _take_image(
+        self, side: Side, header: Header, pixels: NDArray[np.uint8], calibration: CameraCalibration
+    ) -> None:
+        self._stamps.check(header, f'{side.name.lower()}/image_rect')
+        stamp_ns = header.stamp.sec * _NANOSECONDS + header.stamp.nanosec
+        if side is Side.LEFT:
+            self._left_frame = header.frame_id
+        started = perf_counter()
+        located = self._stream.add_image(side, stamp_ns, grey(pixels), calibration)
+        if located is None:
+            return
+        self._report.add(located, perf_counter() - started)
+        self._tell_change(located.answer)
+        self._publish(located)
+
+    def _take_imu(self, message: Imu) -> None:
+        roll, pitch = tilt_of_imu(message, 'imu')
+        self._stream.add_tilt(self._stamps.check(message.header, 'imu'), roll, pitch)
+
+    def _publish(self, located: LocatedPair) -> None:
+        """Publish what a pair told, with the stamp of its left image."""
+        answer, settings = located.answer, self._settings
+        seconds, rest = divmod(located.stamp_ns, _NANOSECONDS)
+        header = Header(frame_id=settings.base_frame)
+        header.stamp.sec, header.stamp.nanosec = seconds, rest
+        if isinstance(answer, LandmarkFix):
+            self._displacement.publish(displacement_message(answer, header.stamp, settings.base_frame))
+            if answer.T_map_base is not None:
+                in_map = Header(stamp=header.stamp, frame_id=settings.map_frame)
+                self._pose.publish(pose_stamped(answer.T_map_base, in_map))
+                self._pose_with_covariance.publish(
+                    pose_with_covariance_stamped(answer.T_map_base, answer.map_covariance, in_map)
+                )
+        if self._targets.get_subscription_count() > 0:
+            self._targets.publish(target_markers(located, header))
+        if self._debug_image.get_subscription_count() > 0:
+            picture_header = Header(stamp=header.stamp, frame_id=self._left_frame)
+            self._debug_image.publish(image_from_array(debug_picture(located), picture_header))
+
+    def _tell_change(self, answer: LandmarkFix | NoLandmarkFix) -> None:
+        """Say a line when the robot comes to a place or leaves it; the diagnostics tell the rest."""
+        at = answer.place.name if isinstance(answer, LandmarkFix) else None
+        if at == self._was_at:
+            return
+        self._was_at = at
+        if isinstance(answer, LandmarkFix):
+            pose = answer.displacement.T_place_base
+            line = f'at {at}: x {pose.x:.3f} m, y {pose.y:.3f} m, yaw {pose.yaw:.3f} rad'
+        else:
+            line = f'at no place: {answer.reason} ({answer.detail})'
+        self.get_logger().info(line, throttle_duration_sec=_TELL_INTERVAL)
+
+    def _relocalize(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._stream.forget()
+        response.success, response.message = True, 'the place of late is forgotten; all are tried'
+        return response
+
+    def _start_again(self) -> None:
+        self.get_logger().warning('time jumped back: images that wait and the place of late are forgotten')
+        self._stream = self._new_stream()
+
+
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM."""
+    return run_node('stereo_landmark', StereoLandmarkNode, (StereoLandmarkError,))
+
+
+if __name__ == '__main__':
+    sys.exit(main())

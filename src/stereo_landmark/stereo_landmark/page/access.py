@@ -1,0 +1,78 @@
+"""Who may open the page: whoever sits at this machine, and elsewhere whoever has the token."""
+
+from __future__ import annotations
+
+import hmac
+import ipaddress
+import secrets
+from collections.abc import Awaitable, Callable
+from urllib.parse import urlsplit
+
+from aiohttp import web
+
+_COOKIE = 'shirube_token'
+_POLICY = (
+    "default-src 'self'; img-src 'self' data:; connect-src 'self'; base-uri 'none'; frame-ancestors 'none'"
+)
+
+Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether a name or an address is this machine's own, which nobody else can reach."""
+    if host == 'localhost':
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def new_token() -> str:
+    """Return a token that nobody guesses."""
+    return secrets.token_urlsafe(16)
+
+
+def access_check(token: str) -> Callable[..., Awaitable[web.StreamResponse]]:
+    """Return the middleware that refuses strangers.
+
+    Without a token it takes requests to a loopback name only, so that no web site in the same browser reaches the page
+    through a name of its own; requests that another site's page makes are refused in any case.
+
+    Args:
+        token: that must be given once in the address, empty for none.
+    """
+
+    @web.middleware
+    async def check(request: web.Request, handler: Handler) -> web.StreamResponse:
+        _refuse_other_sites(request)
+        if not token:
+            if not is_loopback(urlsplit(f'//{request.host}').hostname or ''):
+                raise web.HTTPForbidden(text='this page is for 127.0.0.1; give --host to open it to others')
+        elif not _is_token(request.cookies.get(_COOKIE, ''), token):
+            raise _way_in(request, token)
+        response = await handler(request)
+        if not response.prepared:
+            response.headers['Content-Security-Policy'] = _POLICY
+            response.headers['Cache-Control'] = 'no-cache'
+        return response
+
+    return check
+
+
+def _refuse_other_sites(request: web.Request) -> None:
+    origin = request.headers.get('Origin')
+    if origin is not None and urlsplit(origin).netloc != request.host:
+        raise web.HTTPForbidden(text='this page answers its own scripts only')
+
+
+def _way_in(request: web.Request, token: str) -> web.HTTPException:
+    if not _is_token(request.query.get('token', ''), token):
+        return web.HTTPForbidden(text='give the token: open the address that the command printed')
+    response = web.HTTPFound('/')
+    response.set_cookie(_COOKIE, token, httponly=True, samesite='Strict')
+    return response
+
+
+def _is_token(given: str, token: str) -> bool:
+    return hmac.compare_digest(given.encode(), token.encode())

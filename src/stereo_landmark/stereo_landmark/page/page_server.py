@@ -1,0 +1,139 @@
+"""The web server of the teaching page: its files, its images and one WebSocket for everything else."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import signal
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from importlib.resources import as_file, files
+from pathlib import Path
+from typing import Any
+
+from aiohttp import WSMsgType, web
+
+from shirube_ros.file_errors import CameraFileError
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.files.grey_image import png_bytes
+from stereo_landmark.page.access import access_check
+from stereo_landmark.page.page_answers import PageAnswers
+
+_MESSAGE_MAX = 1 << 20
+"""A page sends less in one request [bytes]."""
+_LOOKS_ONLY = frozenset({'hello', 'snapshot', 'edges', 'check', 'test', 'save'})
+"""Requests after which other pages show the same as before."""
+
+
+class PageServer:
+    """Serves one session to any number of pages, which all show the same.
+
+    Args:
+        answers: to the pages' requests.
+        token: without which nobody gets in, empty for this machine only.
+    """
+
+    def __init__(self, answers: PageAnswers, token: str = '') -> None:
+        self._answers = answers
+        self._token = token
+        # One worker: the session is no business of two threads, and requests keep their order.
+        self._worker = ThreadPoolExecutor(max_workers=1)
+        self._pages: set[web.WebSocketResponse] = set()
+
+    def application(self) -> web.Application:
+        """Return the application, to be run or tested."""
+        application = web.Application(middlewares=[access_check(self._token)])
+        application.router.add_get('/', self._page)
+        application.router.add_get('/socket', self._socket)
+        application.router.add_get(r'/image/{pair:\d+}/{side:left|right}.png', self._image)
+        application.router.add_static('/static/', _static_folder())
+        application.on_shutdown.append(self._close)
+        return application
+
+    async def _page(self, _: web.Request) -> web.StreamResponse:
+        return web.FileResponse(_static_folder() / 'index.html')
+
+    async def _image(self, request: web.Request) -> web.StreamResponse:
+        pair, side = int(request.match_info['pair']), request.match_info['side']
+
+        def picture() -> bytes:
+            return png_bytes(getattr(self._answers.images(pair), side))
+
+        try:
+            body = await self._in_worker(picture)
+        except (StereoLandmarkError, CameraFileError) as fault:
+            raise web.HTTPNotFound(text=str(fault)) from fault
+        return web.Response(body=body, content_type='image/png')
+
+    async def _socket(self, request: web.Request) -> web.StreamResponse:
+        socket = web.WebSocketResponse(max_msg_size=_MESSAGE_MAX, heartbeat=20.0, compress=False)
+        await socket.prepare(request)
+        self._pages.add(socket)
+        try:
+            async for message in socket:
+                if message.type is WSMsgType.TEXT:
+                    await self._answer(socket, message.data)
+        except ConnectionResetError:
+            pass  # the page was closed while it waited for an answer
+        finally:
+            self._pages.discard(socket)
+        return socket
+
+    async def _answer(self, socket: web.WebSocketResponse, text: str) -> None:
+        try:
+            request = json.loads(text)
+        except ValueError:
+            request = None
+        if not isinstance(request, dict):
+            await socket.send_json({'error': 'request: must be a JSON object; reload the page'})
+            return
+        answer = await self._in_worker(lambda: self._answers.answer(request))
+        await socket.send_json({'id': request.get('id'), **answer})
+        if str(request.get('do')) not in _LOOKS_ONLY and 'error' not in answer:
+            for other in self._pages - {socket}:
+                with suppress(ConnectionResetError):
+                    await other.send_json({'changed': True})
+
+    async def _in_worker(self, work: Any) -> Any:
+        return await asyncio.get_running_loop().run_in_executor(self._worker, work)
+
+    async def _close(self, _: web.Application) -> None:
+        for socket in set(self._pages):
+            await socket.close()
+        self._worker.shutdown(wait=False, cancel_futures=True)
+
+
+def serve(server: PageServer, host: str, port: int, on_ready: Any) -> None:
+    """Serve until SIGINT or SIGTERM.
+
+    Args:
+        server: of the page.
+        host: address to listen on.
+        port: to listen on, 0 for any that is free.
+        on_ready: called with the port that is listened on.
+
+    Raises:
+        OSError: the port is taken, or the address is not this machine's.
+    """
+    logging.getLogger('aiohttp.access').setLevel(logging.WARNING)
+    asyncio.run(_serve(server, host, port, on_ready))
+
+
+async def _serve(server: PageServer, host: str, port: int, on_ready: Any) -> None:
+    runner = web.AppRunner(server.application(), shutdown_timeout=1.0)
+    await runner.setup()
+    try:
+        await web.TCPSite(runner, host, port).start()
+        on_ready(runner.addresses[0][1])
+        end = asyncio.Event()
+        for each in (signal.SIGINT, signal.SIGTERM):
+            asyncio.get_running_loop().add_signal_handler(each, end.set)
+        await end.wait()
+    finally:
+        await runner.cleanup()
+
+
+def _static_folder() -> Path:
+    with as_file(files('stereo_landmark.page') / 'static') as folder:
+        return folder

@@ -1,0 +1,211 @@
+"""What the page shows, as JSON."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_settings import describe_settings
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
+from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+from stereo_landmark.core.procedure.primitive import Kind, Primitive, kind_of
+from stereo_landmark.core.procedure.sighting import TargetSighting
+from stereo_landmark.core.segments.segments import Segments
+from stereo_landmark.core.teaching.found_primitives import FoundPrimitive
+from stereo_landmark.core.teaching.measured_draft import MeasuredPrimitive, MeasuredTarget
+from stereo_landmark.core.teaching.outline import outline_of
+from stereo_landmark.core.teaching.processing_values import processing_values
+from stereo_landmark.core.teaching.teaching_session import TargetReport, TeachingSession
+from stereo_landmark.core.teaching.teaching_state import TargetDraft
+from stereo_landmark.core.teaching.weak_choices import Hint, sigmas_of
+from stereo_landmark.page.pair_source import PairSource
+
+_UNIT = 16.0
+"""Edge points are sent as whole parts of a pixel."""
+
+
+def greeting(source: PairSource) -> dict[str, Any]:
+    """Return what never changes: cameras, settings, kinds of primitives."""
+    rig = source.rig
+    settings = [
+        {
+            'name': each.name,
+            'description': each.description,
+            'unit': each.unit,
+            'minimum': each.minimum,
+            'maximum': each.maximum,
+            'default': each.default,
+        }
+        for each in describe_settings(ImageProcessing)
+    ]
+    return {
+        'width': rig.left.width,
+        'height': rig.left.height,
+        'focal_length': rig.left.fx,
+        'baseline': rig.baseline,
+        'camera_xyz': list(rig.mount.xyz),
+        'camera_rotation': rig.mount.rotation.tolist(),
+        'settings': settings,
+        'kinds': [kind.value for kind in Kind],
+        'is_live': source.is_live,
+    }
+
+
+def snapshot(session: TeachingSession, source: PairSource) -> dict[str, Any]:
+    """Return the whole state of a session and what follows from it."""
+    state, view = session.state, session.view
+    pose = state.T_map_place
+    return {
+        'place': state.name,
+        'pair': state.pair,
+        'pairs': list(source.labels),
+        'pose': None if pose is None else {'x': pose.x, 'y': pose.y, 'yaw': pose.yaw},
+        'can_undo': session.history.can_undo,
+        'can_redo': session.history.can_redo,
+        'processing': processing_values(state.processing),
+        'segments': len(view.left.segments),
+        'kinds': sorted(kind.value for kind in state.kinds),
+        'counts': {kind.value: len(view.left.kinds[kind].primitives) for kind in Kind},
+        'found': [_found(session, each) for each in session.found()],
+        'targets': [_target(draft, session.report(draft)) for draft in state.targets],
+        'active': state.active,
+    }
+
+
+def edges(segments: Segments) -> dict[str, Any]:
+    """Return the edge points of an image, all segments one after another, in a compact form."""
+    units = np.rint(segments.points * _UNIT).astype('<i2')
+    return {
+        'unit': _UNIT,
+        'count': len(segments),
+        'points': base64.b64encode(units.tobytes()).decode(),
+        'starts': base64.b64encode(segments.starts.astype('<i4').tobytes()).decode(),
+    }
+
+
+def hint_entries(hints: Iterable[Hint]) -> list[dict[str, str]]:
+    """Return hints by their fields."""
+    return [
+        {'weight': hint.weight.value, 'target': hint.target, 'about': hint.about, 'text': hint.text}
+        for hint in hints
+    ]
+
+
+def answer_entry(answer: LandmarkFix | NoLandmarkFix) -> dict[str, Any]:
+    """Return what a test on another pair told."""
+    used = answer.displacement.names if isinstance(answer, LandmarkFix) else ()
+    sightings: list[dict[str, Any]] = []
+    for each in answer.sightings:
+        if isinstance(each, TargetSighting):
+            points = [
+                {
+                    'name': name,
+                    'left': _rounded(pixels[:2]),
+                    'right': _rounded(pixels[2:]),
+                    'used': name in used,
+                }
+                for name, pixels in zip(each.points.names, each.points.pixels, strict=True)
+            ]
+            sightings.append(
+                {
+                    'target': each.target,
+                    'found': list(each.found),
+                    'evidence': each.evidence,
+                    'points': points,
+                }
+            )
+        else:
+            text = f'{each.reason.value} ({each.detail})'
+            sightings.append(
+                {'target': each.target, 'found': [], 'evidence': 0.0, 'points': [], 'text': text}
+            )
+    if isinstance(answer, NoLandmarkFix):
+        return {'is_fix': False, 'text': f'{answer.reason}: {answer.detail}', 'sightings': sightings}
+    pose = answer.displacement.T_place_base
+    return {
+        'is_fix': True,
+        'x': pose.x,
+        'y': pose.y,
+        'yaw': pose.yaw,
+        'height': answer.displacement.height,
+        **_sigmas(answer.displacement),
+        'residual': float(np.sqrt(np.mean(answer.displacement.residuals**2))),
+        'sightings': sightings,
+    }
+
+
+def _found(session: TeachingSession, found: FoundPrimitive) -> dict[str, Any]:
+    return {
+        'kind': found.kind.value,
+        'number': found.number,
+        'outline': _lines(found.shape),
+        'depth': found.depth,
+        'chosen': session.chosen_name(found),
+    }
+
+
+def _target(draft: TargetDraft, report: TargetReport) -> dict[str, Any]:
+    region = draft.region
+    parts = zip(draft.primitives, report.measured.primitives, strict=True)
+    return {
+        'name': draft.name,
+        'region': None if region is None else [region.left, region.top, region.right, region.bottom],
+        'primitives': [_primitive(part.shape, measured) for part, measured in parts],
+        'points': _points(draft, report.measured),
+        'expected': _expected(report.fix),
+        'hints': hint_entries(report.hints),
+    }
+
+
+def _primitive(shape: Primitive, measured: MeasuredPrimitive) -> dict[str, Any]:
+    left, right = measured.pair if measured.pair is not None else (shape, None)
+    return {
+        'name': measured.name,
+        'kind': kind_of(shape).value,
+        'centre': _rounded(left.centre),
+        'left': _lines(left),
+        'right': [] if right is None else _lines(right),
+        'fault': measured.fault,
+    }
+
+
+def _points(draft: TargetDraft, measured: MeasuredTarget) -> list[dict[str, Any]]:
+    points, space = measured.points, measured.coordinates
+    return [
+        {
+            'name': name,
+            'used': name not in draft.left_out,
+            'left': _rounded(pixels[:2]),
+            'right': _rounded(pixels[2:]),
+            'xyz': position.tolist(),
+            'covariance': covariance.tolist(),
+            'sigma': float(np.sqrt(np.linalg.eigvalsh(covariance)[-1])),
+        }
+        for name, pixels, position, covariance in zip(
+            points.names, points.pixels, space.positions, space.covariances, strict=True
+        )
+    ]
+
+
+def _expected(fix: PlaceFix | NoPlaceFix) -> dict[str, Any]:
+    if isinstance(fix, NoPlaceFix):
+        return {'is_fix': False, 'text': f'{fix.reason.value} ({fix.detail})'}
+    return {'is_fix': True, **_sigmas(fix)}
+
+
+def _sigmas(fix: PlaceFix) -> dict[str, float]:
+    position, yaw = sigmas_of(fix)
+    return {'position_sigma': position, 'yaw_sigma': yaw}
+
+
+def _lines(primitive: Primitive) -> list[list[list[float]]]:
+    return [_rounded(line) for line in outline_of(primitive)]
+
+
+def _rounded(pixels: NDArray[np.float64]) -> Any:
+    return np.round(pixels, 2).tolist()

@@ -1,0 +1,20 @@
+"""The pair of images of a place that is taught further."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from stereo_landmark.core.teaching.teaching_session import StereoImages
+from stereo_landmark.files.place_file import load_images, load_place
+from stereo_landmark.page.pair_source import RecordedPairs
+
+
+def taught_pair(path: Path) -> RecordedPairs:
+    """Return the pair that a place was taught from.
+
+    Raises:
+        LandmarkFileError: the place cannot be used.
+    """
+    images = load_images(path)
+    pair = StereoImages(images.left, images.right, images.tilt)
+    return RecordedPairs(['as taught'], lambda _: pair, load_place(path).rig)

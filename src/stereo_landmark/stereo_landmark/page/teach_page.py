@@ -1,0 +1,105 @@
+"""Opens the teaching page for a source of images."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+
+from shirube_geometry import CameraMount
+from shirube_settings import check_settings
+from stereo_landmark.core.teaching.state_of_place import state_of_place
+from stereo_landmark.core.teaching.teaching_state import TeachingState
+from stereo_landmark.files.place_file import load_place
+from stereo_landmark.node_settings import NodeSettings
+from stereo_landmark.page.access import is_loopback, new_token
+from stereo_landmark.page.bag_pairs import bag_pairs
+from stereo_landmark.page.file_pairs import file_pairs
+from stereo_landmark.page.page_answers import PageAnswers
+from stereo_landmark.page.page_server import PageServer, serve
+from stereo_landmark.page.pair_source import PairSource
+from stereo_landmark.page.place_saver import PlaceSaver
+from stereo_landmark.page.taught_pair import taught_pair
+
+PORT = 8765
+_NODE = NodeSettings()
+
+
+def open_page(options: argparse.Namespace) -> None:
+    """Serve the page until Ctrl-C.
+
+    Raises:
+        StereoLandmarkError: the source or its first pair cannot be used.
+        CameraFileError: a file cannot be used.
+        BagError: the bag cannot be used.
+        SettingsError: the mount is out of range.
+        OSError: the address cannot be listened on.
+    """
+    with _source(options) as source:
+        token = '' if is_loopback(options.host) else new_token()
+        answers = _answers(source, options)
+        answers.images(answers.session.state.pair)
+
+        def say(port: int) -> None:
+            host = f'[{options.host}]' if ':' in options.host else options.host
+            query = f'?token={token}' if token else ''
+            print(f'The teaching page: http://{host}:{port}/{query} (Ctrl-C ends it)', flush=True)  # noqa: T201
+
+        serve(PageServer(answers, token), options.host, options.port, say)
+
+
+def _answers(source: PairSource, options: argparse.Namespace) -> PageAnswers:
+    if options.place is None:
+        return PageAnswers(source, PlaceSaver(options.places), TeachingState(name=options.name))
+    saver = PlaceSaver(options.place.parent, [options.place])
+    return PageAnswers(source, saver, state_of_place(load_place(options.place)))
+
+
+@contextmanager
+def _source(options: argparse.Namespace) -> Iterator[PairSource]:
+    xyz, rpy = tuple(options.camera_xyz), tuple(options.camera_rpy)
+    check_settings(NodeSettings(camera_xyz=xyz, camera_rpy=rpy))
+    mount = CameraMount(xyz, rpy)
+    if options.live:
+        # Loaded when it is asked for: files and bags need no ROS.
+        with import_module('stereo_landmark.page.live_pairs').live_pairs(options, mount) as source:
+            yield source
+    elif options.place is not None:
+        yield taught_pair(options.place)
+    else:
+        yield bag_pairs(options, mount) if options.bag else file_pairs(options, mount)
+
+
+def add_page_options(parser: argparse.ArgumentParser) -> None:
+    """Add what the page needs besides its source and the folder of places."""
+    add = parser.add_argument
+    add('--right', type=Path, nargs='+', help='the right images, in the same order')
+    for side in ('left', 'right'):
+        add(
+            f'--{side}-calibration',
+            type=Path,
+            metavar='YAML',
+            help='of the images, as camera_calibration writes it',
+        )
+    for name in ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu'):
+        add(f'--{name}', metavar='TOPIC', help='of the bag (default: the usual or the only one)')
+    add('--rectify', action='store_true', help='the images are raw')
+    add('--approximate-sync', type=float, metavar='SECONDS',
+        help='largest difference of stamps (default: none)')  # fmt: skip
+    add('--image-transport', default=_NODE.image_transport, choices=('raw', 'compressed', 'auto'),
+        help='of live images (default: %(default)s)')  # fmt: skip
+    add('--tilt', type=float, nargs=2, default=(0.0, 0.0), metavar=('ROLL', 'PITCH'),
+        help='of the robot, where no imu tells it [rad] (default: level)')  # fmt: skip
+    add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
+        help='left optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
+    add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
+        help='its fixed-axis roll, pitch, yaw there [rad] (default: looking ahead)')  # fmt: skip
+    add('--name', default='place_1', help='of the place, to begin with (default: %(default)s)')
+    add(
+        '--host',
+        default='127.0.0.1',
+        help='address to listen on; any but this machine only asks for a token (default: %(default)s)',
+    )
+    add('--port', type=int, default=PORT, help='0 for any that is free (default: %(default)s)')

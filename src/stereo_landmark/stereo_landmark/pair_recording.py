@@ -1,0 +1,42 @@
+"""What a bag holds of two cameras and the robot's tilt."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from shirube_bags.bag_reader import BagReader
+from shirube_recordings.recording import Recording
+from shirube_recordings.recording_topics import (
+    RecordingTopics,
+    choose_camera_info,
+    choose_images,
+    choose_imu,
+)
+from stereo_landmark.calibration_message import calibration_from_camera_info
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration
+
+
+def choose_topics(bag: BagReader, named: dict[str, Any], *, is_raw: bool) -> RecordingTopics:
+    """Return the topics to use, left camera first: those that are named, else the usual ones.
+
+    Args:
+        bag: an open bag.
+        named: by ``left_image``, ``left_camera_info``, ``right_image``, ``right_camera_info`` and ``imu``.
+        is_raw: whether raw images are wanted, where there are both.
+
+    Raises:
+        BagError: a named topic is missing or of another type, or there is none, or several, to choose from.
+    """
+    images, camera_infos = [], []
+    kinds = ('image_raw', 'image_rect') if is_raw else ('image_rect', 'image_raw')
+    for side in ('left', 'right'):
+        usual = tuple(f'/{side}/{name}{end}' for name in kinds for end in ('', '/compressed'))
+        images.append(choose_images(bag, named.get(f'{side}_image'), usual))
+        name = named.get(f'{side}_camera_info')
+        camera_infos.append(choose_camera_info(bag, name, f'/{side}/camera_info'))
+    return RecordingTopics(tuple(images), tuple(camera_infos), imu=choose_imu(bag, named.get('imu')))
+
+
+def pair_recording(bag: BagReader, topics: RecordingTopics) -> Recording[CameraCalibration]:
+    """Return the bag's messages, with cameras that perhaps have still to be rectified."""
+    return Recording(bag, topics, calibration_from_camera_info)

@@ -1,0 +1,34 @@
+"""Looks for every place in its own images, before the first real pair waits for a compiler or for a weak place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from stereo_landmark.core.landmark_fix import NoLandmarkFix
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.files.place_file import load_images, place_path
+
+
+def rehearse(folder: Path, places: Iterable[TaughtPlace], settings: LandmarkSettings) -> list[str]:
+    """Return a line for each place that is not found where it was taught.
+
+    Args:
+        folder: of the places.
+        places: from there.
+        settings: of the method.
+
+    Raises:
+        StereoLandmarkError: an image is missing, damaged, or of another size than the cameras.
+    """
+    lines = []
+    for place in places:
+        images = load_images(place_path(folder, place.name))
+        answer = LandmarkLocalizer([place], settings).locate(images.left, images.right, images.tilt)
+        if isinstance(answer, NoLandmarkFix):
+            lines.append(
+                f'place {place.name} is not found in the images it was taught from: {answer.reason} ({answer.detail}); '
+                'teach it with other targets, or correct the parameters'
+            )
+    return lines

@@ -1,0 +1,46 @@
+"""The points of found targets as markers for RViz."""
+
+from __future__ import annotations
+
+from geometry_msgs.msg import Point
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker, MarkerArray
+
+from stereo_landmark.core.pair.pair_localizer import LocatedPair
+from stereo_landmark.core.place.place_locator import PlaceLocator
+from stereo_landmark.core.procedure.sighting import TargetSighting
+
+_POINTS = ColorRGBA(r=0.1, g=0.8, b=0.2, a=1.0)
+_NAMES = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
+_DIAMETER, _TEXT_HEIGHT = 0.04, 0.12
+"""[m]"""
+
+
+def target_markers(located: LocatedPair, header: Header) -> MarkerArray:
+    """Show each found target by its points and its name where the cameras see it now, and remove the others.
+
+    Args:
+        located: what the pair told.
+        header: stamp of the image, base frame.
+    """
+    markers = [Marker(header=header, action=Marker.DELETEALL)]
+    locator = PlaceLocator(located.rig)
+    for number, sighting in enumerate(located.answer.sightings):
+        if not isinstance(sighting, TargetSighting) or not len(sighting.points):
+            continue
+        positions = locator.spatial_points(sighting.points, located.tilt).positions
+        points = _marker(header, 'points', number, Marker.SPHERE_LIST, _POINTS, _DIAMETER)
+        points.points = [Point(x=x, y=y, z=z) for x, y, z in positions.tolist()]
+        name = _marker(header, 'names', number, Marker.TEXT_VIEW_FACING, _NAMES, _TEXT_HEIGHT)
+        name.text = sighting.target
+        x, y, z = positions.mean(axis=0).tolist()
+        name.pose.position = Point(x=x, y=y, z=z + 2.0 * _TEXT_HEIGHT)
+        markers += [points, name]
+    return MarkerArray(markers=markers)
+
+
+def _marker(header: Header, namespace: str, number: int, kind: int, colour: ColorRGBA, size: float) -> Marker:
+    marker = Marker(header=header, ns=namespace, id=number, type=kind, action=Marker.ADD, color=colour)
+    marker.pose.orientation.w = 1.0
+    marker.scale.x = marker.scale.y = marker.scale.z = size
+    return marker

@@ -1,0 +1,73 @@
+"""Shapes of known place, sampled as a camera does: blurred, and averaged over the square of each pixel."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+# Cells a pixel side, in which the outline's coverage is exact along rows; rows a cell.
+_CELLS = 4
+_ROWS = 8
+
+Intervals = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]
+
+
+def ellipse_intervals(centre, semi_axes, tilt) -> Intervals:
+    """Return a function from rows y to where the ellipse begins and ends along x; the same where it is not."""
+    c, s = math.cos(tilt), math.sin(tilt)
+    a, b = semi_axes
+    shape = np.array([[c, -s], [s, c]]) @ np.diag([a**2, b**2]) @ np.array([[c, s], [-s, c]])
+
+    def intervals(y):
+        v = y - centre[1]
+        middle = centre[0] + shape[0, 1] / shape[1, 1] * v
+        half = np.sqrt(np.maximum(1.0 - v**2 / shape[1, 1], 0.0) * np.linalg.det(shape) / shape[1, 1])
+        return middle - half, middle + half
+
+    return intervals
+
+
+def polygon_intervals(corners) -> Intervals:
+    """Return a function from rows y to where the convex polygon begins and ends along x."""
+    corners = np.asarray(corners, dtype=float)
+
+    def intervals(y):
+        low, high = np.full(y.shape, np.inf), np.full(y.shape, -np.inf)
+        for p, q in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            if p[1] == q[1]:
+                continue
+            part = (y - p[1]) / (q[1] - p[1])
+            inside = (part >= 0.0) & (part <= 1.0)
+            x = p[0] + part * (q[0] - p[0])
+            low, high = np.where(inside, np.minimum(low, x), low), np.where(inside, np.maximum(high, x), high)
+        empty = low > high
+        return np.where(empty, 0.0, low), np.where(empty, 0.0, high)
+
+    return intervals
+
+
+def coverage(intervals: Intervals, size: tuple[int, int], blur: float = 0.0) -> NDArray[np.float64]:
+    """Return how much of each pixel a shape covers, shape (h, w), seen through a Gaussian blur [px]."""
+    width, height = size
+    margin = math.ceil(5.0 * blur) + 1
+    columns, rows = (width + 2 * margin) * _CELLS, (height + 2 * margin) * _CELLS
+    y = (np.arange(rows * _ROWS) + 0.5) / (_CELLS * _ROWS) - 0.5 - margin
+    low, high = ((np.asarray(x) + 0.5 + margin) * _CELLS for x in intervals(y))
+    cells = np.arange(columns)
+    covered = np.clip(high[:, None] - cells, 0.0, 1.0) - np.clip(low[:, None] - cells, 0.0, 1.0)
+    fine = covered.reshape(rows, _ROWS, columns).mean(axis=1)
+    if blur > 0.0:
+        reach = 2 * math.ceil(5.0 * blur * _CELLS) + 1
+        fine = cv2.GaussianBlur(fine, (reach, reach), blur * _CELLS)
+    whole = fine.reshape(height + 2 * margin, _CELLS, width + 2 * margin, _CELLS).mean(axis=(1, 3))
+    return np.asarray(whole[margin : margin + height, margin : margin + width])
+
+
+def photograph(light, noise=0.0, seed=0) -> NDArray[np.uint8]:
+    """Return the image of some grey levels, with normally distributed noise, rounded."""
+    rng = np.random.default_rng(seed)
+    return np.clip(np.rint(light + noise * rng.standard_normal(np.shape(light))), 0, 255).astype(np.uint8)

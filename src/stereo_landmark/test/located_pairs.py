@@ -1,0 +1,48 @@
+"""What pairs may tell, without looking at any image."""
+
+from dataclasses import replace
+
+import numpy as np
+from taught_wall import HERE, RIG, TAUGHT, taught_place
+
+from shirube_geometry import PlanarPose
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
+from stereo_landmark.core.pair.pair_localizer import LocatedPair
+from stereo_landmark.core.place.place_fix import PlaceFix
+from stereo_landmark.core.place.stereo_points import StereoPoints
+from stereo_landmark.core.procedure.prediction import expected_pixels
+from stereo_landmark.core.procedure.sighting import NoSightingReason, NoTargetSighting, TargetSighting
+from stereo_landmark.core.procedure.stereo_view import StereoView
+
+IMAGE = np.full((240, 376), 100, np.uint8)
+COVARIANCE = np.diag([1e-6, 4e-6, 9e-6, 1e-4])
+MISSING = NoTargetSighting('door', NoSightingReason.AMBIGUOUS, 'evidence 5 and 5')
+
+
+def sighting(state=HERE):
+    """Return the meters as they are seen from a state."""
+    place = taught_place()
+    pixels = expected_pixels(np.array([state[:4]]), place.coordinates.positions, StereoView(None, None, RIG))[
+        0
+    ]
+    points = StereoPoints(place.coordinates.names, pixels, np.tile(0.01 * np.eye(4), (len(pixels), 1, 1)))
+    names = tuple(f'meters/meter {i + 1}' for i in range(4))
+    return TargetSighting('meters', np.array(state[:4]), points, names, 50.0)
+
+
+def with_fix(in_map=True, stamp_ns=10_000_000_000):
+    """Return a pair with a displacement."""
+    place = taught_place() if in_map else replace(taught_place(), T_map_place=None)
+    pose = PlanarPose(HERE[0], HERE[1], HERE[3])
+    names = place.coordinates.names[:3]
+    fix = PlaceFix(pose, 0.02, (0.0, 0.0), COVARIANCE, names, np.zeros((3, 4)))
+    return LocatedPair(stamp_ns, IMAGE, LandmarkFix(place, fix, (sighting(), MISSING)), (0.0, 0.0), RIG)
+
+
+def without_fix(stamp_ns=10_000_000_000):
+    """Return a pair without."""
+    answer = NoLandmarkFix('nothing looks like it', 'place wall: meters', (MISSING,))
+    return LocatedPair(stamp_ns, IMAGE, answer, (0.0, 0.0), RIG)
+
+
+__all__ = ['COVARIANCE', 'HERE', 'IMAGE', 'TAUGHT', 'sighting', 'with_fix', 'without_fix']

@@ -1,0 +1,33 @@
+"""A bag of pairs of images."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from scene_simulator.scene_messages import camera_info, compressed_image
+from shirube_bags.bag_writer import BagWriter
+
+IMAGE, INFO = 'sensor_msgs/msg/CompressedImage', 'sensor_msgs/msg/CameraInfo'
+
+
+def info_message(calibration, stamp_ns):
+    """Return a CameraInfo with R and P."""
+    message = camera_info(calibration.raw, 'camera', stamp_ns)
+    return replace(message, r=np.array(calibration.rotation), p=np.array(calibration.projection))
+
+
+def write_pairs(path, entries, calibrations):
+    """Write images and calibrations.
+
+    Args:
+        path: of the bag.
+        entries: stamp of the left image [ns], stamp of the right one, left image, right image; bytes for an image
+            are sent as they are.
+        calibrations: of the left and the right camera.
+    """
+    with BagWriter(path) as bag:
+        for entry in entries:
+            for side, stamp_ns, image, calibration in zip(('left', 'right'), entry, entry[2:], calibrations):
+                bag.write(f'/{side}/camera_info', INFO, info_message(calibration, stamp_ns), stamp_ns)
+                message = compressed_image(image, 'camera', stamp_ns, 100)
+                bag.write(f'/{side}/image_rect/compressed', IMAGE, message, stamp_ns)

@@ -1,0 +1,46 @@
+"""Photographs of one or more shapes, and what the steps before the detectors make of them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from drawn_shapes import coverage, ellipse_intervals, photograph, polygon_intervals
+
+from stereo_landmark.core.edges.edges import extract_edges
+from stereo_landmark.core.edges.settings import EdgeSettings
+from stereo_landmark.core.primitives.settings import PrimitiveSettings
+from stereo_landmark.core.primitives.sides import find_sides
+from stereo_landmark.core.segments.segments import follow_segments
+
+PRIMITIVES = PrimitiveSettings()
+SIZE = (100, 90)
+
+
+def segments_of(image, **settings):
+    edges = EdgeSettings(**settings)
+    return follow_segments(extract_edges(image, edges), edges)
+
+
+def sides_of(image, **settings):
+    return find_sides(segments_of(image), PrimitiveSettings(**settings))
+
+
+def ellipse_photo(centre, axes, tilt, *, ground=180.0, contrast=-80.0, blur=0.7, noise=2.0, seed=0):
+    light = ground + contrast * coverage(ellipse_intervals(centre, axes, tilt), SIZE, blur)
+    return photograph(light, noise, seed)
+
+
+def polygon_photo(corners, *, ground=180.0, contrast=-80.0, blur=0.7, noise=2.0, seed=0):
+    return photograph(ground + contrast * coverage(polygon_intervals(corners), SIZE, blur), noise, seed)
+
+
+def turned_rectangle(centre, length, height, angle):
+    c, s = math.cos(angle), math.sin(angle)
+    half = 0.5 * np.array([[-length, -height], [length, -height], [length, height], [-length, height]])
+    return half @ np.array([[c, s], [-s, c]]) + np.asarray(centre)
+
+
+def mahalanobis(errors, covariance):
+    """Return the mean squared error over the stated variance, 1 when that is honest."""
+    return float(errors @ np.linalg.solve(covariance, errors)) / len(errors)

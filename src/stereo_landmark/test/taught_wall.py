@@ -1,0 +1,116 @@
+"""A wall that was taught by small cameras, what they see of it later, and the files of both."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import cv2
+import numpy as np
+from drawn_wall import Disc, Plate, Wall, look
+from place_scenes import MOUNT
+from stereo_calibrations import rectified_calibration, write_calibration
+
+from shirube_geometry import PinholeCamera, PlanarPose, matrix_from_rpy
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
+from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.files.place_file import save_place
+from stereo_landmark.files.taught_images import TaughtImages
+
+CAMERA = PinholeCamera(376, 240, 350.0, 350.0, 187.5, 119.5)
+CALIBRATIONS = rectified_calibration(CAMERA), rectified_calibration(CAMERA, 0.2)
+RIG = stereo_rig(*CALIBRATIONS, MOUNT)
+LENS = (-0.25, 0.06, 0.0005, -0.0008, 0.0)
+TURNS = (-0.02, 0.01, 0.012), (0.02, -0.01, -0.015)
+"""Of the real cameras against the rectified ones [rad]."""
+RAW = tuple(
+    CameraCalibration(
+        PinholeCamera(376, 240, 330.0, 331.0, 190.0 - shift, 118.0 + shift, LENS),
+        tuple(matrix_from_rpy(turn).ravel().tolist()),
+        rectified.projection,
+    )
+    for turn, rectified, shift in zip(TURNS, CALIBRATIONS, (0.0, 5.0))
+)
+"""Cameras that are those of CALIBRATIONS once they are rectified."""
+METERS = tuple(Disc(y, z, 0.1, 50.0) for y, z in ((0.7, 0.8), (0.2, 0.9), (-0.3, 0.75), (-0.8, 0.85)))
+T_MAP_PLACE = PlanarPose(10.0, -4.0, 2.0)
+TAUGHT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+HERE = (0.15, -0.1, 0.0, 0.06, 0.0, 0.0)
+"""Where the robot comes back to: x, y, z, yaw, roll, pitch in the place's frame."""
+
+
+def clutter(count=30):
+    """Return small plates beside the meters, no two alike."""
+    rng = np.random.default_rng(7)
+    plates = []
+    while len(plates) < count:
+        y, z = rng.uniform(-1.5, 1.5), rng.uniform(-0.2, 1.5)
+        if min(np.hypot(meter.y - y, meter.z - z) for meter in METERS) > 0.3:
+            plates.append(Plate(y, z, *rng.uniform(0.04, 0.25, 2), rng.choice([20.0, 90.0, 210.0, 245.0])))
+    return tuple(plates)
+
+
+WALL = Wall((*clutter(), *METERS))
+
+
+@lru_cache
+def seen(state):
+    """Return the rectified pair that the robot sees from a state."""
+    return tuple(look(WALL, np.array(state), RIG))
+
+
+@lru_cache
+def taught_place(name='wall'):
+    """Return the place with the four meters as one target."""
+    processing = ImageProcessing()
+    left, right = (detect_scene(image, processing) for image in seen(TAUGHT))
+    meters = [e for e in left.kinds[Kind.ELLIPSE].primitives if e.semi_axes[1] > 10.0]
+    meters = sorted(meters, key=lambda meter: meter.centre[0])
+    choice = TargetChoice('meters', {f'meter {i + 1}': meters[i] for i in range(len(METERS))})
+    return Teacher(StereoView(left, right, RIG), processing).teach(name, [choice], T_MAP_PLACE)
+
+
+def raw_image(image, calibration):
+    """Return what a camera of RAW would have seen where the rectified one sees an image, shape (h, w)."""
+    raw, rectified = calibration.raw, calibration.rectified
+    u, v = np.meshgrid(np.arange(raw.width, dtype=float), np.arange(raw.height, dtype=float))
+    rays = raw.rays_from_pixels(np.column_stack([u.ravel(), v.ravel()]))
+    seen_at = rectified.pixels_from_points(rays @ np.array(calibration.rotation).reshape(3, 3).T)
+    maps = [each.reshape(u.shape).astype(np.float32) for each in seen_at.T]
+    return cv2.remap(image, *maps, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+
+
+@dataclass
+class Files:
+    """What lies in a folder."""
+
+    places: Path
+    images: dict[str, Path]
+    calibrations: dict[str, Path]
+
+    def options(self, *more):
+        """Return the options of ``locate`` for the pair."""
+        return [
+            *('--places', str(self.places), '--camera-xyz', *map(str, MOUNT.xyz)),
+            *(word for side in ('left', 'right') for word in (f'--{side}', str(self.images[side]))),
+            *(
+                word
+                for side in ('left', 'right')
+                for word in (f'--{side}-calibration', str(self.calibrations[side]))
+            ),
+            *more,
+        ]
+
+
+def write_files(folder):
+    """Write the place, the pair from HERE and the calibrations."""
+    left, right = seen(TAUGHT)
+    save_place(folder / 'places', taught_place(), TaughtImages(left, right))
+    images, calibrations = {}, {}
+    for side, image, calibration in zip(('left', 'right'), seen(HERE), CALIBRATIONS):
+        images[side] = folder / f'{side}.png'
+        cv2.imwrite(str(images[side]), image)
+        calibrations[side] = write_calibration(folder / f'{side}.yaml', calibration)
+    return Files(folder / 'places', images, calibrations)

@@ -1,0 +1,92 @@
+import math
+
+import numpy as np
+import pytest
+from seen_shapes import PRIMITIVES, mahalanobis, polygon_photo, sides_of, turned_rectangle
+
+from stereo_landmark.core.primitives.corner import (
+    Corner,
+    CornerTolerance,
+    corner_difference,
+    detect_corners,
+    refine_corner,
+)
+
+CORNERS = np.array([[22.3, 18.6], [78.1, 24.9], [70.4, 69.7], [28.8, 62.2]])
+
+
+def _nearest(corners, vertex):
+    return min(corners, key=lambda corner: np.hypot(*(corner.vertex - vertex)))
+
+
+def test_parameters_are_those_of_the_drawn_corner():
+    found = detect_corners(sides_of(polygon_photo(CORNERS)), PRIMITIVES)
+    for k in range(4):
+        corner = _nearest(found, CORNERS[k])
+        arms = np.array([CORNERS[k - 1], CORNERS[(k + 1) % 4]]) - CORNERS[k]
+        lengths = np.hypot(*arms.T)
+        inward = (arms / lengths[:, None]).sum(axis=0)
+        assert np.hypot(*(corner.vertex - CORNERS[k])) < 0.3
+        assert corner.angle == pytest.approx(math.acos(arms[0] @ arms[1] / lengths.prod()), abs=0.03)
+        assert math.remainder(
+            corner.bisector - math.atan2(inward[1], inward[0]), 2 * math.pi
+        ) == pytest.approx(0.0, abs=0.03)
+        assert sorted(corner.arm_lengths) == pytest.approx(sorted(lengths), abs=4.0)
+        assert corner.polarity == -1
+
+
+def test_arms_begin_at_the_vertex_and_are_in_the_order_of_their_lengths():
+    corner = _nearest(detect_corners(sides_of(polygon_photo(CORNERS)), PRIMITIVES), CORNERS[0])
+    tips = corner.vertex + corner.arms * corner.arm_lengths[:, None]
+    np.testing.assert_allclose(tips, CORNERS[[1, 3]], atol=4.0)
+
+
+def test_a_bright_inside_has_the_other_polarity_and_is_no_match():
+    dark, bright = (
+        _nearest(
+            detect_corners(sides_of(polygon_photo(CORNERS, ground=g, contrast=c)), PRIMITIVES), CORNERS[1]
+        )
+        for g, c in ((180.0, -80.0), (80.0, 90.0))
+    )
+    assert (dark.polarity, bright.polarity) == (-1, 1)
+    assert corner_difference(bright, dark, CornerTolerance()) == math.inf
+    assert corner_difference(dark, dark, CornerTolerance()) == 0.0
+
+
+def test_difference_reaches_one_at_the_tolerance():
+    taught = Corner(np.zeros(2), 1.5, 3.1, np.ones(2), 1, np.eye(2))
+    found = Corner(np.zeros(2), 1.5, -3.1, np.ones(2), 1, np.eye(2))
+    gap = 2 * math.pi - 6.2
+    assert corner_difference(found, taught, CornerTolerance(bisector=gap)) == pytest.approx(1.0)
+
+
+def test_refined_vertices_are_unbiased_and_their_covariance_is_honest():
+    errors, squares = [], []
+    for seed in range(40):
+        moved = CORNERS + np.random.default_rng(seed).uniform(-0.5, 0.5, 2)
+        image = polygon_photo(moved, seed=seed)
+        for corner in detect_corners(sides_of(image), PRIMITIVES):
+            truth = moved[np.argmin(np.hypot(*(moved - corner.vertex).T))]
+            refined = refine_corner(corner, image)
+            assert refined is not None
+            errors.append(refined.vertex - truth)
+            squares.append(mahalanobis(refined.vertex - truth, refined.covariance))
+    assert len(errors) >= 150
+    assert np.sqrt(np.mean(np.square(errors))) < 0.03
+    assert np.abs(np.mean(errors, axis=0)).max() < 0.006
+    assert 0.7 < math.sqrt(np.mean(squares)) < 1.3
+
+
+def test_nothing_is_refined_where_there_is_no_corner():
+    blank = np.random.default_rng(0).integers(100, 140, (90, 100)).astype(np.uint8)
+    corner = Corner(np.array([50.0, 40.0]), 1.5, 0.3, np.array([3.0, 3.0]), 1, np.eye(2))
+    assert refine_corner(corner, blank) is None
+
+
+def test_vertex_is_a_point_to_choose():
+    corner = _nearest(
+        detect_corners(sides_of(polygon_photo(turned_rectangle((50, 45), 50, 40, 0.1))), PRIMITIVES), (25, 25)
+    )
+    point = corner.image_points()['vertex']
+    np.testing.assert_array_equal(point.position, corner.vertex)
+    assert np.linalg.eigvalsh(point.covariance).min() > 0.0

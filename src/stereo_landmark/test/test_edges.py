@@ -1,0 +1,50 @@
+import math
+
+import numpy as np
+import pytest
+from seen_shapes import ellipse_photo, polygon_photo
+
+from stereo_landmark.core.edges.edges import extract_edges
+from stereo_landmark.core.edges.settings import EdgeSettings
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+
+def test_edges_of_a_disc_lie_on_its_outline_once_around():
+    edges = extract_edges(ellipse_photo((50.3, 44.8), (25.0, 25.0), 0.0, noise=0.0), EdgeSettings())
+    radii = np.hypot(*(edges.points - [50.3, 44.8]).T)
+    assert np.abs(radii - 25.0).max() < 0.15
+    assert radii.mean() == pytest.approx(25.0, abs=0.05)
+    # One a row where steep, one a column where flat: 4 r / sqrt(2) times 2.
+    assert len(edges) == pytest.approx(8 * 25.0 / math.sqrt(2.0), abs=4)
+
+
+@pytest.mark.parametrize('angle', [0.0, 0.2, 0.785, 1.3])
+def test_points_of_a_straight_edge_are_exact_and_the_gradient_points_to_the_bright_side(angle):
+    normal = np.array([math.cos(angle), math.sin(angle)])
+    along = np.array([-normal[1], normal[0]])
+    middle = np.array([50.37, 44.61])
+    corners = middle + np.array(
+        [normal * 0 - 200 * along, 200 * along, 200 * along + 200 * normal, -200 * along + 200 * normal]
+    )
+    edges = extract_edges(polygon_photo(corners, contrast=60.0, noise=0.0), EdgeSettings())
+    inner = np.abs(edges.points - [50, 45]).max(axis=1) < 30
+    assert inner.sum() > 40
+    assert np.abs((edges.points[inner] - middle) @ normal).max() < 0.02
+    directions = edges.gradients[inner] / np.linalg.norm(edges.gradients[inner], axis=1, keepdims=True)
+    assert (directions @ normal).min() > 0.999
+
+
+def test_index_and_points_tell_the_same():
+    edges = extract_edges(ellipse_photo((50, 45), (25.0, 15.0), 0.4), EdgeSettings())
+    columns, rows = np.rint(edges.points).astype(int).T
+    np.testing.assert_array_equal(edges.index[rows, columns], np.arange(len(edges)))
+    assert (edges.index >= 0).sum() == len(edges)
+
+
+def test_an_even_image_has_no_edges():
+    assert len(extract_edges(np.full((40, 50), 90, np.uint8), EdgeSettings())) == 0
+
+
+def test_colour_is_refused():
+    with pytest.raises(StereoLandmarkError, match='mono8'):
+        extract_edges(np.zeros((40, 50, 3), np.uint8), EdgeSettings())

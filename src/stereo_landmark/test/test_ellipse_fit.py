@@ -1,0 +1,38 @@
+import math
+
+import numpy as np
+import pytest
+
+from stereo_landmark.core.primitives.ellipse_fit import fit_ellipse
+from stereo_landmark.core.primitives.ellipse_geometry import ellipse_point
+
+
+def _points(parameters, begin=0.0, end=2 * math.pi, count=40):
+    return np.array([ellipse_point(parameters, t)[:2] for t in np.linspace(begin, end, count)])
+
+
+@pytest.mark.parametrize('tilt', [0.0, 0.3, 1.5, -0.8, -1.5])
+@pytest.mark.parametrize('axes', [(30.0, 12.0), (9.0, 8.0), (200.0, 50.0)])
+def test_exact_points_give_the_ellipse_back(axes, tilt):
+    truth = np.array([400.0, 321.0, *axes, tilt])
+    fitted = np.empty(5)
+    assert fit_ellipse(_points(truth, 0.2, 3.4), fitted)
+    np.testing.assert_allclose(fitted[:4], truth[:4], atol=1e-4)
+    assert math.remainder(fitted[4] - tilt, math.pi) == pytest.approx(0.0, abs=1e-5)
+
+
+def test_agrees_with_a_second_implementation_on_noisy_points():
+    cv2 = pytest.importorskip('cv2')
+    points = _points(np.array([400.0, 321.0, 30.0, 18.0, 0.4])) + np.random.default_rng(0).normal(
+        0, 0.3, (40, 2)
+    )
+    fitted = np.empty(5)
+    assert fit_ellipse(points, fitted)
+    centre, size, _ = cv2.fitEllipseDirect(points.astype(np.float32))
+    np.testing.assert_allclose(fitted[:2], centre, atol=0.02)
+    np.testing.assert_allclose(fitted[2:4], 0.5 * np.sort(size)[::-1], atol=0.02)
+
+
+def test_points_on_a_line_are_no_ellipse():
+    x = np.linspace(0.0, 50.0, 20)
+    assert not fit_ellipse(np.column_stack([x, 2.0 * x]), np.empty(5))

@@ -1,0 +1,78 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from drawn_wall import Disc, Plate, Wall, look, view_of
+
+from shirube_geometry import PlanarPose
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+PANELS = Wall(
+    (Plate(0.35, 0.7, 0.4, 0.3, 80.0), Plate(-0.3, 0.75, 0.3, 0.4, 220.0), Disc(-0.75, 0.6, 0.08, 60.0))
+)
+SIGNS = Wall((Plate(0.1, 0.8, 0.7, 0.2, 60.0), Disc(0.7, 0.6, 0.12, 200.0), Disc(-0.6, 0.6, 0.1, 230.0)))
+STATE = np.array([0.2, -0.1, 0.0, 0.08, 0.0, 0.0])
+
+
+def taught(wall, name, T_map_place=None):
+    view = view_of(wall, np.zeros(6), tuple(Kind))
+    panels = view.left.kinds[Kind.QUADRILATERAL].primitives
+    discs = view.left.kinds[Kind.ELLIPSE].primitives
+    parts = {f'part {i}': part for i, part in enumerate((*panels, *discs))}
+    return Teacher(view, ImageProcessing()).teach(name, [TargetChoice('target', parts)], T_map_place)
+
+
+@pytest.fixture(scope='module')
+def places():
+    return [taught(PANELS, 'panels', PlanarPose(5.0, 2.0, 1.0)), taught(SIGNS, 'signs')]
+
+
+@pytest.fixture(scope='module')
+def images():
+    return look(PANELS, STATE)
+
+
+def test_the_place_and_the_displacement_are_found(places, images):
+    fix = LandmarkLocalizer(places).locate(*images)
+    assert isinstance(fix, LandmarkFix)
+    assert fix.place.name == 'panels'
+    pose = fix.displacement.T_place_base
+    assert [pose.x, pose.y, pose.yaw] == pytest.approx(STATE[[0, 1, 3]].tolist(), abs=0.004)
+    expected = PlanarPose(5.0, 2.0, 1.0) @ PlanarPose(*STATE[[0, 1, 3]])
+    assert fix.T_map_base.distance_to(expected) < 0.006
+
+
+def test_another_place_is_tried_when_the_robot_is_not_where_it_should_be(places, images):
+    fix = LandmarkLocalizer(places).locate(*images, likely=['signs'])
+    assert isinstance(fix, LandmarkFix)
+    assert fix.place.name == 'panels'
+    answer = LandmarkLocalizer(places[1:]).locate(*images)
+    assert isinstance(answer, NoLandmarkFix)
+    assert answer.detail.startswith('place signs: target: ')
+
+
+def test_two_places_that_look_alike_are_ambiguous(places, images):
+    twin = replace(places[0], name='twin')
+    answer = LandmarkLocalizer([places[0], twin]).locate(*images)
+    assert isinstance(answer, NoLandmarkFix)
+    assert answer.reason == 'it may be in several places'
+    assert isinstance(LandmarkLocalizer([places[0], twin]).locate(*images, likely=['twin']), LandmarkFix)
+
+
+def test_places_must_have_names_of_their_own(places):
+    with pytest.raises(StereoLandmarkError, match='two places are called panels'):
+        LandmarkLocalizer([places[0], places[0]])
+    with pytest.raises(StereoLandmarkError, match='no taught place'):
+        LandmarkLocalizer([])
+
+
+def test_images_of_other_cameras_are_refused(places, images):
+    with pytest.raises(
+        StereoLandmarkError, match='right image is 376x480, place panels was taught with 752x480'
+    ):
+        LandmarkLocalizer(places).locate(images[0], images[1][:, ::2].copy())

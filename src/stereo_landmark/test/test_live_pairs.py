@@ -1,0 +1,91 @@
+"""Pictures from live cameras through real topics."""
+
+from __future__ import annotations
+
+import math
+from threading import Event, Thread
+from typing import Any, Self
+
+import numpy as np
+import pytest
+from place_scenes import MOUNT
+from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
+from taught_wall import CALIBRATIONS, HERE, RIG, TAUGHT, seen
+
+from shirube_ros.image_conversion import image_from_array
+from shirube_ros.isolated_graph import IsolatedGraph
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.page.live_pairs import CameraListener, LivePairs
+
+SIDES = ('left', 'right')
+
+
+class Cameras:
+    """Publishes what a robot sees, again and again, while the block runs."""
+
+    def __init__(self, graph: IsolatedGraph) -> None:
+        self.node = graph.add(lambda **options: Node('cameras', **options))
+        self.listener = graph.add(lambda **options: Node('listener', **options))
+        self.state: tuple[float, ...] | None = TAUGHT
+        self._graph, self._end, self._stamp = graph, Event(), 0
+        self._images = [self.node.create_publisher(Image, f'{side}/image_rect', 5) for side in SIDES]
+        self._infos = [self.node.create_publisher(CameraInfo, f'{side}/camera_info', 5) for side in SIDES]
+        self._thread = Thread(target=self._work)
+
+    def __enter__(self) -> Self:
+        self.heard = CameraListener(self.listener, 'raw', 0.0)
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end.set()
+        self._thread.join()
+
+    def _work(self) -> None:
+        while not self._end.is_set():
+            if self.state is not None:
+                self._publish(seen(self.state))
+            self._graph.spin_until(self._end.is_set, 0.05)
+
+    def _publish(self, images: Any) -> None:
+        self._stamp += 1
+        header = Header(frame_id='camera')
+        header.stamp.sec = self._stamp
+        for number, image in enumerate(images):
+            self._infos[number].publish(info_of(CALIBRATIONS[number], header))
+            self._images[number].publish(image_from_array(image, header))
+
+
+def info_of(calibration: CameraCalibration, header: Header) -> CameraInfo:
+    camera = calibration.raw
+    return CameraInfo(
+        header=header, width=camera.width, height=camera.height, distortion_model='plumb_bob',
+        d=list(camera.distortion), k=camera.matrix.ravel().tolist(), r=list(calibration.rotation),
+        p=list(calibration.projection),
+    )  # fmt: skip
+
+
+def test_each_picture_is_what_the_cameras_see_now(graph: IsolatedGraph) -> None:
+    with Cameras(graph) as cameras:
+        pairs = LivePairs(cameras.heard, MOUNT, rectify=False)
+        assert pairs.rig == RIG
+        assert np.array_equal(pairs.images(0).left, seen(TAUGHT)[0])
+        cameras.state = HERE
+        # One pair may still be on its way.
+        numbers = [pairs.take(), pairs.take()]
+        assert numbers == [1, 2]
+        assert np.array_equal(pairs.images(2).right, seen(HERE)[1])
+        assert len(pairs.labels) == 3
+        assert pairs.images(0).tilt == (0.0, 0.0)
+        assert math.isclose(pairs.rig.baseline, 0.2)
+
+
+def test_silent_cameras_are_told(graph: IsolatedGraph, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr('stereo_landmark.page.live_pairs.FIRST_WAIT', 0.3)
+    with Cameras(graph) as cameras:
+        cameras.state = None
+        with pytest.raises(StereoLandmarkError, match=r'no pair of images came within 0\.3 s'):
+            LivePairs(cameras.heard, MOUNT, rectify=False)

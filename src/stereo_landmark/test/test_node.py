@@ -1,0 +1,291 @@
+"""The node through real topics."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Quaternion, TransformStamped
+from located_pairs import with_fix, without_fix
+from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo, Image, Imu
+from std_msgs.msg import Header
+from std_srvs.srv import Trigger
+from taught_wall import CALIBRATIONS, HERE, T_MAP_PLACE, TAUGHT, seen, write_files
+from visualization_msgs.msg import Marker, MarkerArray
+
+from shirube_geometry import PlanarPose
+from shirube_ros.image_conversion import image_from_array
+from shirube_ros.isolated_graph import IsolatedGraph
+from shirube_ros.pose_conversion import planar_pose
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.node import StereoLandmarkNode
+
+MOUNT = {'camera_xyz': [0.2, 0.1, 0.6]}
+SIDES = ('left', 'right')
+
+
+@pytest.fixture(scope='module')
+def places(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_files(tmp_path_factory.mktemp('wall')).places
+
+
+class FakeStream:
+    """Remembers its calls and answers what it is told to."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[Any, ...]] = []
+        self.answer: Any = None
+
+    def add_image(self, *call: Any) -> Any:
+        self.calls.append(('image', *call))
+        if isinstance(self.answer, Exception):
+            raise self.answer
+        return self.answer
+
+    def add_tilt(self, *call: Any) -> None:
+        self.calls.append(('tilt', *call))
+
+    def forget(self) -> None:
+        self.calls.append(('forget',))
+
+
+class Robot:
+    """The node under test and a robot around it."""
+
+    def __init__(
+        self, graph: IsolatedGraph, places: Path, *, is_real: bool = False, **parameters: Any
+    ) -> None:
+        self._graph = graph
+        self.streams: list[FakeStream] = []
+        given = {'places_dir': str(places), **MOUNT, **parameters}
+        self.node = graph.add(StereoLandmarkNode if is_real else self._with_fakes, **given)
+        self.robot = graph.add(lambda **options: Node('robot', **options))
+        kinds = {f'{side}/{name}': kind for side in SIDES for name, kind in
+                 (('image_rect', Image), ('camera_info', CameraInfo))} | {'imu': Imu}  # fmt: skip
+        self._publishers = {
+            topic: self.robot.create_publisher(kind, topic, 10) for topic, kind in kinds.items()
+        }
+        self.displacements = self.listen(TransformStamped, 'displacement')
+        self.poses = self.listen(PoseStamped, 'pose')
+        self.reports: list[DiagnosticStatus] = []
+        self.robot.create_subscription(
+            DiagnosticArray, '/diagnostics', lambda array: self.reports.extend(array.status), 10
+        )
+        assert graph.spin_until(self._is_connected)
+
+    def _with_fakes(self, **options: Any) -> StereoLandmarkNode:
+        def create_stream(*_: object) -> FakeStream:
+            self.streams.append(FakeStream())
+            return self.streams[-1]
+
+        return StereoLandmarkNode(create_stream, **options)  # type: ignore[arg-type]
+
+    def _is_connected(self) -> bool:
+        heard = all(publisher.get_subscription_count() == 1 for publisher in self._publishers.values())
+        return heard and self.robot.count_publishers('/diagnostics') == 1
+
+    @property
+    def stream(self) -> FakeStream:
+        return self.streams[-1]
+
+    def listen(self, kind: type, name: str) -> list[Any]:
+        received: list[Any] = []
+        subscription = self.robot.create_subscription(kind, f'/stereo_landmark/{name}', received.append, 10)
+        topic = subscription.topic_name
+        assert self._graph.spin_until(lambda: self.node.count_subscribers(topic) == 1)
+        return received
+
+    def send(self, topic: str, message: Any) -> None:
+        guard = self.node._guard
+        before = guard.counts[topic].received
+        self._publishers[topic].publish(message)
+        assert self._graph.spin_until(lambda: guard.counts[topic].received > before)
+
+    def send_pair(self, stamp: float = 10.0, pair: Any = None, later: float = 0.0) -> None:
+        images = seen(TAUGHT) if pair is None else pair
+        for side, image, calibration in zip(SIDES, images, CALIBRATIONS, strict=True):
+            self.send(f'{side}/camera_info', info(calibration))
+            when = stamp + (later if side == 'right' else 0.0)
+            self.send(f'{side}/image_rect', image_from_array(image, header(when, f'{side}_optical_frame')))
+
+    def report(self) -> DiagnosticStatus:
+        before = len(self.reports)
+        assert self._graph.spin_until(lambda: len(self.reports) > before)
+        return self.reports[-1]
+
+    def wait_for(self, messages: list[Any], number: int = 1) -> None:
+        assert self._graph.spin_until(lambda: len(messages) >= number)
+
+
+def header(stamp: float, frame: str) -> Header:
+    return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)), frame_id=frame)
+
+
+def info(calibration: CameraCalibration) -> CameraInfo:
+    raw = calibration.raw
+    return CameraInfo(
+        width=raw.width,
+        height=raw.height,
+        k=raw.matrix.ravel(),
+        r=calibration.rotation,
+        p=calibration.projection,
+    )
+
+
+def test_a_robot_that_came_back_knows_where_it_stands(graph: IsolatedGraph, places: Path) -> None:
+    robot = Robot(graph, places, is_real=True, map_frame='hall', base_frame='body')
+    pictures = robot.listen(Image, 'debug_image')
+    with_covariance = robot.listen(PoseWithCovarianceStamped, 'pose_with_covariance')
+    robot.send_pair(12.5, seen(HERE))
+    robot.wait_for(robot.displacements)
+    robot.wait_for(robot.poses)
+    robot.wait_for(with_covariance)
+    (displacement,) = robot.displacements
+    assert displacement.header == header(12.5, 'wall')
+    assert displacement.child_frame_id == 'body'
+    moved, turned = displacement.transform.translation, displacement.transform.rotation
+    assert (moved.x, moved.y, moved.z) == pytest.approx(HERE[:3], abs=0.01)
+    assert 2.0 * math.atan2(turned.z, turned.w) == pytest.approx(HERE[3], abs=0.01)
+    T_map_base = T_MAP_PLACE @ PlanarPose(HERE[0], HERE[1], HERE[3])
+    assert robot.poses[0].header == header(12.5, 'hall')
+    assert planar_pose(robot.poses[0].pose, '').distance_to(T_map_base) < 0.01
+    assert with_covariance[0].header == header(12.5, 'hall')
+    robot.wait_for(pictures)
+    assert pictures[0].header == header(12.5, 'left_optical_frame')
+
+
+def test_the_covariance_is_turned_into_the_map(graph: IsolatedGraph, places: Path) -> None:
+    robot = Robot(graph, places)
+    with_covariance = robot.listen(PoseWithCovarianceStamped, 'pose_with_covariance')
+    robot.stream.answer = with_fix()
+    robot.send_pair()
+    robot.wait_for(with_covariance)
+    covariance = np.array(with_covariance[0].pose.covariance).reshape(6, 6)
+    cos, sin = math.cos(T_MAP_PLACE.yaw), math.sin(T_MAP_PLACE.yaw)
+    assert covariance[0, 0] == pytest.approx(cos**2 * 1e-6 + sin**2 * 4e-6)
+    assert covariance[0, 1] == pytest.approx(cos * sin * (1e-6 - 4e-6))
+    assert covariance[5, 5] == pytest.approx(1e-4)
+
+
+def test_a_place_that_is_not_in_the_map_gives_only_the_displacement(
+    graph: IsolatedGraph, places: Path
+) -> None:
+    robot = Robot(graph, places)
+    robot.stream.answer = with_fix(in_map=False)
+    robot.send_pair()
+    robot.wait_for(robot.displacements, 2)
+    assert robot.poses == []
+
+
+def test_no_fix_publishes_nothing_and_says_why(graph: IsolatedGraph, places: Path) -> None:
+    robot = Robot(graph, places)
+    robot.stream.answer = without_fix()
+    robot.send_pair()
+    report = robot.report()
+    assert (report.level, report.message) == (DiagnosticStatus.WARN, 'no fix: nothing looks like it')
+    assert robot.displacements == robot.poses == []
+
+
+@pytest.mark.parametrize(('is_approximate', 'pairs'), [(False, 0), (True, 1)])
+def test_stamps_that_differ_a_little_pair_when_that_is_asked_for(
+    graph: IsolatedGraph, places: Path, is_approximate: bool, pairs: int
+) -> None:
+    robot = Robot(graph, places, is_real=True, approximate_sync=is_approximate)
+    robot.send_pair(3.0, later=0.004)
+    robot.wait_for(robot.displacements, pairs)
+    assert len(robot.displacements) == pairs
+
+
+def test_the_node_survives_every_bad_message(graph: IsolatedGraph, places: Path) -> None:
+    robot = Robot(graph, places)
+    image = seen(TAUGHT)[0]
+    robot.send_pair(1.0)
+    robot.send('left/image_rect', Image(encoding='bayer_rggb8', width=376, height=240, step=376))
+    robot.send('left/image_rect', image_from_array(image[:100], header(1.1, '')))
+    truncated = image_from_array(image, header(1.1, ''))
+    truncated.data = truncated.data[:1000]
+    robot.send('left/image_rect', truncated)
+    robot.send('left/image_rect', image_from_array(image, header(0.9, '')))
+    robot.send('left/camera_info', CameraInfo(width=376, height=240))
+    robot.send('left/image_rect', image_from_array(image, header(1.2, '')))
+    robot.send('imu', Imu(orientation=Quaternion(x=math.nan)))
+    robot.stream.answer = ZeroDivisionError()
+    robot.send_pair(1.3)
+    counts = robot.node._guard.counts
+    topics = ('left/image_rect', 'left/camera_info', 'right/image_rect', 'imu')
+    assert [counts[topic].refused.total() for topic in topics] == [6, 1, 1, 1]
+    robot.stream.answer = with_fix()
+    robot.send_pair(1.4)
+    robot.wait_for(robot.poses, 2)
+
+
+def test_wrong_pairs_and_cameras_are_told_in_the_diagnostics(graph: IsolatedGraph, places: Path) -> None:
+    robot = Robot(graph, places, is_real=True, queue_size=2)
+    left, right = seen(TAUGHT)
+    robot.send_pair(1.0, (right, left))
+    assert 'left and right are swapped' in robot.report().message
+    robot.send('right/camera_info', info(CALIBRATIONS[0]))
+    robot.send('left/image_rect', image_from_array(left, header(2.0, '')))
+    robot.send('right/image_rect', image_from_array(right, header(2.0, '')))
+    assert 'baseline is 0 m, it must be positive' in robot.report().message
+    robot.send('right/camera_info', info(CALIBRATIONS[1]))
+    for stamp in (3.0, 3.1, 3.2):
+        robot.send('left/image_rect', image_from_array(left, header(stamp, '')))
+        robot.send('right/image_rect', image_from_array(right, header(stamp + 0.05, '')))
+    assert 'no stamps in common' in robot.report().message
+    assert robot.displacements == []
+
+
+def test_places_of_another_mount_are_refused(graph: IsolatedGraph, places: Path) -> None:
+    robot = Robot(graph, places, is_real=True, camera_xyz=[0.0, 0.0, 1.0])
+    robot.send_pair()
+    assert 'place wall was taught with camera_xyz' in robot.report().message
+
+
+def test_tilt_and_relocalize_reach_the_stream(graph: IsolatedGraph, places: Path) -> None:
+    robot = Robot(graph, places)
+    leaning = Quaternion(x=math.sin(0.05), w=math.cos(0.05))
+    robot.send('imu', Imu(header=header(3.5, 'base_link'), orientation=leaning))
+    client = robot.robot.create_client(Trigger, '/stereo_landmark/relocalize')
+    assert graph.spin_until(client.service_is_ready)
+    answer = client.call_async(Trigger.Request())
+    assert graph.spin_until(answer.done)
+    assert answer.result().success
+    assert robot.stream.calls == [('tilt', 3.5, pytest.approx(0.1), pytest.approx(0.0)), ('forget',)]
+
+
+def test_a_jump_back_in_time_starts_a_new_stream(graph: IsolatedGraph, places: Path) -> None:
+    robot = Robot(graph, places)
+    robot.send_pair(100.0)
+    robot.send_pair(5.0)
+    assert [len(stream.calls) for stream in robot.streams] == [2, 2]
+
+
+def test_pictures_and_markers_are_made_for_listeners(graph: IsolatedGraph, places: Path) -> None:
+    robot = Robot(graph, places)
+    pictures, markers = robot.listen(Image, 'debug_image'), robot.listen(MarkerArray, 'targets')
+    robot.stream.answer = with_fix()
+    robot.send_pair()
+    robot.wait_for(pictures)
+    robot.wait_for(markers)
+    assert (pictures[0].encoding, pictures[0].width) == ('bgr8', 376)
+    shown = [marker for marker in markers[0].markers if marker.action == Marker.ADD]
+    assert [(marker.ns, marker.text, len(marker.points)) for marker in shown] == [
+        ('points', '', 4),
+        ('names', 'meters', 0),
+    ]
+    assert {marker.header.frame_id for marker in markers[0].markers} == {'base_link'}
+
+
+def test_errors_of_the_package_are_counted_by_their_line(graph: IsolatedGraph, places: Path) -> None:
+    robot = Robot(graph, places)
+    robot.stream.answer = StereoLandmarkError('the line')
+    robot.send_pair()
+    assert robot.report().message.endswith('the line')

@@ -1,0 +1,40 @@
+"""What the node says of a start that cannot be."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'words'),
+    [
+        ((), 'places_dir is not set'),
+        (('places_dir:={folder}/wrong',), 'wrong.yaml: format is not shirube/taught_place'),
+        (('place_dir:={folder}',), 'did you mean places_dir?'),
+        (('places_dir:={folder}', 'queue_size:=0'), 'queue_size is 0, allowed is 1 to 1000'),
+    ],
+)
+def test_a_bad_start_is_one_line_and_exit_code_1(
+    tmp_path: Path, parameters: tuple[str, ...], words: str
+) -> None:
+    (tmp_path / 'wrong').mkdir()
+    (tmp_path / 'wrong/wrong.yaml').write_text('a: 1')
+    given = [parameter.format(folder=tmp_path) for parameter in parameters]
+    arguments = ['--ros-args', *(word for parameter in given for word in ('-p', parameter))] if given else []
+    program = subprocess.run(
+        [sys.executable, '-m', 'stereo_landmark.node', *arguments],
+        env=os.environ | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'},
+        capture_output=True,
+        text=True,
+        timeout=100,
+        check=False,
+    )
+    assert program.returncode == 1
+    (line,) = program.stderr.splitlines()
+    assert line.startswith('stereo_landmark: ')
+    assert words in line

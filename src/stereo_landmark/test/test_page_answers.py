@@ -1,0 +1,125 @@
+"""Requests of the page: what is right makes a step, what is wrong is told in a line and changes nothing."""
+
+import json
+
+import numpy as np
+import pytest
+from taught_wall import HERE, RIG, T_MAP_PLACE
+from teaching_wall import PAIRS, images_of, meters_of, new_session
+
+from stereo_landmark.files.place_file import load_images, load_place
+from stereo_landmark.page.page_answers import PageAnswers
+from stereo_landmark.page.pair_source import RecordedPairs
+from stereo_landmark.page.place_saver import PlaceSaver
+
+
+@pytest.fixture
+def answers(tmp_path):
+    source = RecordedPairs(['taught', 'here'], images_of, RIG)
+    return PageAnswers(source, PlaceSaver(tmp_path))
+
+
+def ask(answers, what, **fields):
+    """Ask as a browser does."""
+    return json.loads(json.dumps(answers.answer(json.loads(json.dumps({'do': what, **fields})))))
+
+
+def choose_meters(answers, count=4):
+    for kind, number in meters_of(new_session())[:count]:
+        answer = ask(answers, 'toggle', kind=kind.value, number=number)
+    return answer['state']
+
+
+def test_a_whole_lesson(answers, tmp_path):
+    greeting = ask(answers, 'hello')['greeting']
+    assert (greeting['width'], greeting['baseline']) == (376, pytest.approx(0.2))
+    assert {each['name'] for each in greeting['settings']} >= {'edges.threshold', 'tolerances.corner.angle'}
+    state = choose_meters(answers)
+    assert [part['name'] for part in state['targets'][0]['primitives']] == [
+        f'ellipse {k}' for k in (1, 2, 3, 4)
+    ]
+    state = ask(answers, 'move', name='ellipse 4', place=0)['state']
+    assert state['targets'][0]['primitives'][0]['name'] == 'ellipse 4'
+    assert state['targets'][0]['expected']['position_sigma'] < 0.02
+    trials = ask(answers, 'check', target=0)
+    assert {trial['outcome'] for trial in trials['trials']} == {'found'}
+    found = ask(answers, 'test', pair=1)['answer']
+    assert [found['x'], found['y'], found['yaw']] == pytest.approx([HERE[0], HERE[1], HERE[3]], abs=0.02)
+    ask(answers, 'name_place', name='wall')
+    ask(answers, 'locate_place', pose=[T_MAP_PLACE.x, T_MAP_PLACE.y, T_MAP_PLACE.yaw])
+    path = ask(answers, 'save', replace=False)['saved']
+    place = load_place(tmp_path / 'wall.yaml')
+    assert path == str(tmp_path / 'wall.yaml')
+    assert place.T_map_place == T_MAP_PLACE
+    assert place.targets[0].primitives[0].name == 'ellipse 4'
+    assert np.array_equal(load_images(tmp_path / 'wall.yaml').left, images_of(0).left)
+
+
+def test_sliders_get_edges_at_once_and_are_one_step(answers):
+    ask(answers, 'hello')
+    counts = []
+    for value in (4.0, 40.0, 100.0):
+        fields = {'name': 'edges.threshold', 'value': value, 'gesture': 'a', 'sides': ['left']}
+        counts.append(ask(answers, 'edges', **fields)['edges']['left']['count'])
+    assert counts == sorted(counts, reverse=True)
+    assert counts[0] > counts[2]
+    state = ask(answers, 'undo')['state']
+    assert state['processing']['edges.threshold'] == 6.0
+    assert not state['can_undo']
+
+
+@pytest.mark.parametrize(
+    ('request_', 'said'),
+    [
+        ({}, "nothing called 'None'"),
+        ({'do': 'rm'}, "nothing called 'rm'"),
+        ({'do': 'toggle', 'kind': 'circle', 'number': 0}, 'kind must be ellipse or'),
+        ({'do': 'toggle', 'kind': 'ellipse', 'number': '0'}, 'number must be a whole number'),
+        ({'do': 'toggle', 'kind': 'ellipse', 'number': -1}, 'choose one that is shown'),
+        ({'do': 'draw_region', 'region': [1, 2, 3]}, 'region must be 4 numbers'),
+        ({'do': 'draw_region', 'region': [1, 2, 'x', 4]}, 'region must be a number'),
+        ({'do': 'set', 'name': 'edges.threshold', 'value': 1e9}, 'allowed is'),
+        ({'do': 'set', 'name': 'edges.threshold', 'value': float('nan')}, 'value must be a number'),
+        ({'do': 'move', 'name': 'nobody', 'place': 0}, 'has no primitive nobody'),
+        ({'do': 'take_pair', 'pair': 9}, 'there is no pair 10, there are 2'),
+        ({'do': 'take'}, '--live only'),
+        ({'do': 'check', 'target': 4}, 'there is no target 5'),
+        ({'do': 'save', 'replace': False}, 'target_1 has no primitive'),
+        ({'do': 'name_place', 'name': '../../etc/passwd'}, 'is no name for a place'),
+        ({'do': 'locate_place', 'pose': [0, 0, True]}, 'pose must be a number'),
+    ],
+)
+def test_what_is_wrong_is_told_in_a_line_and_changes_nothing(answers, request_, said):
+    before = answers.session.state
+    answer = answers.answer(request_)
+    assert said in answer['error']
+    assert '\n' not in answer['error']
+    assert answers.session.state is before
+
+
+def test_too_few_points_are_not_saved(answers, tmp_path):
+    choose_meters(answers, 2)
+    assert 'too few points' in ask(answers, 'save', replace=False)['error']
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_place_from_elsewhere_is_replaced_only_on_purpose(answers, tmp_path):
+    choose_meters(answers)
+    path = tmp_path / 'place_1.yaml'
+    assert ask(answers, 'save', replace=False)['saved']
+    assert ask(answers, 'save', replace=False)['saved']
+    other = PageAnswers(RecordedPairs(['taught'], images_of, RIG), PlaceSaver(tmp_path))
+    choose_meters(other, 3)
+    answer = ask(other, 'save', replace=False)
+    assert answer['exists']
+    assert 'there already' in answer['error']
+    assert len(load_place(path).targets[0].primitives) == 4
+    assert ask(other, 'save', replace=True)['saved']
+    assert len(load_place(path).targets[0].primitives) == 3
+
+
+def test_another_pair_may_be_taught_and_that_can_be_undone(answers):
+    assert len(PAIRS) == 2
+    assert ask(answers, 'take_pair', pair=1)['state']['pair'] == 1
+    assert ask(answers, 'undo')['state']['pair'] == 0
+    assert ask(answers, 'redo')['state']['pair'] == 1

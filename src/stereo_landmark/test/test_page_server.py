@@ -1,0 +1,101 @@
+"""The web server: one session for all pages, and nobody gets in who should not."""
+
+import asyncio
+
+import pytest
+from aiohttp import WSServerHandshakeError
+from aiohttp.test_utils import TestClient, TestServer
+from taught_wall import RIG
+from teaching_wall import images_of
+
+from stereo_landmark.page.access import is_loopback
+from stereo_landmark.page.page_answers import PageAnswers
+from stereo_landmark.page.page_server import PageServer
+from stereo_landmark.page.pair_source import RecordedPairs
+from stereo_landmark.page.place_saver import PlaceSaver
+
+
+@pytest.fixture
+def talk(tmp_path):
+    """Run a conversation with a server."""
+
+    def run(conversation, token=''):
+        async def whole():
+            source = RecordedPairs(['taught', 'here'], images_of, RIG)
+            server = PageServer(PageAnswers(source, PlaceSaver(tmp_path)), token)
+            async with TestClient(TestServer(server.application())) as client:
+                await asyncio.wait_for(conversation(client), 110.0)
+
+        asyncio.run(whole())
+
+    return run
+
+
+def test_the_page_its_files_and_its_images_are_there(talk):
+    async def conversation(client):
+        page = await client.get('/')
+        assert 'Teach a place' in await page.text()
+        assert "default-src 'self'" in page.headers['Content-Security-Policy']
+        for name in ('main.js', 'page.css', 'mark.svg'):
+            assert (await client.get(f'/static/{name}')).status == 200
+        image = await client.get('/image/1/right.png')
+        assert (await image.read()).startswith(b'\x89PNG')
+        assert (await client.get('/image/2/left.png')).status == 404
+        assert (await client.get('/static/../page_server.py')).status == 404
+
+    talk(conversation)
+
+
+def test_pages_see_the_steps_of_each_other(talk):
+    async def conversation(client):
+        async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:
+            await one.send_json({'id': 7, 'do': 'name_place', 'name': 'hall'})
+            answer = await one.receive_json()
+            assert (answer['id'], answer['state']['place']) == (7, 'hall')
+            assert await two.receive_json() == {'changed': True}
+            await two.send_json({'id': 1, 'do': 'snapshot'})
+            assert (await two.receive_json())['state']['place'] == 'hall'
+
+    talk(conversation)
+
+
+def test_nonsense_is_answered_and_the_server_goes_on(talk):
+    async def conversation(client):
+        async with client.ws_connect('/socket') as socket:
+            for nonsense in ('{', '[]', '7', '"x"', '{"do": {}}'):
+                await socket.send_str(nonsense)
+                assert 'error' in await socket.receive_json()
+            await socket.send_json({'do': 'hello'})
+            assert 'greeting' in await socket.receive_json()
+
+    talk(conversation)
+
+
+def test_pages_of_other_sites_and_foreign_names_are_refused(talk):
+    async def conversation(client):
+        with pytest.raises(WSServerHandshakeError):
+            await client.ws_connect('/socket', headers={'Origin': 'http://elsewhere.example'})
+        assert (await client.get('/', headers={'Host': 'elsewhere.example'})).status == 403
+
+    talk(conversation)
+
+
+def test_with_a_token_nobody_gets_in_without_it(talk):
+    async def conversation(client):
+        for path in ('/', '/?token=wrong', '/static/main.js', '/image/0/left.png', '/socket'):
+            assert (await client.get(path)).status == 403
+        assert (await client.get('/?token=secret')).status == 200
+        assert (await client.get('/image/0/left.png')).status == 200
+        async with client.ws_connect('/socket') as socket:
+            await socket.send_json({'do': 'hello'})
+            assert 'state' in await socket.receive_json()
+
+    talk(conversation, 'secret')
+
+
+@pytest.mark.parametrize(
+    ('host', 'expected'),
+    [('127.0.0.1', True), ('localhost', True), ('::1', True), ('0.0.0.0', False), ('robot.local', False)],
+)
+def test_only_this_machine_is_loopback(host, expected):
+    assert is_loopback(host) is expected

@@ -1,0 +1,81 @@
+"""What is remembered from pair to pair, with a localizer that tells what it was asked."""
+
+from dataclasses import replace
+
+import pytest
+from located_pairs import with_fix, without_fix
+from place_scenes import MOUNT
+from taught_wall import CALIBRATIONS, TAUGHT, seen, taught_place
+
+from shirube_geometry import CameraMount
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
+from stereo_landmark.core.pair.pair_stream import PairStream, Side
+from stereo_landmark.core.pair.settings import PairSettings
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+SECOND = 1_000_000_000
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """The tilt and the likely places of every question; all but the third are answered with a fix."""
+    questions = []
+
+    def locate(self, left, right, tilt, likely):
+        questions.append((tilt, tuple(likely)))
+        return (without_fix() if len(questions) == 3 else with_fix()).answer
+
+    monkeypatch.setattr(LandmarkLocalizer, 'locate', locate)
+    return questions
+
+
+def stream(places=None, mount=MOUNT):
+    return PairStream(places or [taught_place()], mount, PairSettings(), LandmarkSettings())
+
+
+def add_pair(to, seconds, calibrations=CALIBRATIONS):
+    for side, image, calibration in zip(Side, seen(TAUGHT), calibrations):
+        located = to.add_image(side, round(seconds * SECOND), image, calibration)
+    return located
+
+
+def test_the_place_of_late_is_asked_first_until_it_is_forgotten_or_long_ago(asked):
+    robot = stream()
+    for seconds in (0.0, 1.0, 2.0, 3.0):
+        add_pair(robot, seconds)
+    assert [likely for _, likely in asked] == [(), ('wall',), ('wall',), ('wall',)]
+    robot.forget()
+    add_pair(robot, 4.0)
+    add_pair(robot, 5.0)
+    add_pair(robot, 20.0)
+    assert [likely for _, likely in asked[4:]] == [(), ('wall',), ()]
+
+
+def test_the_tilt_near_the_image_counts_and_without_one_the_robot_is_level(asked):
+    robot = stream()
+    robot.add_tilt(0.99, 0.02, -0.01)
+    add_pair(robot, 1.0)
+    add_pair(robot, 2.0)
+    assert [tilt for tilt, _ in asked] == [(0.02, -0.01), (0.0, 0.0)]
+
+
+def test_a_single_image_tells_nothing():
+    assert stream().add_image(Side.LEFT, 0, seen(TAUGHT)[0], CALIBRATIONS[0]) is None
+
+
+def test_a_calibration_that_changes_is_checked_again(asked):
+    robot = stream()
+    add_pair(robot, 0.0)
+    moved = replace(CALIBRATIONS[0].raw, cx=100.0)
+    projection = (*CALIBRATIONS[0].projection[:2], 100.0, *CALIBRATIONS[0].projection[3:])
+    other = replace(CALIBRATIONS[0], raw=moved, projection=projection)
+    with pytest.raises(StereoLandmarkError, match='place wall was taught with other cameras'):
+        add_pair(robot, 1.0, (other, CALIBRATIONS[1]))
+    add_pair(robot, 2.0)
+    assert len(asked) == 2
+
+
+def test_all_places_must_be_of_these_cameras():
+    places = [taught_place(), replace(taught_place(), name='door')]
+    with pytest.raises(StereoLandmarkError, match=r'was taught with camera_xyz \[0.2, 0.1, 0.6\]'):
+        add_pair(stream(places, CameraMount((0.0, 0.0, 0.6), MOUNT.rpy)), 0.0)

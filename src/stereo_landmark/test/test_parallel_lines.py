@@ -1,0 +1,86 @@
+import math
+
+import numpy as np
+import pytest
+from drawn_shapes import coverage, photograph, polygon_intervals
+from seen_shapes import PRIMITIVES, SIZE, polygon_photo, sides_of, turned_rectangle
+
+from stereo_landmark.core.primitives.parallel_lines import (
+    ParallelLinesTolerance,
+    detect_parallel_lines,
+    parallel_lines_difference,
+    refine_parallel_lines,
+)
+
+
+def _found(corners, **photo):
+    image = polygon_photo(corners, **photo)
+    return image, detect_parallel_lines(sides_of(image), PRIMITIVES)[0]
+
+
+@pytest.mark.parametrize('tilt', [0.0, 0.4, 1.5, -1.2])
+def test_parameters_are_those_of_the_drawn_bar(tilt):
+    _, lines = _found(turned_rectangle((50.3, 44.6), 60.0, 12.0, tilt))
+    assert lines.width == pytest.approx(12.0, abs=0.15)
+    assert lines.length == pytest.approx(57.0, abs=4.0)  # corners are round
+    assert math.remainder(lines.tilt - tilt, math.pi) == pytest.approx(0.0, abs=0.01)
+    assert -math.pi / 2 < lines.tilt <= math.pi / 2
+    np.testing.assert_allclose(lines.centre, [50.3, 44.6], atol=1.0)
+    assert lines.polarity == -1
+
+
+def test_both_lines_lie_on_the_bar():
+    _, lines = _found(turned_rectangle((50, 45), 60.0, 12.0, 0.4))
+    across = np.array([-math.sin(0.4), math.cos(0.4)])
+    np.testing.assert_allclose((lines.lines - [50, 45]) @ across, [[-6, -6], [6, 6]], atol=0.3)
+
+
+def test_polarity_tells_bright_dark_and_steps():
+    _, dark = _found(turned_rectangle((50, 45), 60.0, 12.0, 0.4))
+    _, bright = _found(turned_rectangle((50, 45), 60.0, 12.0, 0.4), ground=60.0, contrast=80.0)
+    first = coverage(polygon_intervals([[-9, 30], [109, 30], [109, 99], [-9, 99]]), SIZE, 0.7)
+    second = coverage(polygon_intervals([[-9, 50], [109, 50], [109, 99], [-9, 99]]), SIZE, 0.7)
+    steps = detect_parallel_lines(sides_of(photograph(60 + 60 * first + 60 * second, 1.0)), PRIMITIVES)[0]
+    assert (dark.polarity, bright.polarity, steps.polarity) == (-1, 1, 0)
+    assert parallel_lines_difference(bright, dark, ParallelLinesTolerance()) == math.inf
+
+
+def test_difference_grows_with_the_width():
+    _, taught = _found(turned_rectangle((50, 45), 60.0, 12.0, 0.4))
+    _, wider = _found(turned_rectangle((50, 45), 60.0, 16.0, 0.4))
+    assert parallel_lines_difference(taught, taught, ParallelLinesTolerance()) == 0.0
+    expected = math.log(16 / 12) / math.log1p(0.45)
+    assert parallel_lines_difference(wider, taught, ParallelLinesTolerance()) == pytest.approx(
+        expected, rel=0.1
+    )
+
+
+def test_refined_lines_are_unbiased_across_and_their_sigmas_honest():
+    rng = np.random.default_rng(0)
+    rows = []
+    for seed in range(40):
+        tilt = rng.uniform(-1.5, 1.5)
+        centre = np.array([50.0, 45.0]) + rng.uniform(-0.5, 0.5, 2)
+        image, lines = _found(turned_rectangle(centre, 60.0, 12.0, tilt), seed=seed)
+        refined = refine_parallel_lines(lines, image)
+        assert refined is not None
+        across = np.array([-math.sin(tilt), math.cos(tilt)])
+        error = np.array(
+            [
+                (refined.centre - centre) @ across,
+                math.remainder(refined.tilt - tilt, math.pi),
+                refined.width - 12.0,
+            ]
+        )
+        rows.append(error / np.sqrt(np.diag(refined.covariance)))
+        assert abs(error[0]) < 0.04
+        assert abs(error[2]) < 0.08
+    assert (np.sqrt(np.mean(np.square(rows), axis=0)) < 1.35).all()
+    assert (np.sqrt(np.mean(np.square(rows), axis=0)) > 0.6).all()
+
+
+def test_the_centre_is_well_known_across_only():
+    _, lines = _found(turned_rectangle((50, 45), 60.0, 12.0, 0.4))
+    values, vectors = np.linalg.eigh(lines.image_points()['centre'].covariance)
+    assert abs(vectors[:, 1] @ lines.direction) == pytest.approx(1.0, abs=1e-6)
+    assert values[0] < 0.01 < 0.5 < values[1]

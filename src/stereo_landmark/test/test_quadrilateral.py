@@ -1,0 +1,122 @@
+import math
+
+import numpy as np
+import pytest
+from drawn_shapes import coverage, photograph, polygon_intervals
+from seen_shapes import PRIMITIVES, SIZE, mahalanobis, polygon_photo, sides_of, turned_rectangle
+
+from stereo_landmark.core.primitives.quadrilateral import (
+    Quadrilateral,
+    QuadrilateralTolerance,
+    detect_quadrilaterals,
+    ordered_as,
+    quadrilateral_difference,
+    refine_quadrilateral,
+)
+
+CORNERS = np.array([[22.3, 18.6], [78.1, 24.9], [70.4, 69.7], [28.8, 62.2]])
+
+
+def _detect(image):
+    return detect_quadrilaterals(sides_of(image), PRIMITIVES)
+
+
+def _ideal(corners, polarity=1):
+    return Quadrilateral(np.asarray(corners, float), polarity, 1.0, np.eye(8))
+
+
+def test_finds_the_drawn_one_and_no_other_clockwise_from_the_upper_left():
+    found = _detect(polygon_photo(CORNERS))
+    assert len(found) == 1
+    np.testing.assert_allclose(found[0].corners, CORNERS, atol=0.4)
+    assert found[0].polarity == -1
+    assert found[0].seen > 0.8
+
+
+def test_finds_one_whose_corner_is_hidden():
+    light = 180.0 - 80.0 * coverage(polygon_intervals(CORNERS), SIZE, 0.7)
+    hider = coverage(polygon_intervals([[66, -5], [105, -5], [105, 38], [66, 38]]), SIZE, 0.7)
+    image = photograph(light * (1 - hider) + 215.0 * hider, 1.0)
+    best = min(_detect(image), key=lambda q: np.abs(q.corners - CORNERS).max())
+    assert np.abs(best.corners - CORNERS).max() < 1.0
+    refined = refine_quadrilateral(best, image)
+    assert refined is not None
+    assert np.abs(refined.corners - CORNERS).max() < 0.15
+
+
+def test_finds_one_whose_sides_are_broken():
+    light = 180.0 - 80.0 * coverage(polygon_intervals(CORNERS), SIZE, 0.7)
+    hider = coverage(polygon_intervals([[46, -5], [56, -5], [56, 95], [46, 95]]), SIZE, 0.7)
+    image = photograph(light * (1 - hider) + 140.0 * hider, 1.0)
+    best = min(_detect(image), key=lambda q: np.abs(q.corners - CORNERS).max())
+    assert np.abs(best.corners - CORNERS).max() < 0.5
+
+
+def test_finds_one_of_which_one_side_stands_before_something_dark():
+    box = np.array([[25.0, 30.0], [75.0, 30.0], [75.0, 62.0], [25.0, 62.0]])
+    inside = coverage(polygon_intervals(box), SIZE, 0.7)
+    left = coverage(polygon_intervals([[-9, 35], [25, 35], [25, 57], [-9, 57]]), SIZE, 0.7)
+    best = min(
+        _detect(photograph(170.0 - 80.0 * inside - 150.0 * left, 1.0)),
+        key=lambda q: np.abs(q.corners - box).max(),
+    )
+    assert np.abs(best.corners - box).max() < 1.0
+
+
+def test_refined_corners_are_unbiased_and_their_joint_covariance_honest():
+    errors, squares = [], []
+    for seed in range(40):
+        moved = CORNERS + np.random.default_rng(seed).uniform(-1.0, 1.0, (4, 2))
+        image = polygon_photo(moved, seed=seed)
+        refined = refine_quadrilateral(_detect(image)[0], image)
+        assert refined is not None
+        errors.append(refined.corners - moved)
+        squares.append(mahalanobis(errors[-1].ravel(), refined.covariance))
+    assert np.sqrt(np.mean(np.square(errors))) < 0.03
+    assert np.abs(np.mean(errors, axis=0)).max() < 0.015
+    assert 0.7 < math.sqrt(np.mean(squares)) < 1.25
+
+
+def test_the_papers_trapezoid():
+    trapezoid = _ideal([[10, 10], [40, 10], [34, 30], [20, 30]])
+    assert trapezoid.tilt == pytest.approx(0.0, abs=1e-12)
+    assert trapezoid.length == pytest.approx(22.0)
+    assert trapezoid.height == pytest.approx(20.0)
+    np.testing.assert_allclose(trapezoid.centre, [26, 20])
+    np.testing.assert_allclose(trapezoid.corner_vectors.sum(axis=0), 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize('angle', [0.3, 1.2, -0.7])
+def test_the_trapezoid_turns_with_the_image(angle):
+    shape = np.array([[10, 10], [40, 10], [34, 30], [20, 30.0]])
+    c, s = math.cos(angle), math.sin(angle)
+    turned = _ideal(shape @ np.array([[c, s], [-s, c]]))
+    assert math.remainder(turned.tilt - angle, math.pi) == pytest.approx(0.0, abs=1e-9)
+    assert (turned.length, turned.height) == pytest.approx((22.0, 20.0))
+
+
+def test_order_of_the_taught_one_is_found_again():
+    taught = _ideal(turned_rectangle((50, 45), 40.0, 30.0, 0.7))
+    turned = taught.turned(3)
+    np.testing.assert_array_equal(ordered_as(turned, taught).corners, taught.corners)
+    assert quadrilateral_difference(ordered_as(turned, taught), taught, QuadrilateralTolerance()) < 1e-9
+
+
+def test_turning_takes_the_covariance_along():
+    deviations = np.diag(np.arange(1.0, 9.0))
+    turned = Quadrilateral(CORNERS, 1, 1.0, deviations).turned(1)
+    np.testing.assert_array_equal(np.diag(turned.covariance), [3, 4, 5, 6, 7, 8, 1, 2])
+
+
+def test_difference_counts_size_and_shape_apart():
+    taught = _ideal(turned_rectangle((50, 45), 40.0, 30.0, 0.1))
+    larger = _ideal(turned_rectangle((10, 20), 60.0, 45.0, 0.1))
+    assert quadrilateral_difference(larger, taught, QuadrilateralTolerance(size=0.5)) == pytest.approx(1.0)
+    assert quadrilateral_difference(_ideal(taught.corners, -1), taught, QuadrilateralTolerance()) == math.inf
+
+
+def test_corners_and_centre_are_points_to_choose():
+    points = _detect(polygon_photo(CORNERS))[0].image_points()
+    assert set(points) == {'corner_0', 'corner_1', 'corner_2', 'corner_3', 'centre'}
+    np.testing.assert_allclose(points['corner_2'].position, CORNERS[2], atol=0.4)
+    assert np.linalg.eigvalsh(points['centre'].covariance).min() > 0.0

@@ -1,0 +1,26 @@
+import numpy as np
+import pytest
+from located_pairs import HERE, with_fix, without_fix
+from std_msgs.msg import Header
+from taught_wall import METERS
+from visualization_msgs.msg import Marker
+
+from stereo_landmark.target_markers import target_markers
+
+HEADER = Header(frame_id='base_link')
+
+
+def test_points_are_where_the_robot_would_reach_them():
+    """From HERE the meters on the wall are shifted and turned the other way."""
+    _, points, name = target_markers(with_fix(), HEADER).markers
+    cos, sin = np.cos(HERE[3]), np.sin(HERE[3])
+    for point, meter in zip(points.points, METERS):
+        x, y = 3.0 - HERE[0], meter.y - HERE[1]
+        assert (point.x, point.y) == pytest.approx((cos * x + sin * y, cos * y - sin * x), abs=0.005)
+        assert point.z == pytest.approx(meter.z, abs=0.005)
+    assert name.text == 'meters'
+
+
+def test_without_targets_the_old_ones_are_removed():
+    (marker,) = target_markers(without_fix(), HEADER).markers
+    assert marker.action == Marker.DELETEALL

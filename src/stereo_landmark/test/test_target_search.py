@@ -1,0 +1,78 @@
+"""Five identical meters in a row, four of them taught as one target: the paper's experiment in small."""
+
+import numpy as np
+import pytest
+from drawn_wall import Disc, Plate, Wall, view_of
+from place_scenes import RIG
+
+from stereo_landmark.core.place.place_fix import PlaceFix
+from stereo_landmark.core.place.place_locator import PlaceLocator
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.sighting import NoSightingReason, NoTargetSighting, TargetSighting
+from stereo_landmark.core.procedure.target_search import TargetSearch
+from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+
+METERS = tuple(Disc(0.6 - 0.28 * i, 0.75, 0.09, 60.0) for i in range(5))
+AROUND = (
+    Plate(0.0, 0.45, 1.6, 0.12, 90.0),
+    Plate(-0.75, 0.95, 0.2, 0.15, 210.0),
+    Plate(0.9, 0.75, 0.12, 0.3, 200.0),
+)
+ALL = Wall((*METERS, *AROUND))
+ALONE = Wall(METERS)
+
+
+def taught(wall):
+    """Teach the four meters on the left."""
+    view = view_of(wall, np.zeros(6), tuple(Kind))
+    meters = sorted(view.left.kinds[Kind.ELLIPSE].primitives, key=lambda meter: meter.centre[0])
+    assert len(meters) == 5
+    choice = TargetChoice('meters', {f'meter {i}': meters[i] for i in range(4)})
+    return Teacher(view, ImageProcessing()).teach('wall', [choice])
+
+
+@pytest.fixture(scope='module')
+def place():
+    return taught(ALL)
+
+
+def search(place, wall, state, seed=1):
+    view = view_of(wall, state, place.kinds, seed=seed)
+    return TargetSearch(place).search(place.targets[0], view)
+
+
+def test_the_taught_coordinates_are_those_of_the_wall(place):
+    true = [[3.0, meter.y, meter.z] for meter in METERS[:4]]
+    assert place.coordinates.positions == pytest.approx(np.array(true), abs=0.01)
+    names = {primitive.name for primitive in place.surroundings}
+    assert {'quadrilateral 1', 'quadrilateral 2', 'quadrilateral 3'} <= names
+
+
+@pytest.mark.parametrize('hidden', [None, 0, 1, 3, 4])
+def test_the_meters_are_found_though_one_is_hidden(place, hidden):
+    rng = np.random.default_rng(hidden)
+    state = np.array([*rng.uniform(-0.3, 0.3, 2), 0.0, rng.uniform(-0.15, 0.15), 0.0, 0.0])
+    found = search(place, ALL if hidden is None else ALL.without(hidden), state)
+    assert isinstance(found, TargetSighting)
+    assert found.found == tuple(f'meters/meter {i}' for i in range(4) if i != hidden)
+    fix = PlaceLocator(RIG).locate(found.points, place.coordinates)
+    assert isinstance(fix, PlaceFix)
+    assert fix.T_place_base.x == pytest.approx(state[0], abs=0.005)
+    assert fix.T_place_base.y == pytest.approx(state[1], abs=0.01)
+    assert fix.T_place_base.yaw == pytest.approx(state[3], abs=0.005)
+
+
+def test_meters_without_surroundings_are_ambiguous_when_one_at_the_end_is_hidden():
+    """Of four equal meters in a row nobody can say whether they are the first four or the last."""
+    place = taught(ALONE)
+    state = np.array([0.1, -0.05, 0.0, 0.03, 0.0, 0.0])
+    assert isinstance(search(place, ALONE, state), TargetSighting)
+    answer = search(place, ALONE.without(0), state)
+    assert isinstance(answer, NoTargetSighting)
+    assert answer.reason is NoSightingReason.AMBIGUOUS
+
+
+def test_another_wall_is_not_the_place(place):
+    other = Wall((Disc(0.3, 0.9, 0.2, 60.0), Plate(-0.4, 0.6, 0.5, 0.4, 90.0)))
+    assert isinstance(search(place, other, np.zeros(6)), NoTargetSighting)

@@ -1,0 +1,241 @@
+"""``teach --batch`` on a drawn wall, and one clear line for whatever is wrong with the lesson."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+from drawn_wall import Wall, look
+from pair_bag import write_pairs
+from place_scenes import MOUNT
+from random_places import is_same
+from stereo_calibrations import rectified_calibration, write_calibration
+from taught_wall import CALIBRATIONS, HERE, METERS, RAW, RIG, T_MAP_PLACE, TAUGHT, WALL, raw_image, seen
+
+from stereo_landmark.commands.locate import main as locate
+from stereo_landmark.commands.teach import main
+from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.files.place_file import load_images, load_place
+
+CENTRES = (
+    RIG.projections((np.array([[3.0, m.y, m.z] for m in METERS]) - MOUNT.xyz) @ MOUNT.rotation)[:, :2]
+    .round()
+    .tolist()
+)
+"""Of the meters in the left image [px]."""
+
+
+class Lesson:
+    """A lesson that can be changed and run."""
+
+    def __init__(self, folder):
+        self.folder, self.places = folder, folder / 'places'
+        for side, image, calibration in zip(('left', 'right'), seen(TAUGHT), CALIBRATIONS):
+            cv2.imwrite(str(folder / f'{side}.png'), image)
+            write_calibration(folder / f'{side}.yaml', calibration)
+        self.content = {
+            'name': 'wall',
+            'images': {'left': 'left.png', 'right': 'right.png'},
+            'calibration': {'left': 'left.yaml', 'right': 'right.yaml'},
+            'camera_xyz': list(MOUNT.xyz),
+            'camera_rpy': list(MOUNT.rpy),
+            'T_map_place': {'x': T_MAP_PLACE.x, 'y': T_MAP_PLACE.y, 'yaw': T_MAP_PLACE.yaw},
+            'targets': [
+                {
+                    'name': 'meters',
+                    'primitives': [{'kind': 'ellipse', 'near': centre} for centre in CENTRES],
+                }
+            ],
+        }
+
+    @property
+    def primitives(self):
+        return self.content['targets'][0]['primitives']
+
+    def run(self):
+        path = self.folder / 'lesson.yaml'
+        path.write_text(yaml.safe_dump(self.content))
+        return main(['--batch', str(path), '--places', str(self.places)])
+
+    def place(self):
+        assert self.run() == 0
+        return load_place(self.places / 'wall.yaml')
+
+    def refusal(self, capsys):
+        assert self.run() == 1
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line.startswith('teach: ')
+        assert not (self.places / 'wall.yaml').exists()
+        return line
+
+
+@pytest.fixture
+def lesson(tmp_path):
+    return Lesson(tmp_path)
+
+
+def test_the_taught_place_is_where_the_wall_is_and_is_found_again(lesson, tmp_path, capsys):
+    place = lesson.place()
+    names = tuple(f'meters/ellipse {i}/centre' for i in range(1, 5))
+    assert place.coordinates.names == names
+    true = [[3.0, meter.y, meter.z] for meter in METERS]
+    assert place.coordinates.positions == pytest.approx(np.array(true), abs=0.01)
+    assert place.T_map_place == T_MAP_PLACE
+    said = capsys.readouterr().out
+    assert 'weak' not in said
+    assert 'wall is taught' in said
+    options = ['--places', str(lesson.places), '--out', str(tmp_path / 'out')]
+    options += ['--camera-xyz', *map(str, MOUNT.xyz)]
+    for side, image in zip(('left', 'right'), seen(HERE)):
+        cv2.imwrite(str(tmp_path / f'now_{side}.png'), image)
+        options += [f'--{side}', str(tmp_path / f'now_{side}.png')]
+        options += [f'--{side}-calibration', str(tmp_path / f'{side}.yaml')]
+    assert locate(options) == 0
+
+
+def test_regions_and_orders_choose_what_words_say(lesson):
+    lesson.content['targets'] = [
+        {
+            'name': 'meters',
+            'primitives': [
+                {
+                    'kind': 'ellipse',
+                    'name': 'meter',
+                    'region': [0, 70, 376, 110],
+                    'order': 'right_to_left',
+                    'count': 3,
+                },
+                {'kind': 'corner', 'region': [0, 100, 100, 240], 'order': 'largest_first', 'count': 1},
+            ],
+            'points': ['meter 1/centre', 'meter 3/centre', 'corner 1/vertex'],
+        }
+    ]
+    (target,) = lesson.place().targets
+    assert [part.name for part in target.primitives] == ['meter 1', 'meter 2', 'meter 3', 'corner 1']
+    assert [part.kind for part in target.primitives] == [Kind.ELLIPSE] * 3 + [Kind.CORNER]
+    centres = [part.shape.centre[0] for part in target.primitives[:3]]
+    assert centres == pytest.approx(sorted((u for u, _ in CENTRES), reverse=True)[:3], abs=2.0)
+    assert target.points == ('meter 1/centre', 'meter 3/centre', 'corner 1/vertex')
+
+
+def test_a_size_tells_things_in_one_place_apart(lesson, tmp_path):
+    rim = Wall((*WALL.things, *(replace(meter, radius=0.05, level=200.0) for meter in METERS)))
+    for side, image in zip(('left', 'right'), look(rim, np.zeros(6), RIG)):
+        cv2.imwrite(str(tmp_path / f'{side}.png'), image)
+    for size in ([4.0, 8.0], [10.0, 15.0]):
+        for part in lesson.primitives:
+            part['size'] = size
+        (target,) = lesson.place().targets
+        assert all(size[0] < part.shape.semi_axes[0] < size[1] for part in target.primitives)
+
+
+def test_a_quadrilateral_is_taught_by_its_corners(lesson):
+    lesson.primitives.append({'kind': 'quadrilateral', 'name': 'plate', 'near': [266, 187]})
+    names = [name for name in lesson.place().coordinates.names if 'plate' in name]
+    assert names == [f'meters/plate/corner_{i}' for i in range(4)]
+
+
+def test_a_bag_teaches_the_same_as_its_images(lesson, tmp_path):
+    from_files = lesson.place()
+    entries = [(stamp, stamp, *seen(state)) for stamp, state in ((10**9, HERE), (2 * 10**9, TAUGHT))]
+    write_pairs(tmp_path / 'bag', entries, CALIBRATIONS)
+    del lesson.content['images'], lesson.content['calibration']
+    lesson.content['bag'] = {'path': 'bag', 'stamp': 1.5}
+    from_bag = lesson.place()
+    assert is_same(from_bag.rig, from_files.rig)
+    # JPEG at its best leaves little of an error.
+    assert from_bag.coordinates.positions == pytest.approx(from_files.coordinates.positions, abs=0.01)
+
+
+def test_raw_images_are_rectified_and_kept_rectified(lesson, tmp_path, capsys):
+    for side, image, calibration in zip(('left', 'right'), seen(TAUGHT), RAW):
+        cv2.imwrite(str(tmp_path / f'{side}.png'), raw_image(image, calibration))
+        write_calibration(tmp_path / f'{side}.yaml', calibration)
+    assert 'not rectified' in lesson.refusal(capsys)
+    lesson.content['rectify'] = True
+    true = [[3.0, meter.y, meter.z] for meter in METERS]
+    assert lesson.place().coordinates.positions == pytest.approx(np.array(true), abs=0.02)
+    kept = load_images(lesson.places / 'wall.yaml').left.astype(float)
+    assert np.median(np.abs(kept - seen(TAUGHT)[0])) < 3.0
+
+
+def test_weak_choices_are_told(lesson, capsys):
+    del lesson.primitives[2:]
+    assert lesson.run() == 0
+    assert 'weak: too few points: 2' in capsys.readouterr().out
+
+
+def replaced(name, value):
+    return lambda lesson: lesson.content.update({name: value})
+
+
+def choice(**entry):
+    return lambda lesson: lesson.primitives.append(entry)
+
+
+def write(name, change):
+    def spoil(lesson):
+        path = lesson.folder / name
+        path.write_bytes(change(path.read_bytes()))
+
+    return spoil
+
+
+def swap(lesson):
+    images = lesson.content['images']
+    images['left'], images['right'] = images['right'], images['left']
+
+
+def flat(lesson):
+    write_calibration(lesson.folder / 'right.yaml', rectified_calibration(CALIBRATIONS[0].raw, 0.0))
+
+
+def negative(lesson):
+    write_calibration(lesson.folder / 'right.yaml', rectified_calibration(CALIBRATIONS[0].raw, -0.2))
+
+
+def twice(lesson):
+    lesson.primitives.append(lesson.primitives[0])
+
+
+WRONG = {
+    'lesson.yaml: colour does not exist': replaced('colour', 1),
+    'give either images and calibration, or bag': replaced('bag', {'path': 'bag'}),
+    'lesson.yaml: image_processing: setting edges.treshold does not exist': replaced(
+        'image_processing', {'edges': {'treshold': 1.0}}
+    ),
+    'camera_xyz is [0.0], it must have at least 3 entries': replaced('camera_xyz', [0.0]),
+    'target meters: give each primitive either near or region': choice(kind='corner'),
+    'target meters: order goes with region only': choice(kind='corner', near=[1, 1], order='left_to_right'),
+    'no ellipse near 0, 0, the nearest is': choice(kind='ellipse', near=[0, 0]),
+    'of kind ellipse in the region, 9 are needed': choice(kind='ellipse', region=[0, 0, 376, 240], count=9),
+    'is chosen twice': twice,
+    'left.png: is truncated': write('left.png', lambda data: data[:3000]),
+    'left.yaml: is no YAML': write('left.yaml', lambda _: b'{'),
+    'left and right are swapped': swap,
+    'baseline is 0 m': flat,
+    'baseline is -0.2 m': negative,
+}
+
+
+@pytest.mark.parametrize('words', WRONG)
+def test_a_wrong_lesson_is_one_line(lesson, capsys, words):
+    WRONG[words](lesson)
+    assert words in lesson.refusal(capsys)
+
+
+def test_a_bag_without_pairs_is_one_line(lesson, tmp_path, capsys):
+    write_pairs(tmp_path / 'bag', [(10**9, 10**9 + 5_000_000, *seen(TAUGHT))], CALIBRATIONS)
+    del lesson.content['images'], lesson.content['calibration']
+    lesson.content['bag'] = {'path': 'bag'}
+    assert 'no pair of usable images with one stamp; correct stamp' in lesson.refusal(capsys)
+    lesson.content['approximate_sync_tolerance_seconds'] = 0.006
+    assert lesson.run() == 0
+
+
+def test_an_earlier_place_survives_a_lesson_that_fails(lesson):
+    first = lesson.place()
+    lesson.primitives.append({'kind': 'ellipse', 'near': [0, 0]})
+    assert lesson.run() == 1
+    assert is_same(load_place(lesson.places / 'wall.yaml'), first)

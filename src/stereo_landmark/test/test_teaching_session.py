@@ -1,0 +1,127 @@
+"""An engineer teaches a drawn wall without a page: what comes out is where the wall is."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+from taught_wall import HERE, METERS, RIG, T_MAP_PLACE
+from teaching_wall import images_of, meters_of, new_session, session_with_meters
+
+from stereo_landmark.core.landmark_fix import LandmarkFix
+from stereo_landmark.core.place.place_fix import PlaceFix
+from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching import edits
+from stereo_landmark.core.teaching.found_primitives import found_again
+from stereo_landmark.core.teaching.measured_draft import LOST
+from stereo_landmark.core.teaching.teaching_session import StereoImages, TeachingSession
+from stereo_landmark.core.teaching.teaching_state import Region
+
+
+def names(session):
+    return [part.name for part in session.state.target.primitives]
+
+
+@pytest.fixture(scope='module')
+def taught():
+    session = session_with_meters()
+    session.do(lambda state: edits.name_place(state, 'wall'))
+    session.do(lambda state: edits.locate_place(state, T_MAP_PLACE))
+    return session
+
+
+def test_points_are_measured_where_the_meters_are(taught):
+    report = taught.report(taught.state.target)
+    true = np.array([[3.0, meter.y, meter.z] for meter in METERS])
+    true = true[np.argsort(-true[:, 1])]
+    assert report.measured.coordinates.positions == pytest.approx(true, abs=0.01)
+    assert isinstance(report.fix, PlaceFix)
+    assert abs(report.fix.T_place_base.x) < 1e-3
+
+
+def test_the_robot_finds_itself_by_what_was_taught(taught):
+    place = taught.place()
+    assert (place.name, place.T_map_place) == ('wall', T_MAP_PLACE)
+    answer = taught.locate(1)
+    assert isinstance(answer, LandmarkFix)
+    pose = answer.displacement.T_place_base
+    assert [pose.x, pose.y, pose.yaw] == pytest.approx([HERE[0], HERE[1], HERE[3]], abs=0.02)
+
+
+def test_a_click_chooses_and_another_click_takes_out():
+    session = new_session()
+    meter = meters_of(session)[0]
+    session.toggle(*meter)
+    assert names(session) == ['ellipse 1']
+    (chosen,) = (each for each in session.found() if session.chosen_name(each) == 'ellipse 1')
+    assert (chosen.kind, chosen.number) == meter
+    assert chosen.depth == pytest.approx(3.0 - RIG.mount.xyz[0], abs=0.05)
+    session.toggle(*meter)
+    assert names(session) == []
+    session.history.undo()
+    assert names(session) == ['ellipse 1']
+
+
+def test_only_what_lies_in_the_region_and_was_asked_for_is_found():
+    session = new_session()
+    session.do(lambda state: edits.draw_region(state, Region(0.0, 0.0, 187.0, 239.0)))
+    assert session.found()
+    assert all(each.shape.centre[0] < 187.0 for each in session.found())
+    session.do(lambda state: edits.show_kind(state, Kind.ELLIPSE, shown=False))
+    assert {each.kind for each in session.found()} == {Kind.QUADRILATERAL}
+
+
+def test_the_order_is_that_of_the_place():
+    session = session_with_meters()
+    session.do(lambda state: edits.move(state, 'ellipse 4', 0))
+    target = session.place().targets[0]
+    assert [part.name for part in target.primitives] == ['ellipse 4', 'ellipse 1', 'ellipse 2', 'ellipse 3']
+
+
+def test_points_that_are_left_out_make_no_pose():
+    session = session_with_meters()
+    session.do(lambda state: edits.use_points(state, ['ellipse 2/centre'], used=False))
+    assert session.place().targets[0].points == ('ellipse 1/centre', 'ellipse 3/centre', 'ellipse 4/centre')
+    fix = session.report(session.state.target).fix
+    assert 'ellipse 2/centre' not in fix.names
+
+
+def test_chosen_primitives_outlive_a_change_of_the_image_processing_or_are_called_lost():
+    session = session_with_meters()
+    session.do(lambda state: edits.set_processing(state, 'edges.filter_sigma', 1.2))
+    parts = session.report(session.state.target).measured.primitives
+    assert all(part.pair is not None for part in parts)
+    session.do(lambda state: edits.set_processing(state, 'edges.threshold', 200.0))
+    parts = session.report(session.state.target).measured.primitives
+    assert {part.fault for part in parts} == {LOST}
+    with pytest.raises(StereoLandmarkError, match='ellipse 1: it is not found with this image processing'):
+        session.place()
+    session.history.undo()
+    assert len(session.place().targets[0].primitives) == len(METERS)
+
+
+def test_what_was_found_is_found_again_in_the_same_image_only_where_it_is():
+    session = session_with_meters(1)
+    meter = session.state.target.primitives[0].shape
+    assert found_again(meter, session.view.left) is meter
+    session.do(partial(edits.take_pair, pair=1))
+    assert found_again(meter, session.view.left) is None
+
+
+def test_a_step_that_is_refused_changes_nothing():
+    session = session_with_meters(2)
+    before = session.state
+    with pytest.raises(StereoLandmarkError):
+        session.do(lambda state: edits.drop(state, 'nothing'))
+    with pytest.raises(StereoLandmarkError, match='there is no ellipse of number 999'):
+        session.toggle(Kind.ELLIPSE, 999)
+    assert session.state is before
+
+
+def test_images_of_another_size_are_refused():
+    small = images_of(0)
+    session = TeachingSession(lambda _: StereoImages(small.left[:200], small.right), RIG)
+    with pytest.raises(
+        StereoLandmarkError, match='the left image is 376 x 200 px, the calibration is for 376 x 240'
+    ):
+        session.found()
