@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'src' / 'stereo_landmark' / 'test'))
-
-from drawn_shapes import coverage, ellipse_intervals, photograph, polygon_intervals
+from scene_simulator.drawn_shapes import coverage, ellipse_intervals, photograph, polygon_intervals
 
 _GROUND = 150.0
 _SIDES = 4

@@ -31,9 +31,9 @@ from tqdm import tqdm
 
 from stereo_landmark.core.edges.edges import extract_edges
 from stereo_landmark.core.edges.settings import EdgeSettings
-from stereo_landmark.core.primitives.corner import detect_corners, refine_corner
+from stereo_landmark.core.primitives.corner import detect_corners
 from stereo_landmark.core.primitives.ellipse import detect_ellipses, refine_ellipse
-from stereo_landmark.core.primitives.parallel_lines import detect_parallel_lines, refine_parallel_lines
+from stereo_landmark.core.primitives.parallel_lines import detect_parallel_lines
 from stereo_landmark.core.primitives.quadrilateral import (
     Quadrilateral,
     detect_quadrilaterals,
@@ -41,7 +41,9 @@ from stereo_landmark.core.primitives.quadrilateral import (
 )
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.sides import find_sides
+from stereo_landmark.core.procedure.primitive import Primitive, refined
 from stereo_landmark.core.segments.segments import Segments, follow_segments
+from stereo_landmark.files.grey_image import load_grey_image
 
 CONDITIONS = (
     Condition(),
@@ -199,7 +201,7 @@ def settings_for(image: NDArray[np.uint8], wanted: int) -> EdgeSettings:
 
 def print_times(path: Path, repeats: int) -> None:
     """Print the time of each stage on one photograph."""
-    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    image = load_grey_image(path)
     settings = settings_for(image, _SEGMENTS)
     list(stages(image, settings))
     runs = [list(stages(image, settings)) for _ in tqdm(range(repeats), leave=False)]
@@ -221,17 +223,18 @@ def print_refinement(image: NDArray[np.uint8], settings: EdgeSettings) -> None:
     segments = segments_of(image, settings)
     sides = find_sides(segments, _PRIMITIVES)
     cells = []
-    for name, found, refine in (
-        ('ellipse', detect_ellipses(segments, _PRIMITIVES), refine_ellipse),
-        ('quadrilateral', detect_quadrilaterals(sides, _PRIMITIVES), refine_quadrilateral),
-        ('pair of lines', detect_parallel_lines(sides, _PRIMITIVES), refine_parallel_lines),
-        ('corner', detect_corners(sides, _PRIMITIVES), refine_corner),
-    ):
+    kinds: tuple[tuple[str, Sequence[Primitive]], ...] = (
+        ('ellipse', detect_ellipses(segments, _PRIMITIVES)),
+        ('quadrilateral', detect_quadrilaterals(sides, _PRIMITIVES)),
+        ('pair of lines', detect_parallel_lines(sides, _PRIMITIVES)),
+        ('corner', detect_corners(sides, _PRIMITIVES)),
+    )
+    for name, found in kinds:
         if found:
-            refine(found[0], image)
+            refined(found[0], image)
             start = time.process_time()
             for primitive in found[:100]:
-                refine(primitive, image)
+                refined(primitive, image)
             cells.append(f'{name} {1e3 * (time.process_time() - start) / len(found[:100]):.2f}')
     print(f'\nTo refine one, ms: {", ".join(cells)}.')
 

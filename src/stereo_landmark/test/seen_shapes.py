@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from drawn_shapes import coverage, ellipse_intervals, photograph, polygon_intervals
 
+from scene_simulator.drawn_shapes import coverage, ellipse_intervals, photograph, polygon_intervals
 from stereo_landmark.core.edges.edges import extract_edges
 from stereo_landmark.core.edges.settings import EdgeSettings
 from stereo_landmark.core.primitives.settings import PrimitiveSettings

@@ -2,7 +2,6 @@ import math
 
 import numpy as np
 import pytest
-from drawn_shapes import coverage, ellipse_intervals, photograph, polygon_intervals
 from seen_shapes import (
     PRIMITIVES,
     SIZE,
@@ -13,6 +12,7 @@ from seen_shapes import (
     turned_rectangle,
 )
 
+from scene_simulator.drawn_shapes import coverage, ellipse_intervals, photograph, polygon_intervals
 from stereo_landmark.core.primitives.ellipse import (
     Ellipse,
     EllipseTolerance,

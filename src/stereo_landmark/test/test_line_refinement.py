@@ -2,9 +2,9 @@ import math
 
 import numpy as np
 import pytest
-from drawn_shapes import coverage, photograph, polygon_intervals
 from seen_shapes import SIZE, polygon_photo, turned_rectangle
 
+from scene_simulator.drawn_shapes import coverage, photograph, polygon_intervals
 from stereo_landmark.core.primitives.line_refinement import refine_line
 
 

@@ -2,9 +2,9 @@ import math
 
 import numpy as np
 import pytest
-from drawn_shapes import coverage, photograph, polygon_intervals
 from seen_shapes import PRIMITIVES, SIZE, mahalanobis, polygon_photo, sides_of, turned_rectangle
 
+from scene_simulator.drawn_shapes import coverage, photograph, polygon_intervals
 from stereo_landmark.core.primitives.quadrilateral import (
     Quadrilateral,
     QuadrilateralTolerance,

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 # Cells a pixel side, in which the outline's coverage is exact along rows; rows a cell.
 _CELLS = 4
@@ -16,28 +16,39 @@ _ROWS = 8
 Intervals = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]
 
 
-def ellipse_intervals(centre, semi_axes, tilt) -> Intervals:
-    """Return a function from rows y to where the ellipse begins and ends along x; the same where it is not."""
-    c, s = math.cos(tilt), math.sin(tilt)
-    a, b = semi_axes
-    shape = np.array([[c, -s], [s, c]]) @ np.diag([a**2, b**2]) @ np.array([[c, s], [-s, c]])
+def ellipse_intervals(centre: ArrayLike, semi_axes: ArrayLike, tilt: float) -> Intervals:
+    """Return a function from rows y to where an ellipse begins and ends along x; the same where it is not.
 
-    def intervals(y):
-        v = y - centre[1]
-        middle = centre[0] + shape[0, 1] / shape[1, 1] * v
+    Args:
+        centre: array-like, shape (2,) [px]; the centre of the first pixel is (0, 0).
+        semi_axes: array-like, shape (2,) [px].
+        tilt: of the first axis from x towards y [rad].
+    """
+    x0, y0 = np.asarray(centre, dtype=np.float64)
+    c, s = math.cos(tilt), math.sin(tilt)
+    turn = np.array([[c, -s], [s, c]])
+    shape = turn @ np.diag(np.square(np.asarray(semi_axes, dtype=np.float64))) @ turn.T
+
+    def intervals(y: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        v = y - y0
+        middle = x0 + shape[0, 1] / shape[1, 1] * v
         half = np.sqrt(np.maximum(1.0 - v**2 / shape[1, 1], 0.0) * np.linalg.det(shape) / shape[1, 1])
         return middle - half, middle + half
 
     return intervals
 
 
-def polygon_intervals(corners) -> Intervals:
-    """Return a function from rows y to where the convex polygon begins and ends along x."""
-    corners = np.asarray(corners, dtype=float)
+def polygon_intervals(corners: ArrayLike) -> Intervals:
+    """Return a function from rows y to where a convex polygon begins and ends along x; the same where it is not.
 
-    def intervals(y):
+    Args:
+        corners: array-like, shape (n, 2) [px].
+    """
+    points = np.asarray(corners, dtype=np.float64)
+
+    def intervals(y: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         low, high = np.full(y.shape, np.inf), np.full(y.shape, -np.inf)
-        for p, q in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        for p, q in zip(points, np.roll(points, -1, axis=0), strict=True):
             if p[1] == q[1]:
                 continue
             part = (y - p[1]) / (q[1] - p[1])
@@ -51,7 +62,13 @@ def polygon_intervals(corners) -> Intervals:
 
 
 def coverage(intervals: Intervals, size: tuple[int, int], blur: float = 0.0) -> NDArray[np.float64]:
-    """Return how much of each pixel a shape covers, shape (h, w), seen through a Gaussian blur [px]."""
+    """Return how much of each pixel a shape covers, shape (h, w).
+
+    Args:
+        intervals: of the shape.
+        size: width and height [px].
+        blur: standard deviation of a Gaussian through which it is seen [px].
+    """
     width, height = size
     margin = math.ceil(5.0 * blur) + 1
     columns, rows = (width + 2 * margin) * _CELLS, (height + 2 * margin) * _CELLS
@@ -67,7 +84,13 @@ def coverage(intervals: Intervals, size: tuple[int, int], blur: float = 0.0) -> 
     return np.asarray(whole[margin : margin + height, margin : margin + width])
 
 
-def photograph(light, noise=0.0, seed=0) -> NDArray[np.uint8]:
-    """Return the image of some grey levels, with normally distributed noise, rounded."""
+def photograph(light: NDArray[np.float64], noise: float = 0.0, seed: int = 0) -> NDArray[np.uint8]:
+    """Return the image of grey levels, rounded.
+
+    Args:
+        light: shape (h, w), grey levels.
+        noise: standard deviation of a pixel, normally distributed [grey levels].
+        seed: of the noise.
+    """
     rng = np.random.default_rng(seed)
     return np.clip(np.rint(light + noise * rng.standard_normal(np.shape(light))), 0, 255).astype(np.uint8)

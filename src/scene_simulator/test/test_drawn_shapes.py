@@ -2,8 +2,8 @@ import math
 
 import numpy as np
 import pytest
-from drawn_shapes import coverage, ellipse_intervals, polygon_intervals
-from seen_shapes import turned_rectangle
+
+from scene_simulator.drawn_shapes import coverage, ellipse_intervals, polygon_intervals
 
 SIZE = (60, 50)
 
@@ -24,5 +24,7 @@ def test_a_half_covered_pixel_is_half_covered():
 
 
 def test_area_of_a_turned_rectangle():
-    covered = coverage(polygon_intervals(turned_rectangle((30, 25), 20.0, 12.0, 0.3)), SIZE)
+    c, s = math.cos(0.3), math.sin(0.3)
+    corners = [(30 + c * x - s * y, 25 + s * x + c * y) for x, y in ((-10, -6), (10, -6), (10, 6), (-10, 6))]
+    covered = coverage(polygon_intervals(corners), SIZE)
     assert covered.sum() == pytest.approx(240.0, rel=1e-3)
