@@ -73,6 +73,16 @@ def test_meters_without_surroundings_are_ambiguous_when_one_at_the_end_is_hidden
     assert answer.reason is NoSightingReason.AMBIGUOUS
 
 
+def test_spacing_alone_tells_which_meters_are_seen():
+    """Gaps that differ by 15 mm, 4 px, say that these are the last four, not the first."""
+    places = 0.6 - np.cumsum([0.0, 0.28, 0.295, 0.28, 0.295])
+    uneven = Wall(tuple(Disc(float(y), 0.75, 0.09, 60.0) for y in places))
+    place, state = taught(uneven), np.array([0.1, -0.05, 0.0, 0.03, 0.0, 0.0])
+    found = search(place, uneven.without(0), state)
+    assert isinstance(found, TargetSighting)
+    assert found.found == ('meters/meter 1', 'meters/meter 2', 'meters/meter 3')
+
+
 def test_another_wall_is_not_the_place(place):
     other = Wall((Disc(0.3, 0.9, 0.2, 60.0), Plate(-0.4, 0.6, 0.5, 0.4, 90.0)))
     assert isinstance(search(place, other, np.zeros(6)), NoTargetSighting)
