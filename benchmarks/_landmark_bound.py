@@ -12,14 +12,14 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from _landmark_views import RIG, LandmarkWall
+from _landmark_views import RIG, LandmarkView, LandmarkWall
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from scene_simulator.gain_sensor import GainSensor
 from scene_simulator.stereo_camera import StereoCamera
 from shirube_geometry import PlanarPose
-from stereo_landmark.core.place.reprojection_model import reproject
+from stereo_landmark.core.place.reprojection_model import Reprojection, reproject
 from stereo_landmark.core.place.stereo_rig import StereoRig
 
 CAMERAS = StereoRig(RIG.left.intrinsics, RIG.right.intrinsics, RIG.baseline, RIG.mount)
@@ -29,38 +29,40 @@ PIXEL_VARIANCE = 1.0 / 12.0
 """Of a square pixel along any direction [px²]; also of rounding to whole grey levels."""
 MARGIN = 4
 STEP = 1e-3
-EDGE_MIN = 1e-3
-"""Pixels of which a corner changes the coverage by less [1/px] tell nothing."""
+SURE = 1e-4
+"""Pixels that are covered to less than this, or all but this, tell nothing of the outline."""
 
 
-def pose_bound(
-    wall: LandmarkWall, T_map_lesson: PlanarPose, T_lesson_base: PlanarPose, fields: Sequence[int]
-) -> NDArray[np.float64]:
-    """Return the bound of the covariance of x, y, z [m] and yaw [rad] in the taught frame, shape (4, 4).
+class PoseBound:
+    """The bound for displacements from one lesson.
 
     Args:
         wall: the scene.
-        T_map_lesson: where it was taught.
-        T_lesson_base: the displacement.
+        lesson: when it was taught.
         fields: numbers of the taught fields.
     """
-    information = np.zeros((STATE, STATE))
-    inverse = T_map_lesson.inverse()
-    then = np.zeros(6)
-    now = np.array([T_lesson_base.x, T_lesson_base.y, 0.0, T_lesson_base.yaw, 0.0, 0.0])
-    images = [_clean_images(wall, pose) for pose in (T_map_lesson, T_map_lesson @ T_lesson_base)]
-    for corners in wall.field_corners()[list(fields)]:
-        taught = np.column_stack([inverse.transform(corners[:, :2]), corners[:, 2]])
-        noises, by_points, by_states = [], [], []
-        for state, pair in zip((then, now), images, strict=True):
-            view = reproject(state, taught, CAMERAS)
-            noises.append(_pair_noise(pair, view.pixels))
-            by_points.append(_block_diagonal(view.by_point))
-            by_states.append(view.by_state[:, :, :STATE].reshape(-1, STATE))
-        known = np.linalg.inv(by_points[0].T @ np.linalg.solve(noises[0], by_points[0]))
-        spread = noises[1] + by_points[1] @ known @ by_points[1].T
-        information += by_states[1].T @ np.linalg.solve(spread, by_states[1])
-    return np.asarray(np.linalg.inv(information))
+
+    def __init__(self, wall: LandmarkWall, lesson: LandmarkView, fields: Sequence[int]) -> None:
+        inverse = lesson.T_map_base.inverse()
+        self._taught = []
+        for corners in wall.field_corners()[list(fields)]:
+            points = np.column_stack([inverse.transform(corners[:, :2]), corners[:, 2]])
+            noise, view = _measured(lesson, points, np.zeros(6))
+            by_points = _block_diagonal(view.by_point)
+            known = np.linalg.inv(by_points.T @ np.linalg.solve(noise, by_points))
+            self._taught.append((points, known))
+
+    def covariance(self, view: LandmarkView, T_lesson_base: PlanarPose) -> NDArray[np.float64]:
+        """Return the bound of x, y, z [m] and yaw [rad] in the taught frame, shape (4, 4)."""
+        information = np.zeros((STATE, STATE))
+        state = np.array([T_lesson_base.x, T_lesson_base.y, 0.0, T_lesson_base.yaw, 0.0, 0.0])
+        for points, known in self._taught:
+            noise, seen = _measured(view, points, state)
+            by_points = _block_diagonal(seen.by_point)
+            by_state = seen.by_state[:, :, :STATE].reshape(-1, STATE)
+            spread = noise + by_points @ known @ by_points.T
+            information += by_state.T @ np.linalg.solve(spread, by_state)
+        return np.asarray(np.linalg.inv(information))
 
 
 def outline_coverage(
@@ -85,12 +87,12 @@ def outline_coverage(
 
 
 def outline_covariance(
-    image: NDArray[np.float64], corners: NDArray[np.float64], camera: StereoCamera
+    image: NDArray[np.uint8], corners: NDArray[np.float64], camera: StereoCamera
 ) -> NDArray[np.float64]:
     """Return the bound of the covariance of four corners from the pixels along their outline, shape (8, 8) [px²].
 
     Args:
-        image: without noise, shape (h, w), grey levels.
+        image: shape (h, w), tells the grey levels along the outline.
         corners: shape (4, 2), clockwise [px].
         camera: its blur and noise.
     """
@@ -100,6 +102,9 @@ def outline_covariance(
         np.ceil(corners.max(axis=0)).astype(int) + MARGIN + 1,
     )
     rows, columns = (grid.ravel() for grid in np.mgrid[top:bottom, left:right])
+    covered = outline_coverage(corners, columns, rows, blur)
+    partly = (covered > SURE) & (covered < 1.0 - SURE)
+    rows, columns, covered = rows[partly], columns[partly], covered[partly]
     changes = []
     for k in range(corners.size):
         step = np.zeros(corners.size)
@@ -109,14 +114,12 @@ def outline_covariance(
         )
         changes.append((ahead - behind) / (2.0 * STEP))
     by_corners = np.column_stack(changes)
-    telling = np.abs(by_corners).max(axis=1) > EDGE_MIN
-    covered = outline_coverage(corners, columns, rows, blur)[telling]
-    levels = image[rows[telling], columns[telling]]
+    grey = image[rows, columns].astype(np.float64)
     # The levels on both sides of the outline are those that explain the pixels on it.
     sides = np.column_stack([1.0 - covered, covered])
-    outside, inside = np.linalg.lstsq(sides, levels, rcond=None)[0]
-    jacobian = np.column_stack([(inside - outside) * by_corners[telling], sides])
-    weights = 1.0 / grey_variance(levels, camera.sensor)
+    outside, inside = np.linalg.lstsq(sides, grey, rcond=None)[0]
+    jacobian = np.column_stack([(inside - outside) * by_corners, sides])
+    weights = 1.0 / grey_variance(outside + (inside - outside) * covered, camera.sensor)
     covariance = np.linalg.inv(jacobian.T @ (jacobian * weights[:, None]))
     return np.asarray(covariance[: corners.size, : corners.size])
 
@@ -128,23 +131,17 @@ def grey_variance(levels: NDArray[np.float64], sensor: GainSensor) -> NDArray[np
     return np.asarray((electrons + sensor.read_noise**2) * scale**2 + PIXEL_VARIANCE)
 
 
-def _clean_images(wall: LandmarkWall, T_map_base: PlanarPose) -> list[NDArray[np.float64]]:
-    """Return both images without noise and rounding, each of shape (h, w), grey levels."""
-    images = []
-    for camera, pose in zip((RIG.left, RIG.right), RIG.camera_poses(T_map_base), strict=True):
-        light = camera.light(wall.with_panel, pose).astype(np.float64)
-        images.append(255.0 * (camera.sensor.gain * light + camera.sensor.black_level))
-    return images
-
-
-def _pair_noise(images: list[NDArray[np.float64]], pixels: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the bound of u, v left and u, v right of four corners, shape (16, 16) [px²]."""
+def _measured(
+    view: LandmarkView, points: NDArray[np.float64], state: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], Reprojection]:
+    """Return the bound of u, v left and u, v right of four corners, shape (16, 16) [px²], and how they are seen."""
+    seen = reproject(state, points, CAMERAS)
     noise = np.zeros((4, 4, 4, 4))
-    for image, camera, first in zip(images, (RIG.left, RIG.right), (0, 2), strict=True):
+    for image, camera, first in zip(view.panel, (RIG.left, RIG.right), (0, 2), strict=True):
         part = slice(first, first + 2)
-        bound = outline_covariance(image, pixels[:, part], camera).reshape(4, 2, 4, 2)
-        noise[:, part, :, part] = bound
-    return noise.reshape(16, 16)
+        bound = outline_covariance(image, seen.pixels[:, part], camera)
+        noise[:, part, :, part] = bound.reshape(4, 2, 4, 2)
+    return noise.reshape(16, 16), seen
 
 
 def _block_diagonal(blocks: NDArray[np.float64]) -> NDArray[np.float64]:

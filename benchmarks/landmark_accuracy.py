@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from itertools import islice
 
 import numpy as np
-from _landmark_bound import CAMERAS, pose_bound
+from _landmark_bound import CAMERAS, PoseBound
 from _landmark_score import MINE, Result, error_of, print_results
 from _landmark_views import RIG, LandmarkView, LandmarkWall, repeat_poses, teach_pose
 from _stereo_peers import FeaturePipeline
@@ -82,6 +82,11 @@ def field_pixels(wall: LandmarkWall, T_map_base: PlanarPose) -> NDArray[np.float
     return reproject(np.zeros(6), base, CAMERAS).pixels.reshape(-1, 4, 4)
 
 
+def fields_of(place: TaughtPlace) -> list[int]:
+    """Return the numbers of the fields that were taught."""
+    return [int(primitive.name.split()[1]) for primitive in place.targets[0].primitives]
+
+
 def _farthest(found: Primitive, corners: NDArray[np.float64]) -> float:
     """Return how far a corner of a quadrilateral is from where it is to be, whichever corner is the first."""
     if not isinstance(found, Quadrilateral):
@@ -136,6 +141,7 @@ def run(distance: float, wanted: int, repeats: int, seed: int, bar: tqdm[None]) 
             continue
         result.points.append(len(place.coordinates))
         methods = Methods(place, lesson, pipelines, tag)
+        bound = PoseBound(wall, lesson, fields_of(place))
         for pose in islice(repeat_poses(lesson.T_map_base, rng), repeats):
             view, truth = wall.view(pose, rng), lesson.T_map_base.inverse() @ pose
             fix = methods.fix(view)
@@ -143,9 +149,7 @@ def run(distance: float, wanted: int, repeats: int, seed: int, bar: tqdm[None]) 
             for name, found in methods.peers(view):
                 result.add(name, found, truth)
             if fix:
-                fields = sorted({int(name.split('/')[1].split()[1]) for name in place.coordinates.names})
-                bound = pose_bound(wall, lesson.T_map_base, truth, fields)
-                result.compare(fix, truth, bound, fit_alone(place, fix, truth, rng))
+                result.compare(fix, truth, bound.covariance(view, truth), fit_alone(place, fix, truth, rng))
             bar.update()
     return result
 
@@ -179,9 +183,9 @@ def main() -> int:
     """Print the tables."""
     parser = argparse.ArgumentParser(description='Displacements from one target against the truth.')
     parser.add_argument(
-        '--lessons', type=int, default=10, help='times that the target is taught, at each distance'
+        '--lessons', type=int, default=8, help='times that the target is taught, at each distance'
     )
-    parser.add_argument('--repeats', type=int, default=20, help='views of each lesson')
+    parser.add_argument('--repeats', type=int, default=8, help='views of each lesson')
     parser.add_argument('--seed', type=int, default=1, help='of everything')
     arguments = parser.parse_args()
     use_one_core()
