@@ -79,6 +79,14 @@ def test_meters_without_surroundings_are_ambiguous_when_one_at_the_end_is_hidden
     assert answer.reason is NoSightingReason.AMBIGUOUS
 
 
+def test_the_next_meter_in_a_narrow_row_is_taught_as_a_surrounding():
+    """With it in view, four of five equal meters in a row are the first four; without it nobody knows."""
+    narrow = Wall(tuple(Disc(0.45 - 0.215 * i, 0.75, 0.085, 60.0) for i in range(5)))
+    place = taught(narrow)
+    assert [primitive.kind for primitive in place.surroundings] == [Kind.ELLIPSE]
+    assert isinstance(search(place, narrow, np.array([0.1, -0.05, 0.0, 0.03, 0.0, 0.0])), TargetSighting)
+
+
 def test_spacing_alone_tells_which_meters_are_seen():
     """Gaps that differ by 15 mm, 4 px, say that these are the last four, not the first."""
     places = 0.6 - np.cumsum([0.0, 0.28, 0.295, 0.28, 0.295])
