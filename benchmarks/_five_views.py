@@ -1,7 +1,7 @@
 """Repeat views of five identical meters in a row, and which of them can be decided, by the truth alone.
 
-Half of the corridors have even gaps, half of them have nothing but the meters on the wall; in half of the views a sheet
-of paper hides one meter. Needles differ in every view.
+Half of the corridors have even gaps, half of them have nothing but the meters on the wall; in some of the views a
+sheet of paper hides one meter. Needles differ in every view.
 """
 
 from __future__ import annotations
