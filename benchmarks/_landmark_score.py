@@ -32,6 +32,7 @@ class Result:
         fitted: errors of the fit alone, with its covariances, which are the bound for its points.
         used: how many points each fix was made of.
         points: how many each lesson has.
+        misses: why there was no fix.
         untaught: lessons in which less than four fields could be measured.
     """
 
@@ -42,6 +43,7 @@ class Result:
     fitted: list[Judged] = field(default_factory=list)
     used: list[int] = field(default_factory=list)
     points: list[int] = field(default_factory=list)
+    misses: list[str] = field(default_factory=list)
     untaught: int = 0
 
     def add(self, method: str, found: PlanarPose | None, truth: PlanarPose) -> None:
@@ -100,6 +102,10 @@ def print_results(results: dict[float, Result]) -> None:
     print('', _row(heads), '|---' * len(heads) + '|', sep='\n')
     for distance, result in results.items():
         print(_row(_cells_of_bound(distance, result)))
+    print(f'\nLessons without four fields: {sum(result.untaught for result in results.values())}. No pose:')
+    for result in results.values():
+        for miss in result.misses:
+            print(f'- {miss}')
 
 
 def _print_errors(results: dict[float, Result]) -> None:

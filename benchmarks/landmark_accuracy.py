@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from shirube_geometry import PlanarPose
-from stereo_landmark.core.landmark_fix import LandmarkFix
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
 from stereo_landmark.core.place.place_fix import PlaceFix
 from stereo_landmark.core.place.place_locator import PlaceLocator
@@ -111,10 +111,10 @@ class Methods:
         self._view, self._tag = view, tag
         self._taught = [(pipeline, pipeline.teach(view.panel)) for pipeline in pipelines]
 
-    def fix(self, view: LandmarkView) -> PlaceFix | None:
-        """Return shirube's displacement."""
+    def fix(self, view: LandmarkView) -> PlaceFix | NoLandmarkFix:
+        """Return shirube's displacement, or why there is none."""
         answer = self._localizer.locate(*view.panel)
-        return answer.displacement if isinstance(answer, LandmarkFix) else None
+        return answer.displacement if isinstance(answer, LandmarkFix) else answer
 
     def peers(self, view: LandmarkView) -> Iterator[tuple[str, PlanarPose | None]]:
         """Yield the name and the answer of each peer."""
@@ -145,11 +145,13 @@ def run(distance: float, wanted: int, repeats: int, seed: int, bar: tqdm[None]) 
         for pose in islice(repeat_poses(lesson.T_map_base, rng), repeats):
             view, truth = wall.view(pose, rng), lesson.T_map_base.inverse() @ pose
             fix = methods.fix(view)
-            result.add(MINE, fix.T_place_base if fix else None, truth)
+            result.add(MINE, fix.T_place_base if isinstance(fix, PlaceFix) else None, truth)
             for name, found in methods.peers(view):
                 result.add(name, found, truth)
-            if fix:
+            if isinstance(fix, PlaceFix):
                 result.compare(fix, truth, bound.covariance(view, truth), fit_alone(place, fix, truth, rng))
+            else:
+                result.misses.append(f'{distance:g} m, lesson {number}: {fix.reason} ({fix.detail})')
             bar.update()
     return result
 
