@@ -7,12 +7,18 @@ from place_scenes import RIG
 
 from stereo_landmark.core.place.place_fix import PlaceFix
 from stereo_landmark.core.place.place_locator import PlaceLocator
+from stereo_landmark.core.place.reprojection_model import reproject
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 from stereo_landmark.core.procedure.primitive import Kind
 from stereo_landmark.core.procedure.sighting import NoSightingReason, NoTargetSighting, TargetSighting
 from stereo_landmark.core.procedure.target_search import TargetSearch
 from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
 
+FIELDS = tuple(
+    Plate(0.27 - 0.27 * (i % 3), 0.7 + 0.33 * (i // 3), 0.18, 0.24, level)
+    for i, level in enumerate((60.0, 220.0, 200.0, 215.0, 205.0, 60.0))
+)
+PANEL = Wall((Plate(0.0, 0.86, 0.95, 0.85, 110.0), *FIELDS))
 METERS = tuple(Disc(0.6 - 0.28 * i, 0.75, 0.09, 60.0) for i in range(5))
 AROUND = (
     Plate(0.0, 0.45, 1.6, 0.12, 90.0),
@@ -71,6 +77,51 @@ def test_meters_without_surroundings_are_ambiguous_when_one_at_the_end_is_hidden
     answer = search(place, ALONE.without(0), state)
     assert isinstance(answer, NoTargetSighting)
     assert answer.reason is NoSightingReason.AMBIGUOUS
+
+
+def test_the_next_meter_in_a_narrow_row_is_taught_as_a_surrounding():
+    """With it in view, four of five equal meters in a row are the first four; without it nobody knows."""
+    narrow = Wall(tuple(Disc(0.45 - 0.215 * i, 0.75, 0.085, 60.0) for i in range(5)))
+    place = taught(narrow)
+    assert [primitive.kind for primitive in place.surroundings] == [Kind.ELLIPSE]
+    assert isinstance(search(place, narrow, np.array([0.1, -0.05, 0.0, 0.03, 0.0, 0.0])), TargetSighting)
+
+
+def test_spacing_alone_tells_which_meters_are_seen():
+    """Gaps that differ by 15 mm, 4 px, say that these are the last four, not the first."""
+    places = 0.6 - np.cumsum([0.0, 0.28, 0.295, 0.28, 0.295])
+    uneven = Wall(tuple(Disc(float(y), 0.75, 0.09, 60.0) for y in places))
+    place, state = taught(uneven), np.array([0.1, -0.05, 0.0, 0.03, 0.0, 0.0])
+    found = search(place, uneven.without(0), state)
+    assert isinstance(found, TargetSighting)
+    assert found.found == ('meters/meter 1', 'meters/meter 2', 'meters/meter 3')
+
+
+@pytest.mark.parametrize(
+    'state', [(-0.1, -0.35, 0.05), (0.3, 0.3, -0.1), (0.2, 0.4, -0.15), (-0.3, 0.35, -0.2)]
+)
+def test_fields_of_a_panel_are_not_mixed_up_with_each_other(state):
+    """Sides of neighbouring fields lie in line and make quadrilaterals of their own."""
+    view = view_of(PANEL, np.zeros(6), tuple(Kind))
+    chosen = {}
+    for i, field in enumerate(FIELDS):
+        corners = np.array([[3.0, field.y + a, field.z + b] for a in (-0.09, 0.09) for b in (-0.12, 0.12)])
+        middle = reproject(np.zeros(6), corners, RIG).pixels[:, :2].mean(axis=0)
+        near = [
+            each
+            for each in view.left.kinds[Kind.QUADRILATERAL].primitives
+            if np.hypot(*(each.centre - middle)) < 2.0
+        ]
+        chosen[f'field {i}'] = min(
+            near, key=lambda each: abs(np.ptp(each.corners[:, 0]) - 0.18 * RIG.left.fx / 3.0)
+        )
+    place = Teacher(view, ImageProcessing()).teach('wall', [TargetChoice('panel', chosen)])
+    pose = np.array([state[0], state[1], 0.0, state[2], 0.0, 0.0])
+    found = search(place, PANEL, pose)
+    assert isinstance(found, TargetSighting)
+    assert len(found.points) == 24
+    expected = reproject(pose, place.coordinates.selected(found.points.names).positions, RIG).pixels
+    assert np.abs(found.points.pixels - expected).max() < 0.3
 
 
 def test_another_wall_is_not_the_place(place):

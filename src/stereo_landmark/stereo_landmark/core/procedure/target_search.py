@@ -16,6 +16,7 @@ from stereo_landmark.core.procedure.circles import centre_motion
 from stereo_landmark.core.procedure.evidence import Evidence
 from stereo_landmark.core.procedure.prediction import expected_pixels
 from stereo_landmark.core.procedure.primitive import refined_pair
+from stereo_landmark.core.procedure.rematch import Rematch
 from stereo_landmark.core.procedure.settings import SearchSettings
 from stereo_landmark.core.procedure.sighting import NoSightingReason, NoTargetSighting, TargetSighting
 from stereo_landmark.core.procedure.stereo_candidates import StereoCandidates, stereo_candidates
@@ -29,6 +30,8 @@ DETECTED_SIGMA = 0.7
 COARSE = PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0)
 APART = 15.0
 """Poses from which a primitive is expected this far away are different [px]."""
+REMATCH_WINDOWS = 10.0, 4.0
+"""Within which primitives are matched again, each time followed by a fit [px]."""
 DEPTH_MIN = 0.3
 DEPTH_SHARE = 0.3
 """Detected depths are off by up to this share."""
@@ -82,11 +85,18 @@ class TargetSearch:
         """Return the poses that may be, those first for which most speaks."""
         candidates = self._candidates(target, view)
         evidence = self._evidence(view)
+        rematch = Rematch(self._place, target, view)
+        least = max(2.0, self._settings.seen_min * len(target.primitives))
         readings: list[_Reading] = []
         for supposed in suppose(positions, candidates, view, self._settings):
             pairs = _pairs(target, supposed.matched, candidates, view)
             state = self._fitted(supposed.state, pairs, view)
             if state is not None:
+                for window in REMATCH_WINDOWS:
+                    nearer = rematch.pairs(state, window)
+                    fitted = self._fitted(state, nearer, view) if len(nearer) >= least else None
+                    if fitted is not None:
+                        state, pairs = fitted, nearer
                 readings.append(_Reading(state, pairs, evidence.weigh(state)))
         return sorted(readings, key=lambda reading: -reading.evidence)
 

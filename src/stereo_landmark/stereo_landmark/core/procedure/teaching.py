@@ -193,7 +193,9 @@ def _belong_together(one: Primitive, other: Primitive) -> bool:
     spots, others = _spots(one), _spots(other)
     gaps = np.linalg.norm(spots[:, None] - others[None], axis=2)
     radii = [float(each.semi_axes[0]) if isinstance(each, Ellipse) else 0.0 for each in (one, other)]
-    return bool(gaps.min() - sum(radii) < SURROUNDINGS_APART)
+    # Two round things that do not overlap are two, however near: the next meter in the row tells most.
+    apart = 0.0 if all(radii) else SURROUNDINGS_APART
+    return bool(gaps.min() - sum(radii) < apart)
 
 
 def _spots(primitive: Primitive) -> NDArray[np.float64]:

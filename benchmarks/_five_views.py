@@ -1,0 +1,191 @@
+"""Repeat views of five identical meters in a row, and which of them can be decided, by the truth alone.
+
+Half of the corridors have even gaps, half of them have nothing but the meters on the wall; in some of the views a
+sheet of paper hides one meter. Needles differ in every view.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import count
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_simulator.corridor_generator import METERS, CorridorDesign, corridor
+from scene_simulator.corridor_scene import CorridorScene
+from scene_simulator.stereo_rig import StereoRig, render_pair
+from shirube_geometry import PlanarPose
+
+Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
+
+RIG = StereoRig()
+T_MAP_LESSON = PlanarPose(-3.0, 0.0, 0.0)
+FOCAL = RIG.left.intrinsics.fx
+TAUGHT = 4
+OFFSET, TURN = 0.5, math.radians(15.0)
+TELLING = 2.0
+"""A meter farther from where one is expected is another one [px]: a hundred times what it is measured to."""
+LANDMARKS_MIN = 3
+"""So many other landmarks in view tell the meters apart."""
+SEEN_MIN = 3
+"""Fewer points are no landmark for shirube."""
+BORDER = 30.0
+"""What lies nearer to the border of an image is not wholly in view [px]; meters have radii of 20 to 32."""
+END_WALL = 0.3
+"""Nothing on the end wall stands off farther [m]."""
+DECIDABLE, UNDECIDABLE, OUT_OF_VIEW = 'decidable', 'not decidable', 'out of view'
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """A corridor as it is taught.
+
+    Attributes:
+        design: of the corridor.
+        chosen: numbers of the four meters of the target.
+        pair: left and right image, each of shape (h, w).
+    """
+
+    design: CorridorDesign
+    chosen: tuple[int, ...]
+    pair: Pair
+
+    @property
+    def scene(self) -> CorridorScene:
+        """The corridor."""
+        return corridor(self.design)
+
+    @property
+    def spacing(self) -> float:
+        """Mean gap between neighbouring meters [m]."""
+        return float(np.mean(np.diff(row_of(self.scene))))
+
+
+@dataclass(frozen=True)
+class MeterView:
+    """A view of a robot that comes back.
+
+    Attributes:
+        T_lesson_base: the true pose in the taught frame.
+        hidden: number of the meter that is covered, None for none.
+        standing: DECIDABLE, UNDECIDABLE or OUT_OF_VIEW.
+        pair: left and right image, each of shape (h, w).
+    """
+
+    T_lesson_base: PlanarPose
+    hidden: int | None
+    standing: str
+    pair: Pair
+
+
+def lessons(*, even: bool, bare: bool, seed: int) -> Iterator[Lesson]:
+    """Yield corridors without end, taught from three metres."""
+    for number in count(seed):
+        design = CorridorDesign(seed=number, even=even, bare=bare)
+        pair = render_pair(corridor(design), RIG, T_MAP_LESSON, np.random.default_rng((number, 0)))
+        first = number % (METERS - TAUGHT + 1)
+        yield Lesson(design, tuple(range(first, first + TAUGHT)), pair)
+
+
+def views(lesson: Lesson, wanted: int) -> Iterator[MeterView]:
+    """Yield views of a lesson; every other one has a meter hidden."""
+    design = lesson.design
+    for number in range(wanted):
+        rng = np.random.default_rng((design.seed, design.even, design.bare, 1 + number))
+        x, y, yaw = rng.uniform((-OFFSET, -OFFSET, -TURN), (OFFSET, OFFSET, TURN)).tolist()
+        offset = PlanarPose(x, y, yaw)
+        scene = corridor(
+            CorridorDesign(seed=design.seed, even=design.even, bare=design.bare, needles=1 + number)
+        )
+        hidden = int(rng.integers(METERS)) if number % 2 else None
+        shown = scene if hidden is None else scene.covered(f'meter_{hidden}')
+        standing = standing_of(scene, lesson.chosen, hidden, T_MAP_LESSON @ offset)
+        yield MeterView(offset, hidden, standing, render_pair(shown, RIG, T_MAP_LESSON @ offset, rng))
+
+
+def row_of(scene: CorridorScene) -> NDArray[np.float64]:
+    """Return where the meters are along their wall, to the right, shape (METERS,) [m]."""
+    points = scene.points_map()
+    return np.array([-points[f'meter_{i}'][1] for i in range(METERS)])
+
+
+def standing_of(
+    scene: CorridorScene, chosen: tuple[int, ...], hidden: int | None, T_map_base: PlanarPose
+) -> str:
+    """Return whether a view can be decided.
+
+    It is out of view when less than three meters of the target are seen by both cameras. Three or more landmarks beside
+    the meters, wholly seen by both cameras when taught and now, decide it; else the spacing must.
+
+    Args:
+        scene: without what hides a meter.
+        chosen: numbers of the meters of the target.
+        hidden: number of the hidden one, None for none.
+        T_map_base: where the robot is.
+    """
+    row, height = row_of(scene), float(scene.points_map()['meter_0'][2])
+
+    def in_view(along: NDArray[np.float64]) -> NDArray[np.bool_]:
+        return seen_by_both(np.column_stack([0.0 * along, -along, 0.0 * along + height]), T_map_base)
+
+    shown = in_view(row) & (np.arange(METERS) != hidden)
+    if shown[list(chosen)].sum() < SEEN_MIN:
+        return OUT_OF_VIEW
+    if landmarks_in_view(scene, T_map_base) >= LANDMARKS_MIN:
+        return DECIDABLE
+    distance = -T_map_base.x - RIG.mount.xyz[0]
+    return DECIDABLE if spacing_decides(row, shown, in_view, TELLING * distance / FOCAL) else UNDECIDABLE
+
+
+def spacing_decides(
+    row: NDArray[np.float64],
+    shown: NDArray[np.bool_],
+    in_view: Callable[[NDArray[np.float64]], NDArray[np.bool_]],
+    tolerance: float,
+) -> bool:
+    """Tell whether the taught row fits what is seen in one place only.
+
+    A place counts one for each taught meter that falls on a seen one, less one for each that falls where both cameras
+    look and nothing is. The right place must count two more than any other where a taught meter falls on another one:
+    that is the difference that one meter makes.
+
+    Args:
+        row: of the meters along the wall, shape (n,) [m].
+        shown: which of them are seen, shape (n,).
+        in_view: tells which places along the wall, shape (n,), both cameras see.
+        tolerance: within which a meter is where it is expected [m].
+    """
+    seen = row[shown]
+    right = 2 * int(shown.sum()) - int(in_view(row).sum())
+    shifts = (seen - row[:, None]).ravel()
+    for shift in shifts[np.abs(shifts) > 2.0 * tolerance]:
+        # That which fits most is at an end of the range of shifts that some meter tolerates.
+        for place in (row + shift + end for end in (-tolerance, 0.0, tolerance)):
+            fits = (np.abs(place[:, None] - seen) <= 1.001 * tolerance).any(axis=1)
+            if fits.sum() - (in_view(place) & ~fits).sum() > right - 2:
+                return False
+    return True
+
+
+def landmarks_in_view(scene: CorridorScene, T_map_base: PlanarPose) -> int:
+    """Return how many landmarks of the end wall but the meters both cameras see wholly, when taught and now."""
+    total = 0
+    for landmark in scene.landmarks:
+        points = np.array(list(landmark.points_map().values()))
+        on_wall = bool(np.all(points[:, 0] > -END_WALL))
+        if on_wall and not landmark.name.startswith('meter'):
+            total += all(bool(seen_by_both(points, pose).all()) for pose in (T_MAP_LESSON, T_map_base))
+    return total
+
+
+def seen_by_both(points: NDArray[np.float64], T_map_base: PlanarPose) -> NDArray[np.bool_]:
+    """Return which points, shape (n, 3) in the map frame, both cameras see, shape (n,)."""
+    seen = np.ones(len(points), dtype=np.bool_)
+    for camera, pose in zip((RIG.left, RIG.right), RIG.camera_poses(T_map_base), strict=True):
+        size = camera.intrinsics.width, camera.intrinsics.height
+        pixels = camera.intrinsics.pixels_from_points(pose.camera_points(points))
+        seen &= ((pixels >= BORDER) & (pixels <= np.array(size) - 1.0 - BORDER)).all(axis=1)
+    return seen

@@ -1,0 +1,153 @@
+"""A panel on a wall, or a printed tag of its size in its place, seen by a robot that comes back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_simulator.corridor_cabinet import Cabinet
+from scene_simulator.corridor_drawing import Drawing
+from scene_simulator.corridor_generator import CorridorDesign, corridor
+from scene_simulator.corridor_landmark import Landmark, SquareLandmark
+from scene_simulator.corridor_scene import CorridorScene, Thing
+from scene_simulator.corridor_shape import FlatShape, Paint
+from scene_simulator.corridor_surface import Surface, facing_wall
+from scene_simulator.stereo_rig import StereoRig, render_pair
+from shirube_geometry import PlanarPose
+
+Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
+
+RIG = StereoRig()
+SIDE = 0.8
+"""Of the tag's black square; the fields of the panel span as much from left to right [m]."""
+HEIGHT = RIG.mount.xyz[2]
+DEPTH = 0.1
+PANEL = Cabinet('panel', facing_wall(0.0), (-0.46, HEIGHT - 0.4), (0.92, 0.8), DEPTH, columns=3)
+FIELDS = 6
+OFFSET, TURN = 0.5, math.radians(15.0)
+TEACH_OFFSET, TEACH_TURN = 0.05, math.radians(2.0)
+BORDER = 12.0
+"""Panel and tag are so far inside of both images [px]."""
+WHITE, BLACK = Paint(0.9), Paint(0.08)
+
+
+@dataclass(frozen=True)
+class TagSheet:
+    """A printed tag.
+
+    Attributes:
+        name: in the scene.
+        surface: the plane.
+        place: its middle, right and up on the plane [m].
+        cells: shape (n, n), true for white, the black border included.
+        side: of the black square [m].
+    """
+
+    name: str
+    surface: Surface
+    place: tuple[float, float]
+    cells: tuple[tuple[bool, ...], ...]
+    side: float = SIDE
+
+    def shapes(self) -> list[FlatShape]:
+        """Return white paper, the black square, and the white runs of its rows and columns.
+
+        Runs along both directions overlap, so that no seam shows between neighbouring white cells.
+        """
+        drawing, half, cell = Drawing(self.surface, self.place), 0.5 * self.side, self.side / len(self.cells)
+        drawing.rectangle((-half - cell, -half - cell), (half + cell, half + cell), WHITE)
+        drawing.rectangle((-half, -half), (half, half), BLACK)
+        for row, line in enumerate(self.cells):
+            top = half - row * cell
+            for start, stop in white_runs(line):
+                drawing.rectangle((start * cell - half, top - cell), (stop * cell - half, top), WHITE)
+        for column, line in enumerate(zip(*self.cells, strict=True)):
+            left = column * cell - half
+            for start, stop in white_runs(line):
+                drawing.rectangle((left, half - stop * cell), (left + cell, half - start * cell), WHITE)
+        return drawing.shapes
+
+    def landmarks(self) -> list[Landmark]:
+        """Return the black square."""
+        (x, y), half = self.place, 0.5 * self.side
+        return [SquareLandmark(self.name, self.surface, (x - half, y - half), (x + half, y + half))]
+
+
+@dataclass(frozen=True)
+class LandmarkView:
+    """The panel, and in another picture the tag, from one place.
+
+    Attributes:
+        T_map_base: true pose.
+        panel: left and right image, each of shape (h, w).
+        tag: the same with the tag.
+    """
+
+    T_map_base: PlanarPose
+    panel: Pair
+    tag: Pair
+
+
+class LandmarkWall:
+    """A corridor's end wall with nothing but the panel, or the tag.
+
+    Args:
+        seed: of the corridor.
+        cells: of the tag, shape (n, n), true for white.
+    """
+
+    def __init__(self, seed: int, cells: NDArray[np.bool_]) -> None:
+        bare = corridor(CorridorDesign(seed=seed, bare=True))
+        walls: Sequence[Thing] = [thing for thing in bare.things if not thing.name.startswith('meter')]
+        rows = tuple(tuple(bool(cell) for cell in row) for row in cells)
+        tag = TagSheet('tag', PANEL.surface.raised(DEPTH), (0.0, HEIGHT), rows)
+        self.with_panel = CorridorScene((*walls, PANEL))
+        self.with_tag = CorridorScene((*walls, tag))
+
+    def view(self, T_map_base: PlanarPose, rng: np.random.Generator) -> LandmarkView:
+        """Return both pairs of pictures."""
+        pairs = [render_pair(scene, RIG, T_map_base, rng) for scene in (self.with_panel, self.with_tag)]
+        return LandmarkView(T_map_base, *pairs)
+
+    def field_corners(self) -> NDArray[np.float64]:
+        """Return the corners of the fields, shape (FIELDS, 4, 3), clockwise from the upper left, in the map [m]."""
+        points = self.with_panel.points_map()
+        return np.array([[points[f'panel/field_{i}/{k}'] for k in range(4)] for i in range(FIELDS)])
+
+
+def white_runs(line: Sequence[bool]) -> list[tuple[int, int]]:
+    """Return where runs of white cells begin and end."""
+    runs = [(white, len(list(cells))) for white, cells in groupby(line)]
+    ends = np.cumsum([0, *(length for _, length in runs)]).tolist()
+    return [(ends[i], ends[i + 1]) for i, (white, _) in enumerate(runs) if white]
+
+
+def teach_pose(distance: float, rng: np.random.Generator) -> PlanarPose:
+    """Return a pose from which the left camera is about so far from the panel [m]."""
+    x, y, yaw = rng.uniform(-1.0, 1.0, 3) * [TEACH_OFFSET, TEACH_OFFSET, TEACH_TURN]
+    return PlanarPose(float(x) - distance - DEPTH - RIG.mount.xyz[0], float(y), float(yaw))
+
+
+def repeat_poses(T_map_lesson: PlanarPose, rng: np.random.Generator) -> Iterator[PlanarPose]:
+    """Yield poses without end, within half a metre and 15 degrees of a lesson, that see all of panel and tag."""
+    while True:
+        x, y, yaw = rng.uniform((-OFFSET, -OFFSET, -TURN), (OFFSET, OFFSET, TURN)).tolist()
+        pose = T_map_lesson @ PlanarPose(x, y, yaw)
+        if _is_in_view(pose):
+            yield pose
+
+
+def _is_in_view(T_map_base: PlanarPose) -> bool:
+    half = 0.5 * SIDE * 1.25
+    corners = [(-DEPTH, y, HEIGHT + z) for y in (-half, half) for z in (-half, half)]
+    for camera, pose in zip((RIG.left, RIG.right), RIG.camera_poses(T_map_base), strict=True):
+        size = np.array([camera.intrinsics.width, camera.intrinsics.height])
+        pixels = camera.intrinsics.pixels_from_points(pose.camera_points(np.array(corners)))
+        if not ((pixels >= BORDER) & (pixels <= size - 1.0 - BORDER)).all():
+            return False
+    return True

@@ -1,0 +1,141 @@
+"""What one writes in an afternoon: features of the taught pair in space, matched to the left image of now, PnP."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_simulator.stereo_rig import StereoRig
+from shirube_geometry import PlanarPose
+
+RATIO = 0.8
+"""Lowe's, of the best match to the second best."""
+ROW_TOLERANCE = 1.5
+DISPARITY_MIN = 2.0
+REPROJECTION, ITERATIONS, CONFIDENCE = 2.0, 1000, 0.999
+INLIERS_MIN = 10
+FEATURES = 2000
+
+
+@dataclass(frozen=True)
+class Features:
+    """Of one image.
+
+    Attributes:
+        pixels: shape (n, 2).
+        descriptors: shape (n, d), bytes of ORB or floats of SIFT.
+    """
+
+    pixels: NDArray[np.float64]
+    descriptors: NDArray[np.generic]
+
+
+@dataclass(frozen=True)
+class TaughtFeatures:
+    """Of a taught pair.
+
+    Attributes:
+        points: shape (n, 3), in the left optical frame [m].
+        pixels: shape (n, 2), in the left image.
+        descriptors: shape (n, d).
+    """
+
+    points: NDArray[np.float64]
+    pixels: NDArray[np.float64]
+    descriptors: NDArray[np.generic]
+
+    def among(self, chosen: NDArray[np.bool_]) -> TaughtFeatures:
+        """Return the features of a mask, shape (n,)."""
+        return TaughtFeatures(self.points[chosen], self.pixels[chosen], self.descriptors[chosen])
+
+
+class FeaturePipeline:
+    """ORB or SIFT with stereo and PnP.
+
+    Args:
+        name: 'ORB' or 'SIFT'.
+        rig: rectified cameras.
+    """
+
+    def __init__(self, name: str, rig: StereoRig) -> None:
+        self.name = name
+        makers: dict[str, Callable[..., cv2.Feature2D]] = {'ORB': cv2.ORB.create, 'SIFT': cv2.SIFT.create}
+        self._detector = makers[name](nfeatures=FEATURES)
+        self._norm = cv2.NORM_HAMMING if name == 'ORB' else cv2.NORM_L2
+        self._rig = rig
+        self._camera = rig.left.intrinsics
+        self._matrix = np.array(
+            [
+                [self._camera.fx, 0.0, self._camera.cx],
+                [0.0, self._camera.fy, self._camera.cy],
+                [0.0, 0.0, 1.0],
+            ]
+        )
+
+    def features(self, image: NDArray[np.uint8]) -> Features:
+        """Return the features of an image, shape (h, w)."""
+        found, descriptors = self._detector.detectAndCompute(image, None)
+        pixels = np.array([point.pt for point in found], dtype=np.float64).reshape(-1, 2)
+        return Features(pixels, np.empty((0, 1), np.float32) if descriptors is None else descriptors)
+
+    def teach(self, pair: tuple[NDArray[np.uint8], NDArray[np.uint8]]) -> TaughtFeatures:
+        """Return the features that both images show, in space."""
+        left, right = (self.features(image) for image in pair)
+        matches = self._matches(left.descriptors, right.descriptors)
+        here, there = left.pixels[matches[:, 0]], right.pixels[matches[:, 1]]
+        disparity = here[:, 0] - there[:, 0]
+        good = (np.abs(here[:, 1] - there[:, 1]) <= ROW_TOLERANCE) & (disparity >= DISPARITY_MIN)
+        depth = self._camera.fx * self._rig.baseline / disparity[good]
+        points = self._camera.rays_from_pixels(here[good]) * depth[:, None]
+        return TaughtFeatures(points, here[good], left.descriptors[matches[good, 0]])
+
+    def locate(self, taught: TaughtFeatures, now: Features) -> PlanarPose | None:
+        """Return the robot's pose in the taught frame, None without enough inliers."""
+        matches = self._matches(taught.descriptors, now.descriptors)
+        if len(matches) < INLIERS_MIN:
+            return None
+        points, pixels = taught.points[matches[:, 0]], now.pixels[matches[:, 1]]
+        is_found, turn, shift, inliers = cv2.solvePnPRansac(
+            points,
+            pixels,
+            self._matrix,
+            None,
+            iterationsCount=ITERATIONS,
+            reprojectionError=REPROJECTION,
+            confidence=CONFIDENCE,
+            flags=cv2.SOLVEPNP_EPNP,
+        )
+        if not is_found or inliers is None or len(inliers) < INLIERS_MIN:
+            return None
+        kept = inliers.ravel()
+        turn, shift = cv2.solvePnPRefineLM(points[kept], pixels[kept], self._matrix, None, turn, shift)
+        return planar_displacement(cv2.Rodrigues(turn)[0], shift.ravel(), self._rig)
+
+    def _matches(self, here: NDArray[np.generic], there: NDArray[np.generic]) -> NDArray[np.int64]:
+        """Return numbers of features that match, shape (m, 2)."""
+        if len(here) < 2 or len(there) < 2:
+            return np.empty((0, 2), dtype=np.int64)
+        pairs = cv2.BFMatcher(self._norm).knnMatch(here, there, k=2)
+        good = [(m.queryIdx, m.trainIdx) for m, n in pairs if m.distance < RATIO * n.distance]
+        return np.array(good, dtype=np.int64).reshape(-1, 2)
+
+
+def planar_displacement(
+    R_now_then: NDArray[np.float64], shift_now: NDArray[np.float64], rig: StereoRig
+) -> PlanarPose:
+    """Return the robot's pose in the taught frame from the left camera's motion in six degrees of freedom.
+
+    Args:
+        R_now_then: shape (3, 3), takes points of the taught optical frame to the one of now.
+        shift_now: shape (3,), with ``x_now = R x_then + shift`` [m].
+        rig: how the camera sits on the robot.
+    """
+    R_base_camera, arm = rig.mount.rotation, np.array(rig.mount.xyz)
+    R_then_now = R_base_camera @ R_now_then.T @ R_base_camera.T
+    camera = R_base_camera @ (-R_now_then.T @ shift_now) + arm
+    x, y, _ = camera - R_then_now @ arm
+    return PlanarPose(float(x), float(y), float(np.arctan2(R_then_now[1, 0], R_then_now[0, 0])))

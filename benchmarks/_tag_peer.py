@@ -1,0 +1,84 @@
+"""One AprilTag of known size: OpenCV's detector with sub-pixel corners, from one image or from both."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from _landmark_views import RIG, SIDE, Pair
+from _stereo_peers import planar_displacement
+from numpy.typing import NDArray
+
+from shirube_geometry import PlanarPose
+from stereo_landmark.core.place.place_fix import PlaceFix
+from stereo_landmark.core.place.place_locator import PlaceLocator
+from stereo_landmark.core.place.settings import PlaceSettings
+from stereo_landmark.core.place.stereo_points import StereoPoints
+from stereo_landmark.core.place.stereo_rig import StereoRig
+
+ID = 7
+CELLS = 8
+CORNER_SIGMA = 0.1
+"""Stated of a corner [px]; it is the same for all, so that the fit does not depend on it."""
+NAMES = tuple(f'corner {i}' for i in range(4))
+SQUARE = 0.5 * SIDE * np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]])
+
+
+def is_there() -> bool:
+    """Tell whether this OpenCV has AprilTags."""
+    return hasattr(cv2, 'aruco') and hasattr(cv2.aruco, 'ArucoDetector')
+
+
+class TagPeer:
+    """Finds the tag of the family 36h11."""
+
+    def __init__(self) -> None:
+        self._dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
+        parameters = cv2.aruco.DetectorParameters()
+        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+        self._detector = cv2.aruco.ArucoDetector(self._dictionary, parameters)
+        camera = RIG.left.intrinsics
+        self._matrix = np.array([[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]])
+        rig = StereoRig(RIG.left.intrinsics, RIG.right.intrinsics, RIG.baseline, RIG.mount)
+        self._locator = PlaceLocator(rig, PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0, gate_sigmas=20.0))
+
+    def cells(self) -> NDArray[np.bool_]:
+        """Return the tag with its black border, shape (CELLS, CELLS), true for white."""
+        return np.asarray(cv2.aruco.generateImageMarker(self._dictionary, ID, CELLS) > 127, dtype=np.bool_)
+
+    def corners(self, image: NDArray[np.uint8]) -> NDArray[np.float64] | None:
+        """Return the tag's corners, shape (4, 2) [px]; None if it is not found."""
+        corners, ids, _ = self._detector.detectMarkers(image)
+        if ids is None or ID not in np.ravel(ids):
+            return None
+        found = corners[np.ravel(ids).tolist().index(ID)]
+        return np.asarray(found, dtype=np.float64).reshape(4, 2)
+
+    def from_one(self, then: Pair, now: Pair) -> PlanarPose | None:
+        """Return the displacement between the left images of two pairs, in six degrees of freedom each."""
+        poses = []
+        for image in (then[0], now[0]):
+            corners = self.corners(image)
+            if corners is None:
+                return None
+            is_found, turn, shift = cv2.solvePnP(
+                SQUARE, corners, self._matrix, None, flags=cv2.SOLVEPNP_IPPE_SQUARE
+            )
+            if not is_found:
+                return None
+            turn, shift = cv2.solvePnPRefineLM(SQUARE, corners, self._matrix, None, turn, shift)
+            poses.append((cv2.Rodrigues(turn)[0], shift.ravel()))
+        (R_then, shift_then), (R_now, shift_now) = poses
+        R_now_then = R_now @ R_then.T
+        return planar_displacement(R_now_then, shift_now - R_now_then @ shift_then, RIG)
+
+    def from_both(self, then: Pair, now: Pair) -> PlanarPose | None:
+        """Return the displacement that explains the corners in all four images best, on a level floor."""
+        seen = []
+        for left, right in (then, now):
+            here, there = self.corners(left), self.corners(right)
+            if here is None or there is None:
+                return None
+            noise = np.tile(CORNER_SIGMA**2 * np.eye(4), (4, 1, 1))
+            seen.append(StereoPoints(NAMES, np.hstack([here, there]), noise))
+        fix = self._locator.locate(seen[1], self._locator.spatial_points(seen[0]))
+        return fix.T_place_base if isinstance(fix, PlaceFix) else None
