@@ -9,7 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_geometry import PlanarPose
-from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints, measurable, triangulate
+from stereo_landmark.core.place.settings import PlaceSettings
+from stereo_landmark.core.place.stereo_points import (
+    SpatialPoints,
+    StereoPoints,
+    measurable,
+    rows_agree,
+    triangulate,
+)
 from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.procedure.circles import wall_normal
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
@@ -73,6 +80,11 @@ class Teacher:
         if measured is None:
             raise StereoLandmarkError(
                 'its outline cannot be measured in both images; choose another primitive'
+            )
+        points = stereo_points([('it', *measured)])
+        if not rows_agree(points, PlaceSettings().pixel_sigma).all():
+            raise StereoLandmarkError(
+                'the images show it in different rows, so that it is not one thing; choose another primitive'
             )
         return measured
 
