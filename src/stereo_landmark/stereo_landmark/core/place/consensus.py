@@ -1,9 +1,9 @@
 """Which points tell the same displacement: a vote of all pairs of points.
 
 Two points give x, y, z and yaw of the robot, and all others agree with that or not (Fischler and Bolles 1981, but with
-all pairs instead of random ones, for a target has few points). Where something repeats, wrong matches come as a family:
-a whole row of squares is taken for the next one. Within such a family all distances are right, so that the comparison of
-distances does not see it, but its displacement is not that of the others.
+all pairs instead of random ones, for a target has few points). Where something repeats, wrong matches come as a
+family: a whole row of squares is taken for the next one. Within such a family all distances are right, so that the
+comparison of distances does not see it, but its displacement is not that of the others.
 """
 
 from __future__ import annotations

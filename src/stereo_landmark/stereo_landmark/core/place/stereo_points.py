@@ -93,6 +93,14 @@ def rows_agree(points: StereoPoints, pixel_sigma: float) -> NDArray[np.bool_]:
     return np.asarray(apart <= ROW_SIGMAS * np.sqrt(variances + 2.0 * pixel_sigma**2))
 
 
+def with_calibration_error(points: StereoPoints, pixel_sigma: float) -> StereoPoints:
+    """Return points as well known as they are with cameras whose calibration is off by so much [px].
+
+    Without it, nearby depths look better known than any calibration allows, and a fit turns about the target.
+    """
+    return StereoPoints(points.names, points.pixels, points.covariances + pixel_sigma**2 * np.eye(MEASURED))
+
+
 def triangulate(points: StereoPoints, rig: StereoRig) -> SpatialPoints:
     """Return the points in the left optical frame with the covariance that their noise leaves.
 

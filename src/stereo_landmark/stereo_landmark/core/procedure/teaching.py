@@ -16,6 +16,7 @@ from stereo_landmark.core.place.stereo_points import (
     measurable,
     rows_agree,
     triangulate,
+    with_calibration_error,
 )
 from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.procedure.circles import wall_normal
@@ -32,6 +33,8 @@ from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
+PIXEL_SIGMA = PlaceSettings().pixel_sigma
+"""Error of the calibration, which is that of the taught points too [px]."""
 SURROUNDINGS_MAX = 40
 SURROUNDINGS_APART = 16.0
 """Primitives around the targets are at least so far from each other, for one thing speaks once [px]."""
@@ -82,7 +85,7 @@ class Teacher:
                 'its outline cannot be measured in both images; choose another primitive'
             )
         points = stereo_points([('it', *measured)])
-        if not rows_agree(points, PlaceSettings().pixel_sigma).all():
+        if not rows_agree(points, PIXEL_SIGMA).all():
             raise StereoLandmarkError(
                 'the images show it in different rows, so that it is not one thing; choose another primitive'
             )
@@ -98,6 +101,7 @@ class Teacher:
         if len(far):
             raise StereoLandmarkError(f'{points.names[far[0]]} is too far away to be measured; leave it out')
         camera = self._view.camera
+        points = with_calibration_error(points, PIXEL_SIGMA)
         return triangulate(points, self._view.rig).moved(camera.rotation, camera.position)
 
     def teach(
