@@ -11,10 +11,7 @@ from scipy.spatial.transform import Rotation
 from shirube_geometry import level_camera
 from stereo_landmark.core.place.stereo_rig import StereoRig
 
-FEATURES = {
-    'ORB': (lambda: cv2.ORB.create(2000), cv2.NORM_HAMMING),
-    'SIFT': (cv2.SIFT.create, cv2.NORM_L2),
-}
+FEATURES = ('ORB', 'SIFT')
 ROWS_APART = 1.5
 """[px]"""
 DISPARITY_MIN = 3.0
@@ -38,8 +35,8 @@ def peer_displacement(
         rig: the cameras.
         seed: of the random choices of RANSAC.
     """
-    make, norm = FEATURES[method]
-    detector, matcher = make(), cv2.BFMatcher(norm)
+    detector = cv2.ORB.create(2000) if method == 'ORB' else cv2.SIFT.create()
+    matcher = cv2.BFMatcher(cv2.NORM_HAMMING if method == 'ORB' else cv2.NORM_L2)
     (left, left_words), (right, right_words), (here, here_words) = (
         detector.detectAndCompute(image, None) for image in (taught.left, taught.right, now.left)
     )

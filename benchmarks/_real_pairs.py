@@ -78,7 +78,7 @@ def load_real_pairs(folder: Path) -> RealPairs:
         w, x, y, z = frame['q_wxyz']
         R_room_base = Rotation.from_quat([x, y, z, w]).as_matrix() @ _R_BODY_BASE
         rpy = tuple(float(angle) for angle in Rotation.from_matrix(R_room_base).as_euler('xyz'))
-        moments[frame['role']] = Moment(*images, np.array(frame['p']), (rpy[0], rpy[1], rpy[2]))
+        moments[frame['role']] = Moment(images[0], images[1], np.array(frame['p']), (rpy[0], rpy[1], rpy[2]))
     T_body_left = np.array(truth['T_BS_cam0'])
     R_left_rectified = np.array(calibrations[0].rotation).reshape(3, 3).T
     R_base_optical = _R_BODY_BASE.T @ T_body_left[:3, :3] @ R_left_rectified

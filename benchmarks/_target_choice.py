@@ -46,9 +46,9 @@ class TargetChooser:
 
     def __init__(self, moment: Moment, rig: StereoRig) -> None:
         processing = ImageProcessing()
-        scenes = (detect_scene(image, processing) for image in (moment.left, moment.right))
+        left, right = (detect_scene(image, processing) for image in (moment.left, moment.right))
         self._moment = moment
-        self._view = StereoView(*scenes, rig, moment.tilt)
+        self._view = StereoView(left, right, rig, moment.tilt)
         self._teacher = Teacher(self._view, processing)
         self.candidates = [
             primitive
