@@ -15,6 +15,7 @@ from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 from stereo_landmark.core.procedure.primitive import Kind, Primitive, kind_of
 from stereo_landmark.core.procedure.sighting import TargetSighting
+from stereo_landmark.core.procedure.weak_geometry import sigmas_of
 from stereo_landmark.core.segments.segments import Segments
 from stereo_landmark.core.teaching.found_primitives import FoundPrimitive
 from stereo_landmark.core.teaching.measured_draft import MeasuredPrimitive, MeasuredTarget
@@ -22,7 +23,7 @@ from stereo_landmark.core.teaching.outline import outline_of
 from stereo_landmark.core.teaching.processing_values import processing_values
 from stereo_landmark.core.teaching.teaching_session import TargetReport, TeachingSession
 from stereo_landmark.core.teaching.teaching_state import TargetDraft
-from stereo_landmark.core.teaching.weak_choices import Hint, sigmas_of
+from stereo_landmark.core.teaching.weak_choices import Hint
 from stereo_landmark.page.pair_source import PairSource
 
 _UNIT = 16.0

@@ -9,13 +9,23 @@ from numpy.typing import NDArray
 
 from shirube_geometry import PlanarPose, level_camera
 from stereo_landmark.core.place.closed_form import closed_form, closed_form_covariance
+from stereo_landmark.core.place.consensus import largest_consensus
 from stereo_landmark.core.place.consistency import consistent_points
 from stereo_landmark.core.place.place_fix import NoPlaceFix, NoPlaceFixReason, PlaceFix
 from stereo_landmark.core.place.reprojection_fit import ReprojectionFit, fit_reprojection
 from stereo_landmark.core.place.reprojection_model import reproject
 from stereo_landmark.core.place.settings import CLOSED_FORM, PlaceSettings
-from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints, measurable, triangulate
+from stereo_landmark.core.place.stereo_points import (
+    SpatialPoints,
+    StereoPoints,
+    measurable,
+    rows_agree,
+    triangulate,
+)
 from stereo_landmark.core.place.stereo_rig import StereoRig
+
+RIVAL_SHARE = 0.7
+"""Where other points vote for another displacement with this part of the votes, nobody knows which is right."""
 
 
 class PlaceLocator:
@@ -55,14 +65,38 @@ class PlaceLocator:
         seen = seen.subset(known & measurable(seen, self._rig))
         if len(seen) < self._settings.points_min:
             return self._too_few(len(seen))
-        taught = taught.selected(seen.names)
-        found = self.spatial_points(seen, tilt)
-        kept = consistent_points(found, taught)
-        if kept.sum() < self._settings.points_min:
-            detail = f'{int(kept.sum())} of {len(kept)} points keep their distances'
+        in_rows = rows_agree(seen, self._settings.pixel_sigma)
+        if in_rows.sum() < self._settings.points_min:
+            detail = f'{int(in_rows.sum())} of {len(seen)} points are in the same row of both images'
             return NoPlaceFix(NoPlaceFixReason.INCONSISTENT, detail)
-        seen, taught = seen.subset(kept), taught.selected(seen.subset(kept).names)
-        return self._displacement(seen, taught, tilt)
+        agreeing = self._agreeing(seen.subset(in_rows), taught, tilt)
+        if isinstance(agreeing, NoPlaceFix):
+            return agreeing
+        return self._displacement(agreeing, taught.selected(agreeing.names), tilt)
+
+    def _agreeing(
+        self, seen: StereoPoints, taught: SpatialPoints, tilt: tuple[float, float]
+    ) -> StereoPoints | NoPlaceFix:
+        """Return the points that tell one displacement and keep their distances."""
+        found, taught = self.spatial_points(seen, tilt), taught.selected(seen.names)
+        vote = largest_consensus(found, taught, self._settings.tilt_sigma)
+        kept = vote.agreeing if vote.agreeing.any() else np.ones(len(seen), dtype=np.bool_)
+        rest = seen.subset(~kept)
+        if len(rest) >= self._settings.points_min:
+            rival = largest_consensus(
+                self.spatial_points(rest, tilt), taught.selected(rest.names), self._settings.tilt_sigma
+            )
+            if rival.votes > RIVAL_SHARE * vote.votes:
+                detail = (
+                    f'{int(vote.agreeing.sum())} and {int(rival.agreeing.sum())} points tell different ones'
+                )
+                return NoPlaceFix(NoPlaceFixReason.INCONSISTENT, detail)
+        seen = seen.subset(kept)
+        kept = consistent_points(self.spatial_points(seen, tilt), taught.selected(seen.names))
+        if kept.sum() < self._settings.points_min:
+            detail = f'{int(kept.sum())} of {len(found)} points keep their distances'
+            return NoPlaceFix(NoPlaceFixReason.INCONSISTENT, detail)
+        return seen.subset(kept)
 
     def _displacement(
         self, seen: StereoPoints, taught: SpatialPoints, tilt: tuple[float, float]

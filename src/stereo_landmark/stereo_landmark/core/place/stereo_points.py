@@ -12,6 +12,7 @@ from stereo_landmark.core.place.stereo_rig import MEASURED, StereoRig
 
 DISPARITY_MIN = 0.5
 """A point with less [px] is too far away to be measured, or a wrong match."""
+ROW_SIGMAS = 5.0
 STEPS = 3
 
 
@@ -78,6 +79,26 @@ def joined(parts: Sequence[StereoPoints]) -> StereoPoints:
 def measurable(points: StereoPoints, rig: StereoRig) -> NDArray[np.bool_]:
     """Return which points are near enough to be measured, shape (n,)."""
     return _disparities(points.pixels, rig) >= DISPARITY_MIN
+
+
+def rows_agree(points: StereoPoints, pixel_sigma: float) -> NDArray[np.bool_]:
+    """Return which points both images show in the same row, shape (n,): others are not one thing in space.
+
+    Args:
+        points: n points.
+        pixel_sigma: error of the calibration along each axis of each image [px].
+    """
+    variances = points.covariances[:, 1, 1] + points.covariances[:, 3, 3] - 2.0 * points.covariances[:, 1, 3]
+    apart = np.abs(points.pixels[:, 1] - points.pixels[:, 3])
+    return np.asarray(apart <= ROW_SIGMAS * np.sqrt(variances + 2.0 * pixel_sigma**2))
+
+
+def with_calibration_error(points: StereoPoints, pixel_sigma: float) -> StereoPoints:
+    """Return points as well known as they are with cameras whose calibration is off by so much [px].
+
+    Without it, nearby depths look better known than any calibration allows, and a fit turns about the target.
+    """
+    return StereoPoints(points.names, points.pixels, points.covariances + pixel_sigma**2 * np.eye(MEASURED))
 
 
 def triangulate(points: StereoPoints, rig: StereoRig) -> SpatialPoints:

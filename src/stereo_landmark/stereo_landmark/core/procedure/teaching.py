@@ -9,7 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_geometry import PlanarPose
-from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints, measurable, triangulate
+from stereo_landmark.core.place.settings import PlaceSettings
+from stereo_landmark.core.place.stereo_points import (
+    SpatialPoints,
+    StereoPoints,
+    measurable,
+    rows_agree,
+    triangulate,
+    with_calibration_error,
+)
 from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.procedure.circles import wall_normal
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
@@ -25,6 +33,8 @@ from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
+PIXEL_SIGMA = PlaceSettings().pixel_sigma
+"""Error of the calibration, which is that of the taught points too [px]."""
 SURROUNDINGS_MAX = 40
 SURROUNDINGS_APART = 16.0
 """Primitives around the targets are at least so far from each other, for one thing speaks once [px]."""
@@ -74,6 +84,11 @@ class Teacher:
             raise StereoLandmarkError(
                 'its outline cannot be measured in both images; choose another primitive'
             )
+        points = stereo_points([('it', *measured)])
+        if not rows_agree(points, PIXEL_SIGMA).all():
+            raise StereoLandmarkError(
+                'the images show it in different rows, so that it is not one thing; choose another primitive'
+            )
         return measured
 
     def coordinates(self, points: StereoPoints) -> SpatialPoints:
@@ -86,6 +101,7 @@ class Teacher:
         if len(far):
             raise StereoLandmarkError(f'{points.names[far[0]]} is too far away to be measured; leave it out')
         camera = self._view.camera
+        points = with_calibration_error(points, PIXEL_SIGMA)
         return triangulate(points, self._view.rig).moved(camera.rotation, camera.position)
 
     def teach(

@@ -8,16 +8,15 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
 from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
 from stereo_landmark.core.procedure.detected_scene import DetectedScene
-from stereo_landmark.core.procedure.place_review import POSITION_SIGMA_MAX, WIDTH_MIN, YAW_SIGMA_MAX
 from stereo_landmark.core.procedure.primitive import Tolerances, difference, kind_of
 from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.weak_geometry import weak_geometry
 from stereo_landmark.core.teaching.measured_draft import MeasuredPrimitive, MeasuredTarget
 from stereo_landmark.core.teaching.outline import bounds_of
 from stereo_landmark.core.teaching.procedure_check import Outcome, TrialRun
@@ -133,28 +132,9 @@ def _geometry(draft: TargetDraft, measured: MeasuredTarget, fix: PlaceFix | NoPl
     if len(draft.primitives) < PRIMITIVES_GOOD:
         text = f'{len(draft.primitives)} primitives are few, for one may be hidden; choose {PRIMITIVES_GOOD} or more'
         yield Hint(Weight.WEAK, draft.name, '', text)
-    position, yaw = sigmas_of(fix)
     used = measured.coordinates.selected(fix.names).positions
-    width = _width(used[:, :2])
-    if position > POSITION_SIGMA_MAX or yaw > YAW_SIGMA_MAX or width < WIDTH_MIN:
-        text = (
-            f'seen from above the points span only {width:.2f} m at {float(np.linalg.norm(used.mean(axis=0))):.1f} m: '
-            f'±{1e3 * position:.0f} mm and ±{math.degrees(yaw):.2f}° are to be expected; '
-            'choose points farther apart or nearer'
-        )
+    for text in weak_geometry(used, fix):
         yield Hint(Weight.WEAK, draft.name, '', text)
-
-
-def _width(ground: NDArray[np.float64]) -> float:
-    """Return how far points spread, seen from above, shape (n, 2) [m]."""
-    middle = ground - ground.mean(axis=0)
-    return float(np.ptp(middle @ np.linalg.svd(middle)[2][0]))
-
-
-def sigmas_of(fix: PlaceFix) -> tuple[float, float]:
-    """Return the standard deviations of the position, in its worst direction [m], and of the heading [rad]."""
-    position = math.sqrt(float(np.linalg.eigvalsh(fix.covariance[:2, :2])[-1]))
-    return position, math.sqrt(float(fix.covariance[3, 3]))
 
 
 def _uncertain_points(draft: TargetDraft, points: SpatialPoints) -> Iterator[Hint]:

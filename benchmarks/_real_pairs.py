@@ -1,0 +1,112 @@
+"""The room of EuRoC V1_01: two raw stereo pairs with their calibration, and the truth of both moments."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from shirube_geometry import CameraMount, PinholeCamera, wrap_angle
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
+from stereo_landmark.core.pair.rectification import Rectifier
+from stereo_landmark.core.place.stereo_rig import StereoRig
+
+# The body is an IMU with x up, y right and z ahead; the base has x ahead, y left and z up.
+_R_BODY_BASE = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One pair of images and the truth.
+
+    Attributes:
+        left: shape (h, w), grey, rectified.
+        right: the same of the right camera.
+        position: of the base, shape (3,) [m].
+        rpy: of the base in the room [rad].
+    """
+
+    left: NDArray[np.uint8]
+    right: NDArray[np.uint8]
+    position: NDArray[np.float64]
+    rpy: tuple[float, float, float]
+
+    @property
+    def tilt(self) -> tuple[float, float]:
+        """Roll and pitch of the base [rad]."""
+        return self.rpy[:2]
+
+
+@dataclass(frozen=True)
+class RealPairs:
+    """Both moments, by role ('teach', 'repeat'), and the rectified cameras."""
+
+    rig: StereoRig
+    moments: dict[str, Moment]
+
+
+def true_displacement(taught: Moment, now: Moment) -> NDArray[np.float64]:
+    """Return x, y, z [m] and yaw [rad] of the base now in the level base frame of the taught moment, shape (4,)."""
+    shift = Rotation.from_euler('z', -taught.rpy[2]).apply(now.position - taught.position)
+    return np.array([*shift, wrap_angle(now.rpy[2] - taught.rpy[2])])
+
+
+def load_real_pairs(folder: Path) -> RealPairs:
+    """Load ``stereo_euroc/``.
+
+    Raises:
+        OSError: a file cannot be read.
+    """
+    truth = json.loads((folder / 'calibration_and_truth.json').read_text())
+    calibrations = _calibrations(truth)
+    rectifiers = [Rectifier(each) for each in calibrations]
+    moments = {}
+    for frame in truth['frames']:
+        images = []
+        for side, rectifier in zip(('left', 'right'), rectifiers, strict=True):
+            path = folder / f'{frame["t"]}_{side}.png'
+            raw = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+            if raw is None:
+                raise OSError(f'{path}: no image')
+            images.append(rectifier.rectify(np.asarray(raw, dtype=np.uint8)))
+        w, x, y, z = frame['q_wxyz']
+        R_room_base = Rotation.from_quat([x, y, z, w]).as_matrix() @ _R_BODY_BASE
+        rpy = tuple(float(angle) for angle in Rotation.from_matrix(R_room_base).as_euler('xyz'))
+        moments[frame['role']] = Moment(images[0], images[1], np.array(frame['p']), (rpy[0], rpy[1], rpy[2]))
+    T_body_left = np.array(truth['T_BS_cam0'])
+    R_left_rectified = np.array(calibrations[0].rotation).reshape(3, 3).T
+    R_base_optical = _R_BODY_BASE.T @ T_body_left[:3, :3] @ R_left_rectified
+    rpy_mount = Rotation.from_matrix(R_base_optical).as_euler('xyz').tolist()
+    xyz_mount = (_R_BODY_BASE.T @ T_body_left[:3, 3]).tolist()
+    mount = CameraMount(
+        (xyz_mount[0], xyz_mount[1], xyz_mount[2]), (rpy_mount[0], rpy_mount[1], rpy_mount[2])
+    )
+    return RealPairs(stereo_rig(*calibrations, mount), moments)
+
+
+def _calibrations(truth: dict[str, Any]) -> tuple[CameraCalibration, CameraCalibration]:
+    """Return both calibrations as camera_calibration would write them."""
+    cameras, poses = [], []
+    for entry, pose in ((truth['cam0'], 'T_BS_cam0'), (truth['cam1'], 'T_BS_cam1')):
+        fx, fy, cx, cy = entry['intrinsics_fx_fy_cx_cy']
+        k1, k2, p1, p2 = entry['distortion_k1_k2_p1_p2']
+        cameras.append(PinholeCamera(entry['width'], entry['height'], fx, fy, cx, cy, (k1, k2, p1, p2, 0.0)))
+        poses.append(np.array(truth[pose]))
+    T_right_left = np.linalg.inv(poses[1]) @ poses[0]
+    left, right = cameras
+    R_left, R_right, P_left, P_right, *_ = cv2.stereoRectify(
+        *(left.matrix, np.array(left.distortion), right.matrix, np.array(right.distortion)),
+        *((left.width, left.height), T_right_left[:3, :3], T_right_left[:3, 3:]),
+        flags=cv2.CALIB_ZERO_DISPARITY,
+        alpha=0.0,
+    )
+    return (
+        CameraCalibration(left, tuple(R_left.ravel().tolist()), tuple(P_left.ravel().tolist())),
+        CameraCalibration(right, tuple(R_right.ravel().tolist()), tuple(P_right.ravel().tolist())),
+    )

@@ -1,0 +1,104 @@
+"""Target sets as an engineer would choose them with the teaching tools, without a look at the other pair or the truth.
+
+The rule: of the quadrilaterals and corners of the left image that both images show and the tools measure, those whose
+points are all known to ±3 cm, whose sides or arms are at least 15 px long, and that are 6 % of the width from the
+border. Of these sixteen are drawn at random, their middles at least 25 px apart. A set to which the tools have a
+remark is drawn again.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from _real_pairs import Moment
+from numpy.typing import NDArray
+
+from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.primitives.corner import Corner
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
+from stereo_landmark.core.procedure.place_review import review_place
+from stereo_landmark.core.procedure.primitive import Kind, Primitive
+from stereo_landmark.core.procedure.stereo_measurement import stereo_points
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+KINDS = (Kind.QUADRILATERAL, Kind.CORNER)
+POINT_SIGMA_MAX = 0.03
+"""[m]"""
+SIDE_MIN = 15.0
+"""[px]"""
+BORDER_SHARE = 0.06
+"""Of the width."""
+APART = 25.0
+"""[px]"""
+PRIMITIVES = 16
+DRAWS_MAX = 20
+
+
+class TargetChooser:
+    """Chooses target sets in one pair of images.
+
+    Args:
+        moment: the pair.
+        rig: the cameras.
+    """
+
+    def __init__(self, moment: Moment, rig: StereoRig) -> None:
+        processing = ImageProcessing()
+        left, right = (detect_scene(image, processing) for image in (moment.left, moment.right))
+        self._moment = moment
+        self._view = StereoView(left, right, rig, moment.tilt)
+        self._teacher = Teacher(self._view, processing)
+        self.candidates = [
+            primitive
+            for kind in KINDS
+            for primitive in self._view.left.kinds[kind].primitives
+            if self._is_good(primitive)
+        ]
+
+    def place(self, seed: int) -> tuple[TaughtPlace, int]:
+        """Return a place with one target of sixteen primitives, and how many sets were drawn for it.
+
+        Raises:
+            StereoLandmarkError: the tools remark on all sets.
+        """
+        rng = np.random.default_rng(seed)
+        for draws in range(1, DRAWS_MAX + 1):
+            place = self._teacher.teach('room', [TargetChoice('room', self._drawn(rng))])
+            if not review_place(place, self._moment.left, self._moment.right, self._moment.tilt):
+                return place, draws
+        raise StereoLandmarkError(f'seed {seed}: the tools remark on {DRAWS_MAX} sets; choose others')
+
+    def _drawn(self, rng: np.random.Generator) -> dict[str, Primitive]:
+        chosen: list[Primitive] = []
+        for i in rng.permutation(len(self.candidates)).tolist():
+            candidate = self.candidates[i]
+            if all(np.hypot(*(candidate.centre - each.centre)) >= APART for each in chosen):
+                chosen.append(candidate)
+            if len(chosen) == PRIMITIVES:
+                break
+        return {f'{type(each).__name__.lower()} {i}': each for i, each in enumerate(chosen, 1)}
+
+    def _is_good(self, primitive: Primitive) -> bool:
+        low, high = BORDER_SHARE * self._moment.left.shape[1], np.array(self._moment.left.shape[::-1])
+        outline = _outline(primitive)
+        if (outline < low).any() or (outline > high - low).any() or _shortest_side(primitive) < SIDE_MIN:
+            return False
+        try:
+            points = self._teacher.coordinates(stereo_points([('it', *self._teacher.measure(primitive))]))
+        except StereoLandmarkError:
+            return False
+        return bool(np.linalg.eigvalsh(points.covariances).max() <= POINT_SIGMA_MAX**2)
+
+
+def _outline(primitive: Primitive) -> NDArray[np.float64]:
+    """Return the points of a primitive, shape (n, 2) [px]."""
+    return np.array([point.position for point in primitive.image_points().values()])
+
+
+def _shortest_side(primitive: Primitive) -> float:
+    if isinstance(primitive, Corner):
+        return float(primitive.arm_lengths.min())
+    corners = np.array([p.position for name, p in primitive.image_points().items() if name != 'centre'])
+    return float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).min())

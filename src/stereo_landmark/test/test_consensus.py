@@ -1,0 +1,89 @@
+from dataclasses import replace
+
+import numpy as np
+from place_scenes import RIG, panel, random_state, teach, view
+
+from stereo_landmark.core.place.consensus import largest_consensus
+from stereo_landmark.core.place.consistency import consistent_points
+from stereo_landmark.core.place.place_fix import NoPlaceFix, NoPlaceFixReason
+from stereo_landmark.core.place.place_locator import PlaceLocator
+
+NOISE = 0.1
+NEXT_ROW = np.array([0.0, 0.0, 0.03])
+"""What repeats, repeats after this way [m]."""
+
+
+def mistaken(count, seed, step=NEXT_ROW):
+    """Return what is seen, what was taught, and the state; some points are taken for others of the next row."""
+    rng = np.random.default_rng(seed)
+    points, state = panel(depth=0.3, seed=seed), random_state(rng)
+    wrong = rng.choice(len(points), count, replace=False)
+    moved = points.copy()
+    moved[wrong] += step
+    return view(moved, state, NOISE, rng), teach(points, NOISE, rng), state, wrong
+
+
+def test_all_points_of_one_displacement_agree():
+    for seed in range(20):
+        seen, taught, _, _ = mistaken(0, seed)
+        found = PlaceLocator(RIG).spatial_points(seen)
+        assert largest_consensus(found, taught, 0.0).agreeing.all()
+
+
+def test_a_family_that_was_taken_for_its_neighbours_is_outvoted():
+    for seed in range(20):
+        seen, taught, _, wrong = mistaken(5, seed, 4.0 * NEXT_ROW)
+        found = PlaceLocator(RIG).spatial_points(seen)
+        agreeing = largest_consensus(found, taught, 0.0).agreeing
+        assert not agreeing[wrong].any()
+        assert agreeing.sum() == 11
+
+
+def test_a_near_family_is_seen_by_the_vote_but_not_by_the_distances():
+    """Distances between two families change little where the one lies beside the other."""
+    voted = by_distance = 0
+    for seed in range(20):
+        seen, taught, _, wrong = mistaken(5, seed)
+        found = PlaceLocator(RIG).spatial_points(seen)
+        voted += int(largest_consensus(found, taught, 0.0).agreeing[wrong].sum())
+        by_distance += int(consistent_points(found, taught)[wrong].sum())
+    assert voted < 0.5 * by_distance
+
+
+def test_the_fix_is_right_where_a_third_of_the_points_is_mistaken():
+    for seed in range(20):
+        seen, taught, state, _ = mistaken(5, seed, 4.0 * NEXT_ROW)
+        fix = PlaceLocator(RIG).locate(seen, taught)
+        error = np.array([fix.T_place_base.x, fix.T_place_base.y, fix.height]) - state[:3]
+        assert np.linalg.norm(error) < 0.03
+        assert len(fix.names) >= 10
+
+
+def test_two_families_of_one_size_are_no_fix():
+    for seed in range(10):
+        seen, taught, _, _ = mistaken(8, seed, 4.0 * NEXT_ROW)
+        fix = PlaceLocator(RIG).locate(seen, taught)
+        assert isinstance(fix, NoPlaceFix)
+        assert fix.reason is NoPlaceFixReason.INCONSISTENT
+
+
+def test_points_above_one_another_tell_no_turn_and_nobody_votes():
+    points = np.array([[3.0, 0.1, 0.2 * i] for i in range(4)])
+    seen = view(points, np.zeros(6))
+    found = PlaceLocator(RIG).spatial_points(seen)
+    vote = largest_consensus(found, teach(points), 0.0)
+    assert not vote.agreeing.any()
+    assert vote.votes == 0.0
+
+
+def test_what_both_images_show_in_different_rows_is_left_out():
+    points = panel()
+    seen = view(points, np.zeros(6), NOISE, np.random.default_rng(1))
+    pixels = seen.pixels.copy()
+    pixels[:2, 3] += 3.0
+    fix = PlaceLocator(RIG).locate(replace(seen, pixels=pixels), teach(points))
+    assert {'point 0', 'point 1'}.isdisjoint(fix.names)
+    assert len(fix.names) == 14
+    pixels[:, 3] = seen.pixels[:, 3] + 3.0
+    answer = PlaceLocator(RIG).locate(replace(seen, pixels=pixels), teach(points))
+    assert answer.detail == '0 of 16 points are in the same row of both images'

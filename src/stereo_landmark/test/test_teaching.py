@@ -1,0 +1,46 @@
+import numpy as np
+import pytest
+from drawn_wall import Plate, Wall, look
+from place_scenes import RIG
+
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
+from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.stereo_measurement import stereo_points
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.teaching import PIXEL_SIGMA, Teacher
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+WALL = Wall((Plate(0.1, 0.7, 0.3, 0.2, 60.0),))
+CORNERS = np.array([[3.0, 0.1 + dy, 0.7 + dz] for dy in (-0.15, 0.15) for dz in (-0.1, 0.1)])
+
+
+def teacher_and_plate(rows=0, seed=1):
+    """Return a teacher, whose right image may be some rows lower, and the plate."""
+    processing = ImageProcessing()
+    left, right = look(WALL, np.zeros(6), seed=seed)
+    scenes = [detect_scene(image, processing) for image in (left, np.roll(right, rows, axis=0))]
+    plate = max(scenes[0].kinds[Kind.QUADRILATERAL].primitives, key=lambda q: np.ptp(q.corners[:, 0]))
+    return Teacher(StereoView(*scenes, RIG), processing), plate
+
+
+def test_taught_points_are_where_they_are():
+    teacher, plate = teacher_and_plate()
+    points = teacher.coordinates(stereo_points([('plate', *teacher.measure(plate))]))
+    assert len(points) == 4
+    for position, covariance in zip(points.positions, points.covariances):
+        error = position - CORNERS[np.argmin(np.linalg.norm(CORNERS - position, axis=1))]
+        assert error @ np.linalg.solve(covariance, error) < 16.0
+
+
+def test_taught_points_are_not_better_known_than_the_calibration():
+    teacher, plate = teacher_and_plate()
+    points = teacher.coordinates(stereo_points([('plate', *teacher.measure(plate))]))
+    depth = points.positions[:, 0] - RIG.mount.xyz[0]
+    by_calibration = np.sqrt(2.0) * PIXEL_SIGMA * depth**2 / (RIG.left.fx * RIG.baseline)
+    assert (np.sqrt(points.covariances[:, 0, 0]) > by_calibration).all()
+
+
+def test_what_the_images_show_in_different_rows_is_not_taught():
+    teacher, plate = teacher_and_plate(rows=1)
+    with pytest.raises(StereoLandmarkError, match='different rows'):
+        teacher.measure(plate)
