@@ -6,11 +6,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from stereo_landmark.core.procedure.prediction import expected_pixels
-from stereo_landmark.core.procedure.primitive import Tolerances, difference
+from stereo_landmark.core.procedure.primitive import Tolerances
 from stereo_landmark.core.procedure.settings import SearchSettings
+from stereo_landmark.core.procedure.stereo_candidates import alike_primitives
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
 
@@ -39,49 +41,58 @@ class Evidence:
         tolerances: Tolerances,
         settings: SearchSettings,
     ) -> None:
-        self._expected = expected
         self._positions = np.array([primitive.position for primitive in expected]).reshape(-1, 3)
         self._view = view
-        self._tolerances = tolerances
-        self._settings = settings
-        self._alike: dict[tuple[int, int], bool] = {}
-        self._chances = np.array([self._chance(primitive) for primitive in expected])
+        alike = alike_primitives(expected, view.left.kinds, tolerances)
+        counts = [int(row.sum()) for row in alike]
+        self._starts = np.cumsum([0, *counts])
+        centres = [view.left.kinds[each.kind].centres[row] for each, row in zip(expected, alike, strict=True)]
+        self._centres = np.concatenate([np.empty((0, 2)), *centres])
+        chances = np.array([self._chance(primitive) for primitive in expected])
+        likelihoods = settings.found_probability + (1.0 - settings.found_probability) * chances
+        self._found = np.log(likelihoods / chances)
+        self._missing = np.log((1.0 - likelihoods) / (1.0 - chances))
 
-    def weigh(self, state: NDArray[np.float64]) -> float:
-        """Return the log likelihood of a pose above that of chance.
+    def weigh(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the log likelihoods of poses above that of chance, shape (h,).
 
         Args:
-            state: shape (4,), x, y, z [m] and yaw [rad] in the place's frame.
+            states: shape (h, 4), x, y, z [m] and yaw [rad] in the place's frame.
         """
-        pixels = expected_pixels(state[None], self._positions, self._view)[0]
-        total = 0.0
-        for k in np.flatnonzero(self._in_view(pixels)):
-            chance = self._chances[k]
-            sure = self._settings.found_probability
-            likelihood = sure + (1.0 - sure) * chance
-            is_found = self._is_found(int(k), pixels[k, :2])
-            total += math.log(likelihood / chance if is_found else (1.0 - likelihood) / (1.0 - chance))
-        return total
+        pixels = expected_pixels(states, self._positions, self._view)
+        found = _are_found(pixels, self._starts, self._centres)
+        speaks = np.where(found, self._found, self._missing)
+        return np.asarray(np.sum(np.where(self._in_view(pixels), speaks, 0.0), axis=1))
 
     def _in_view(self, pixels: NDArray[np.float64]) -> NDArray[np.bool_]:
         width, height = self._view.rig.left.width, self._view.rig.left.height
-        u, v = pixels[:, 0], pixels[:, 1]
+        u, v = pixels[..., 0], pixels[..., 1]
         return (u > BORDER) & (u < width - 1 - BORDER) & (v > BORDER) & (v < height - 1 - BORDER)
-
-    def _is_found(self, k: int, place: NDArray[np.float64]) -> bool:
-        among = self._view.left.kinds[self._expected[k].kind]
-        if not among.primitives:
-            return False
-        return any(self._is_alike(k, i) for i in among.tree.query_ball_point(place, WINDOW))
-
-    def _is_alike(self, k: int, i: int) -> bool:
-        if (k, i) not in self._alike:
-            found = self._view.left.kinds[self._expected[k].kind].primitives[i]
-            self._alike[k, i] = difference(found, self._expected[k].shape, self._tolerances) <= 1.0
-        return self._alike[k, i]
 
     def _chance(self, primitive: TaughtPrimitive) -> float:
         """Return how likely a window anywhere holds a primitive of the kind."""
         area = self._view.rig.left.width * self._view.rig.left.height
         count = len(self._view.left.kinds[primitive.kind].primitives)
         return min(max(count * math.pi * WINDOW**2 / area, CHANCE_MIN), CHANCE_MAX)
+
+
+@njit(cache=True)
+def _are_found(
+    pixels: NDArray[np.float64], starts: NDArray[np.int64], centres: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Return which primitives are where they are expected, shape (h, k).
+
+    Args:
+        pixels: shape (h, k, 4), where they are expected.
+        starts: shape (k + 1,), where the centres of what looks like each begin.
+        centres: shape (n, 2) [px].
+    """
+    found = np.zeros(pixels.shape[:2], np.bool_)
+    for h in range(pixels.shape[0]):
+        for k in range(pixels.shape[1]):
+            u, v = pixels[h, k, 0], pixels[h, k, 1]
+            for i in range(starts[k], starts[k + 1]):
+                if (centres[i, 0] - u) ** 2 + (centres[i, 1] - v) ** 2 <= WINDOW**2:
+                    found[h, k] = True
+                    break
+    return found

@@ -47,8 +47,8 @@ class StereoView:
         return self.left.kinds[kind], self.right.kinds[kind]
 
     @cached_property
-    def partners(self) -> dict[Kind, dict[int, int]]:
-        """Which primitive of the right image is which of the left one, by kind and numbers."""
+    def partners(self) -> dict[Kind, NDArray[np.int64]]:
+        """Which primitive of the right image each of the left one is, by kind, each of shape (n,); -1 for none."""
         pairs = {kind: self._alike(kind) for kind in self.left.kinds}
         places = [self.left.kinds[kind].centres[numbers[:, 0]] for kind, numbers in pairs.items()]
         disparities = [self._disparities(kind, numbers) for kind, numbers in pairs.items()]
@@ -58,12 +58,12 @@ class StereoView:
         weights = [np.full(len(numbers), WEIGHTS[kind]) for kind, numbers in pairs.items()]
         support = supports(*(np.concatenate(parts) for parts in (places, disparities, owners, weights)))
         ends = np.cumsum([len(numbers) for numbers in pairs.values()])
-        partners = {}
+        partners = {kind: np.full(len(self.left.kinds[kind].primitives), -1) for kind in pairs}
         for (kind, numbers), seen, own in zip(
             pairs.items(), disparities, np.split(support, ends[:-1]), strict=True
         ):
             chosen = numbers[mutual_best(numbers, seen, own)]
-            partners[kind] = dict(chosen.tolist())
+            partners[kind][chosen[:, 0]] = chosen[:, 1]
         return partners
 
     def _alike(self, kind: Kind) -> NDArray[np.int64]:
@@ -71,9 +71,9 @@ class StereoView:
         scale = self.rig.left.fx * self.rig.baseline
         return alike_pairs(
             here.centres - [self.rig.left.cx, 0.0],
-            here.shapes,
+            here.descriptors,
             there.centres - [self.rig.right.cx, 0.0],
-            there.shapes,
+            there.descriptors,
             (scale / DEPTHS[1], scale / DEPTHS[0]),
         )
 
