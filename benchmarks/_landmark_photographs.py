@@ -13,10 +13,22 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from shirube_geometry import CameraMount, PinholeCamera
+from stereo_landmark.core.edges.settings import EdgeSettings
 from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
+from stereo_landmark.core.procedure.primitive import Kind, Primitive, size_of
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 BASE_AXES = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
 """``R_base_body``: the drone's body has x up and z ahead."""
+
+THRESHOLD = 3.31
+"""With which each photograph has nearly 1000 segments [grey levels / px]."""
+SIZE_MIN, APART = 14.0, 30.0
+"""Of the quadrilaterals that are taught [px]."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +79,31 @@ def load_photographs(folder: Path) -> tuple[StereoRig, dict[str, PhotographedPai
         _camera(P_left, size), _camera(P_right, size), float(-P_right[0, 3] / P_right[0, 0]), mount
     )
     return rig, {frame['role']: _pair(frame, folder, maps) for frame in truth['frames']}
+
+
+def teach_photographs(rig: StereoRig, pair: PhotographedPair, count: int, seed: int) -> TaughtPlace:
+    """Teach quadrilaterals, chosen at random, that lie apart and can be measured, as one target.
+
+    Args:
+        rig: the cameras.
+        pair: the one to teach.
+        count: of the quadrilaterals at most.
+        seed: of the choice.
+    """
+    processing = ImageProcessing(edges=EdgeSettings(threshold=THRESHOLD))
+    view = StereoView(*(detect_scene(image, processing) for image in pair.images), rig, pair.tilt)
+    teacher = Teacher(view, processing)
+    parts: dict[str, Primitive] = {}
+    found = view.left.kinds[Kind.QUADRILATERAL].primitives
+    for number in np.random.default_rng(seed).permutation(len(found)).tolist():
+        apart = [np.hypot(*(found[number].centre - other.centre)) for other in parts.values()]
+        if len(parts) < count and size_of(found[number]) >= SIZE_MIN and min(apart, default=np.inf) >= APART:
+            try:
+                teacher.measure(found[number])
+            except StereoLandmarkError:
+                continue
+            parts[f'part {number}'] = found[number]
+    return teacher.teach('room', [TargetChoice('target', parts)])
 
 
 def _lens(entry: dict[str, Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -12,7 +12,7 @@ from shirube_geometry import LevelCamera, level_camera
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.detected_scene import DetectedKind, DetectedScene
 from stereo_landmark.core.procedure.primitive import Kind
-from stereo_landmark.core.procedure.stereo_matching import alike_pairs, mutual_best, supports
+from stereo_landmark.core.procedure.stereo_matching import alike_pairs, match_pairs
 
 DEPTHS = (0.3, 30.0)
 """Of what a robot can locate itself by [m]."""
@@ -50,20 +50,15 @@ class StereoView:
     def partners(self) -> dict[Kind, NDArray[np.int64]]:
         """Which primitive of the right image each of the left one is, by kind, each of shape (n,); -1 for none."""
         pairs = {kind: self._alike(kind) for kind in self.left.kinds}
-        places = [self.left.kinds[kind].centres[numbers[:, 0]] for kind, numbers in pairs.items()]
-        disparities = [self._disparities(kind, numbers) for kind, numbers in pairs.items()]
-        # Primitives of all kinds support each other.
-        first = np.cumsum([0, *(len(self.left.kinds[kind].primitives) for kind in pairs)])
-        owners = [numbers[:, 0] + base for numbers, base in zip(pairs.values(), first, strict=False)]
-        weights = [np.full(len(numbers), WEIGHTS[kind]) for kind, numbers in pairs.items()]
-        support = supports(*(np.concatenate(parts) for parts in (places, disparities, owners, weights)))
-        ends = np.cumsum([len(numbers) for numbers in pairs.values()])
+        chosen = match_pairs(
+            [self.left.kinds[kind].centres for kind in pairs],
+            list(pairs.values()),
+            [self._disparities(kind, numbers) for kind, numbers in pairs.items()],
+            [WEIGHTS[kind] for kind in pairs],
+        )
         partners = {kind: np.full(len(self.left.kinds[kind].primitives), -1) for kind in pairs}
-        for (kind, numbers), seen, own in zip(
-            pairs.items(), disparities, np.split(support, ends[:-1]), strict=True
-        ):
-            chosen = numbers[mutual_best(numbers, seen, own)]
-            partners[kind][chosen[:, 0]] = chosen[:, 1]
+        for kind, numbers in zip(pairs, chosen, strict=True):
+            partners[kind][numbers[:, 0]] = numbers[:, 1]
         return partners
 
     def _alike(self, kind: Kind) -> NDArray[np.int64]:

@@ -127,3 +127,17 @@ def read_chains(
                 starts[chains] = end
                 filled = end
     return order[:filled].copy(), starts[: chains + 1].copy(), closed[:chains].copy()
+
+
+@njit(cache=True, error_model='numpy')
+def index_points(points: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.int32]:
+    """Return the number of the point in each pixel of an image of some shape, -1 where there is none.
+
+    Args:
+        points: shape (n, 2) [px].
+        shape: height and width.
+    """
+    index = np.full(shape, -1, np.int32)
+    for i in range(len(points)):
+        index[int(np.rint(points[i, 1])), int(np.rint(points[i, 0]))] = i
+    return index
