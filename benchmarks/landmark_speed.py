@@ -19,7 +19,7 @@ os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
 import cv2
 import numpy as np
-from _landmark_corridor import TAUGHT, Pair, rig_of, teach_corridor
+from _landmark_corridor import TAUGHT, Pair, teach_corridor
 from _landmark_photographs import load_photographs, teach_photographs
 from _stage_clock import clocked
 from _timed_answers import use_one_core

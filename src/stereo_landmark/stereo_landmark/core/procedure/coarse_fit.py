@@ -61,21 +61,9 @@ def _fit(
     lens: NDArray[np.float64],
 ) -> bool:
     """Write the fitted state by Gauss-Newton steps with weights; return whether points determine it."""
-    jacobian, residual, weights = np.empty((3, 4)), np.empty(3), np.empty((3, 3))
+    information, gradient = np.empty((4, 4)), np.empty(4)
     for _ in range(STEPS_MAX):
-        information, gradient = np.zeros((4, 4)), np.zeros(4)
-        for n in range(len(taught)):
-            if not _linearised(state, taught[n], seen[n], rotation, position, lens, jacobian, residual):
-                continue
-            _weigh(jacobian, residual, covariances[n], seen[n, 1] - seen[n, 3], weights)
-            for i in range(4):
-                for m in range(3):
-                    pull = 0.0
-                    for k in range(3):
-                        pull += jacobian[k, i] * weights[k, m]
-                    gradient[i] += pull * residual[m]
-                    for j in range(4):
-                        information[i, j] += pull * jacobian[m, j]
+        _sum_up(state, taught, covariances, seen, (rotation, position, lens), information, gradient)
         diagonal = np.diag(information)
         if not np.all(diagonal > 0.0):
             return False
@@ -89,6 +77,33 @@ def _fit(
             break
     state[3] = (state[3] + np.pi) % (2.0 * np.pi) - np.pi
     return True
+
+
+@njit(cache=True, error_model='numpy')
+def _sum_up(
+    state: NDArray[np.float64],
+    taught: NDArray[np.float64],
+    covariances: NDArray[np.float64],
+    seen: NDArray[np.float64],
+    camera: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    information: NDArray[np.float64],
+    gradient: NDArray[np.float64],
+) -> None:
+    """Write the normal equations of a step; the camera is its rotation, position and lens."""
+    jacobian, residual, weights = np.empty((3, 4)), np.empty(3), np.empty((3, 3))
+    information[:], gradient[:] = 0.0, 0.0
+    for n in range(len(taught)):
+        if not _linearised(state, taught[n], seen[n], camera, jacobian, residual):
+            continue
+        _weigh(jacobian, residual, covariances[n], seen[n, 1] - seen[n, 3], weights)
+        for i in range(4):
+            for m in range(3):
+                pull = 0.0
+                for k in range(3):
+                    pull += jacobian[k, i] * weights[k, m]
+                gradient[i] += pull * residual[m]
+                for j in range(4):
+                    information[i, j] += pull * jacobian[m, j]
 
 
 @njit(cache=True, error_model='numpy')
@@ -126,13 +141,12 @@ def _linearised(
     state: NDArray[np.float64],
     taught: NDArray[np.float64],
     seen: NDArray[np.float64],
-    rotation: NDArray[np.float64],
-    position: NDArray[np.float64],
-    lens: NDArray[np.float64],
+    camera: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
     jacobian: NDArray[np.float64],
     residual: NDArray[np.float64],
 ) -> bool:
-    """Write the residuals of a point and the derivatives of u left, mean v and u right; return whether it is in view."""
+    """Write residuals and derivatives of u left, mean v and u right of a point; return whether it is in view."""
+    rotation, position, lens = camera
     cos, sin = np.cos(state[3]), np.sin(state[3])
     dx, dy = taught[0] - state[0], taught[1] - state[1]
     ahead, left, up = cos * dx + sin * dy, cos * dy - sin * dx, taught[2] - state[2]

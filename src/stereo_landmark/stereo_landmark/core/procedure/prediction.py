@@ -25,6 +25,24 @@ def expected_pixels(
     return np.asarray(_project(states, positions, view.camera.rotation, view.camera.position, lens_of(view)))
 
 
+def poses_apart(
+    states: NDArray[np.float64], positions: NDArray[np.float64], view: StereoView
+) -> NDArray[np.float64]:
+    """Return how far from poses points appear from where the first one has them, the farthest ones, shape (h,) [px].
+
+    What one of both poses has behind it is left out; with nothing before them in common, poses are infinitely apart.
+
+    Args:
+        states: shape (h, 4), x, y, z [m] and yaw [rad] of the robot in the place's frame.
+        positions: shape (k, 3), in the place's frame [m].
+        view: the cameras, and how the robot leans.
+    """
+    pixels = expected_pixels(states, positions, view)[..., :2]
+    ways = np.hypot(*(pixels - pixels[:1]).transpose(2, 0, 1))
+    farthest = np.fmax.reduce(ways, axis=1)
+    return np.where(np.isnan(farthest), np.inf, farthest)
+
+
 def lens_of(view: StereoView) -> NDArray[np.float64]:
     """Return what compiled loops know of the cameras: fx, fy, cx, cy, fx and cx of the right one [px], baseline [m]."""
     left, right = view.rig.left, view.rig.right

@@ -13,7 +13,7 @@ from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
 from stereo_landmark.core.procedure.circles import centre_motion
 from stereo_landmark.core.procedure.coarse_fit import coarse_fit
 from stereo_landmark.core.procedure.evidence import Evidence
-from stereo_landmark.core.procedure.prediction import expected_pixels
+from stereo_landmark.core.procedure.prediction import poses_apart
 from stereo_landmark.core.procedure.primitive import refined_pair
 from stereo_landmark.core.procedure.settings import SearchSettings
 from stereo_landmark.core.procedure.sighting import NoSightingReason, NoTargetSighting, TargetSighting
@@ -136,9 +136,7 @@ class TargetSearch:
         if best.evidence < self._settings.evidence_min:
             detail = f'evidence {best.evidence:.1f}, {self._settings.evidence_min:g} is needed'
             return NoTargetSighting(target.name, NoSightingReason.NO_EVIDENCE, detail)
-        states = np.array([reading.state for reading in readings])
-        pixels = expected_pixels(states, positions, view)[..., :2]
-        apart = np.nanmax(np.hypot(*(pixels - pixels[:1]).transpose(2, 0, 1)), axis=1)
+        apart = poses_apart(np.array([reading.state for reading in readings]), positions, view)
         others = [reading for reading, far in zip(readings, apart, strict=True) if far > APART]
         if others and best.evidence - others[0].evidence < self._settings.margin:
             detail = f'evidence {best.evidence:.1f} and {others[0].evidence:.1f}'
