@@ -16,6 +16,7 @@ from shirube_geometry import PlanarPose
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
 from stereo_landmark.core.procedure.primitive import Kind, Primitive
+from stereo_landmark.core.procedure.stereo_measurement import invariant_points
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
@@ -68,7 +69,8 @@ def teach_corridor(
     """
     processing = processing or ImageProcessing()
     images = render_pair(scene, cameras, TAUGHT, np.random.default_rng(0))
-    view = StereoView(*(detect_scene(image, processing) for image in images), rig_of(cameras))
+    left, right = (detect_scene(image, processing) for image in images)
+    view = StereoView(left, right, rig_of(cameras))
     teacher = Teacher(view, processing)
     parts: dict[str, Primitive] = {}
     for prefix in wanted:
@@ -90,12 +92,8 @@ def _primitive_of(landmark: Landmark, cameras: Cameras, view: StereoView) -> Pri
     kind = Kind.ELLIPSE if isinstance(landmark, RoundLandmark) else Kind.QUADRILATERAL
     best, least = None, NEAR
     for primitive in view.left.kinds[kind].primitives:
-        points = primitive.centre[None] if kind is Kind.ELLIPSE else primitive.image_points()
-        found = (
-            points
-            if kind is Kind.ELLIPSE
-            else np.array([p.position for n, p in points.items() if n != 'centre'])
-        )
+        points = primitive.image_points()
+        found = np.array([points[name].position for name in invariant_points(primitive)])
         apart = float(np.linalg.norm(found[:, None] - truth[None], axis=2).min(axis=1).max())
         if apart < least:
             best, least = primitive, apart

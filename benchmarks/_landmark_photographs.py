@@ -91,7 +91,8 @@ def teach_photographs(rig: StereoRig, pair: PhotographedPair, count: int, seed: 
         seed: of the choice.
     """
     processing = ImageProcessing(edges=EdgeSettings(threshold=THRESHOLD))
-    view = StereoView(*(detect_scene(image, processing) for image in pair.images), rig, pair.tilt)
+    left, right = (detect_scene(image, processing) for image in pair.images)
+    view = StereoView(left, right, rig, pair.tilt)
     teacher = Teacher(view, processing)
     parts: dict[str, Primitive] = {}
     found = view.left.kinds[Kind.QUADRILATERAL].primitives

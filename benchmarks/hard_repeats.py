@@ -40,6 +40,11 @@ Changed = Callable[[CorridorScene, TaughtCorridor, np.random.Generator], Corrido
 Camera = Callable[[StereoCamera], StereoCamera]
 
 
+def as_taught(scene: CorridorScene, _: TaughtCorridor, __: np.random.Generator) -> CorridorScene:
+    """Change nothing."""
+    return scene
+
+
 @dataclass(frozen=True)
 class Condition:
     """What is otherwise than when the place was taught.
@@ -51,7 +56,7 @@ class Condition:
     """
 
     name: str
-    scene: Changed = lambda scene, taught, rng: scene
+    scene: Changed = as_taught
     camera: Camera = lambda camera: camera
 
 
@@ -85,9 +90,10 @@ class Score:
 
 
 def hidden(scene: CorridorScene, taught: TaughtCorridor, rng: np.random.Generator) -> CorridorScene:
-    """Cover part of the target, chosen at random."""
+    """Cover part of the target, chosen at random; not the cabinet as a whole, for its fields are half of the target."""
     names = [part.name.replace(' ', '/') for part in taught.place.targets[0].primitives]
-    for name in rng.permutation(names)[: round(HIDDEN * len(names))]:
+    alone = [name for name in names if not any(other.startswith(f'{name}/') for other in names)]
+    for name in rng.permutation(alone)[: round(HIDDEN * len(names))]:
         scene = scene.covered(str(name))
     return scene
 
@@ -148,7 +154,8 @@ def repeat(
     scene = condition.scene(scene, taught, rng)
     cameras = taught.cameras
     cameras = replace(cameras, left=condition.camera(cameras.left), right=condition.camera(cameras.right))
-    truth = PlanarPose(*rng.uniform(-REACH, REACH, 2).tolist(), float(rng.uniform(-TURN, TURN)))
+    x, y = rng.uniform(-REACH, REACH, 2).tolist()
+    truth = PlanarPose(x, y, float(rng.uniform(-TURN, TURN)))
     return render_pair(scene, cameras, TAUGHT @ truth, rng), truth
 
 

@@ -25,7 +25,6 @@ from _stage_clock import clocked
 from _timed_answers import use_one_core
 from tqdm import tqdm
 
-import stereo_landmark.core.landmark_localizer as localizer_module
 import stereo_landmark.core.procedure.detected_scene as scene_module
 import stereo_landmark.core.procedure.stereo_view as view_module
 import stereo_landmark.core.procedure.target_search as search_module
@@ -35,6 +34,7 @@ from scene_simulator.stereo_rig import render_pair
 from shirube_geometry import PlanarPose
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.procedure.detected_scene import detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 
@@ -55,7 +55,7 @@ STAGES: dict[str, tuple[object, str]] = {
     'coarse poses': (search_module, 'coarse_fit'),
     'evidence': (search_module, 'Evidence'),
     'measured in grey': (search_module, 'refined_pair'),
-    'displacement': (localizer_module.PlaceLocator, 'locate'),
+    'displacement': (PlaceLocator, 'locate'),
 }
 
 
@@ -110,13 +110,15 @@ def print_case(case: Case, repeats: int) -> float:
     answer = locate()
     peers = {
         'ORB, 2000 features, detected and matched': partial(
-            features_matched, cv2.ORB_create(nfeatures=2000), cv2.NORM_HAMMING, case.images
+            features_matched, cv2.ORB.create(nfeatures=2000), cv2.NORM_HAMMING, case.images
         ),
         'SIFT, 2000 features, detected and matched': partial(
-            features_matched, cv2.SIFT_create(nfeatures=2000), cv2.NORM_L2, case.images
+            features_matched, cv2.SIFT.create(nfeatures=2000), cv2.NORM_L2, case.images
         ),
     }
-    whole, beside, shares = [], {name: [] for name in peers}, {name: [] for name in STAGES}
+    whole: list[float] = []
+    beside: dict[str, list[float]] = {name: [] for name in peers}
+    shares: dict[str, list[float]] = {name: [] for name in STAGES}
     for _ in tqdm(range(repeats), case.name, leave=False):
         whole.append(milliseconds(locate))
         with clocked(STAGES) as spent:
