@@ -114,18 +114,16 @@ def _lens(entry: dict[str, Any]) -> tuple[NDArray[np.float64], NDArray[np.float6
 
 
 def _camera(P: NDArray[np.float64], size: tuple[int, int]) -> PinholeCamera:
-    return PinholeCamera(*size, *(float(x) for x in (P[0, 0], P[1, 1], P[0, 2], P[1, 2])))
+    fx, fy, cx, cy = P[0, 0], P[1, 1], P[0, 2], P[1, 2]
+    return PinholeCamera(*size, float(fx), float(fy), float(cx), float(cy))
 
 
 def _pair(frame: dict[str, Any], folder: Path, maps: list[Any]) -> PhotographedPair:
-    images = [
-        cv2.remap(
-            cv2.imread(str(folder / f'{frame["t"]}_{side}.png'), cv2.IMREAD_GRAYSCALE),
-            *(*lookup, cv2.INTER_CUBIC),
-            borderMode=cv2.BORDER_REPLICATE,
-        )
-        for side, lookup in zip(('left', 'right'), maps, strict=True)
-    ]
+    images = []
+    for side, (u, v) in zip(('left', 'right'), maps, strict=True):
+        raw: Any = cv2.imread(str(folder / f'{frame["t"]}_{side}.png'), cv2.IMREAD_GRAYSCALE)
+        rectified = cv2.remap(raw, u, v, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+        images.append(np.asarray(rectified, dtype=np.uint8))
     R_world_base = Rotation.from_quat(np.roll(frame['q_wxyz'], -1)).as_matrix() @ BASE_AXES.T
     roll, pitch, yaw = Rotation.from_matrix(R_world_base).as_euler('xyz').tolist()
     T = np.eye(4)

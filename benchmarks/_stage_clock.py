@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
 
 @contextmanager
-def clocked(stages: Mapping[str, tuple[object, str]]) -> Iterator[Counter[str]]:
+def clocked(stages: Mapping[str, tuple[object, str]]) -> Iterator[dict[str, float]]:
     """Count the processor time of functions by the name of their stage [ms].
 
     Args:
         stages: where each function is looked up by its caller: a module or class, and the name there. What a clocked
             function calls that is clocked, too, counts for the inner one only.
     """
-    spent: Counter[str] = Counter()
+    spent = dict.fromkeys(stages, 0.0)
     inner: list[float] = [0.0]
 
     def timed(stage: str, function: Callable[..., Any]) -> Callable[..., Any]:
