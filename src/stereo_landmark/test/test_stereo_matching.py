@@ -11,7 +11,7 @@ def matched(left, right, disparities=ANY):
     shapes = np.zeros((len(left), 1)), np.zeros((len(right), 1))
     pairs = alike_pairs(left, shapes[0], right, shapes[1], disparities)
     seen = left[pairs[:, 0], 0] - right[pairs[:, 1], 0]
-    return dict(match_pairs([left], [pairs], [seen], [1.0])[0].tolist())
+    return dict(match_pairs([left], [pairs], [seen], [1.0], 0).tolist())
 
 
 def row(count, disparity, pitch=70.0, v=100.0):

@@ -76,7 +76,7 @@ def _candidates(
     taught: TaughtPrimitive, alike: NDArray[np.int64], view: StereoView, depths: NDArray[np.float64]
 ) -> StereoCandidates:
     here, there = view.both(taught.kind)
-    right = view.partners[taught.kind][alike]
+    right = view.partners_of(taught.kind)[alike]
     left, right = alike[right >= 0], right[right >= 0]
     seen = np.column_stack([here.centres[left], there.centres[right]])
     points = _points(seen, view.rig)

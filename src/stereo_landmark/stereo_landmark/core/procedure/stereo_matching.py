@@ -34,29 +34,31 @@ def match_pairs(
     pairs: Sequence[NDArray[np.int64]],
     disparities: Sequence[NDArray[np.float64]],
     weights: Sequence[float],
-) -> list[NDArray[np.int64]]:
-    """Return of each kind the pairs that win, each of shape (k, 2). Primitives of all kinds support each other.
+    wanted: int,
+) -> NDArray[np.int64]:
+    """Return the pairs of one kind that win, shape (k, 2). Primitives of all kinds support each other.
 
     Args:
         centres: of each kind, shape (n, 2), in the left image [px].
         pairs: of each kind, shape (m, 2), see `alike_pairs`.
         disparities: of each kind, shape (m,) [px].
         weights: how much the word of a primitive of each kind counts.
+        wanted: number of the kind.
     """
-    ends = np.cumsum([len(numbers) for numbers in pairs])
+    begin, end = np.cumsum([0, *(len(numbers) for numbers in pairs)])[wanted : wanted + 2]
+    asked = np.zeros(sum(len(numbers) for numbers in pairs), dtype=np.bool_)
+    asked[begin:end] = contested(pairs[wanted], disparities[wanted])
     first = np.cumsum([0, *(len(each) for each in centres)])
     support = supports(
         np.concatenate([each[numbers[:, 0]] for each, numbers in zip(centres, pairs, strict=True)]),
         np.concatenate(disparities),
         np.concatenate([numbers[:, 0] + base for numbers, base in zip(pairs, first, strict=False)]),
         np.repeat(weights, [len(numbers) for numbers in pairs]),
-        np.concatenate([contested(*each) for each in zip(pairs, disparities, strict=True)]),
+        asked,
     )
-    own = np.split(support, ends[:-1])
-    return [
-        numbers[mutual_best(numbers, seen, each)]
-        for numbers, seen, each in zip(pairs, disparities, own, strict=True)
-    ]
+    return np.asarray(
+        pairs[wanted][mutual_best(pairs[wanted], disparities[wanted], support[begin:end])], dtype=np.int64
+    )
 
 
 @njit(cache=True, error_model='numpy')

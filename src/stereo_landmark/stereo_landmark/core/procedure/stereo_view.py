@@ -46,20 +46,30 @@ class StereoView:
         """Return the primitives of a kind in the left and in the right image."""
         return self.left.kinds[kind], self.right.kinds[kind]
 
+    def partners_of(self, kind: Kind) -> NDArray[np.int64]:
+        """Return which primitive of the right image each of the left one is, shape (n,); -1 for none."""
+        if kind not in self._partners:
+            # Primitives of all kinds support each other, but only those of this kind are decided now.
+            numbers = match_pairs(
+                [self.left.kinds[each].centres for each in self._pairs],
+                list(self._pairs.values()),
+                [self._disparities(each, pairs) for each, pairs in self._pairs.items()],
+                [WEIGHTS[each] for each in self._pairs],
+                list(self._pairs).index(kind),
+            )
+            self._partners[kind] = np.full(len(self.left.kinds[kind].primitives), -1)
+            self._partners[kind][numbers[:, 0]] = numbers[:, 1]
+        return self._partners[kind]
+
     @cached_property
-    def partners(self) -> dict[Kind, NDArray[np.int64]]:
-        """Which primitive of the right image each of the left one is, by kind, each of shape (n,); -1 for none."""
-        pairs = {kind: self._alike(kind) for kind in self.left.kinds}
-        chosen = match_pairs(
-            [self.left.kinds[kind].centres for kind in pairs],
-            list(pairs.values()),
-            [self._disparities(kind, numbers) for kind, numbers in pairs.items()],
-            [WEIGHTS[kind] for kind in pairs],
-        )
-        partners = {kind: np.full(len(self.left.kinds[kind].primitives), -1) for kind in pairs}
-        for kind, numbers in zip(pairs, chosen, strict=True):
-            partners[kind][numbers[:, 0]] = numbers[:, 1]
-        return partners
+    def _partners(self) -> dict[Kind, NDArray[np.int64]]:
+        """What was asked so far."""
+        return {}
+
+    @cached_property
+    def _pairs(self) -> dict[Kind, NDArray[np.int64]]:
+        """What may be the same, by kind, each of shape (m, 2)."""
+        return {kind: self._alike(kind) for kind in self.left.kinds}
 
     def _alike(self, kind: Kind) -> NDArray[np.int64]:
         here, there = self.both(kind)

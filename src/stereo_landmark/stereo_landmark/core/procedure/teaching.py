@@ -157,7 +157,7 @@ class Teacher:
         kind = kind_of(chosen)
         here, there = self._view.both(kind)
         number = next(i for i, primitive in enumerate(here.primitives) if primitive is chosen)
-        partner = int(self._view.partners[kind][number])
+        partner = int(self._view.partners_of(kind)[number])
         return None if partner < 0 else there.primitives[partner]
 
     def _surroundings(self, taught: Iterable[Primitive]) -> tuple[TaughtPrimitive, ...]:

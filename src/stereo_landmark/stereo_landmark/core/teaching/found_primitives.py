@@ -68,7 +68,7 @@ def found_again(shape: Primitive, scene: DetectedScene) -> Primitive | None:
 
 
 def _depth(view: StereoView, kind: Kind, number: int) -> float | None:
-    partner = int(view.partners[kind][number])
+    partner = int(view.partners_of(kind)[number])
     if partner < 0:
         return None
     here, there = view.both(kind)
