@@ -18,12 +18,17 @@ from shirube_cli.error import CommandError
 
 WARM_UP_PARTS = ('dots', 'search')
 """Of `floor_localizer.core.warm_up`, which are compiled side by side."""
+PROGRAMS = (
+    *(f'from floor_localizer.core.warm_up import PARTS; PARTS[{part!r}]()' for part in WARM_UP_PARTS),
+    'from stereo_landmark.core.warm_up import warm_up; warm_up()',
+)
+"""Each compiles its share of the loops."""
 _COMPILED = re.compile(rb'^@njit', re.MULTILINE)
 _IMPORTED = re.compile(rb'^from ([\w.]+) import', re.MULTILINE)
 
 
 def compile_loops(environment: dict[str, str]) -> None:
-    """Let floor_localizer compile its loops, so that whatever uses them starts in seconds from then on.
+    """Let the packages compile their loops, so that whatever uses them starts in seconds from then on.
 
     Args:
         environment: the one that they will be used in.
@@ -31,18 +36,14 @@ def compile_loops(environment: dict[str, str]) -> None:
     Raises:
         CommandError: the loops cannot be compiled; the messages stand above.
     """
-    code = 'from floor_localizer.core.warm_up import PARTS; PARTS[{!r}]()'
-    commands = [[sys.executable, '-c', code.format(part)] for part in WARM_UP_PARTS]
     interval = 0.5 if sys.stderr.isatty() else 10.0
-    compilers = [subprocess.Popen(command, env=environment) for command in commands]
-    with tqdm(
-        desc='Compiling the search (once)', bar_format='{desc}: {elapsed}', mininterval=interval
-    ) as bar:
+    compilers = [subprocess.Popen([sys.executable, '-c', program], env=environment) for program in PROGRAMS]
+    with tqdm(desc='Compiling the loops (once)', bar_format='{desc}: {elapsed}', mininterval=interval) as bar:
         while any(compiler.poll() is None for compiler in compilers):
             bar.update()
             time.sleep(0.2)
     if any(compiler.returncode for compiler in compilers):
-        raise CommandError('the loops of floor_localizer could not be compiled; the messages stand above')
+        raise CommandError('the loops could not be compiled; the messages stand above')
 
 
 def digest_loops(sources: Path) -> str:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from stereo_landmark.core.procedure.stereo_matching import alike_pairs, mutual_best, supports
+from stereo_landmark.core.procedure.stereo_matching import alike_pairs, match_pairs
 
 ANY = (0.0, 300.0)
 
@@ -11,8 +11,7 @@ def matched(left, right, disparities=ANY):
     shapes = np.zeros((len(left), 1)), np.zeros((len(right), 1))
     pairs = alike_pairs(left, shapes[0], right, shapes[1], disparities)
     seen = left[pairs[:, 0], 0] - right[pairs[:, 1], 0]
-    support = supports(left[pairs[:, 0]], seen, pairs[:, 0].copy(), np.ones(len(pairs)))
-    return dict(pairs[mutual_best(pairs, seen, support)].tolist())
+    return dict(match_pairs([left], [pairs], [seen], [1.0], 0).tolist())
 
 
 def row(count, disparity, pitch=70.0, v=100.0):

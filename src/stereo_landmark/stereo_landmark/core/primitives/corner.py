@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from stereo_landmark.core.primitives.image_point import ImagePoint
 from stereo_landmark.core.primitives.line_refinement import refine_line
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.sides import Sides
-from stereo_landmark.core.primitives.turning import folded, larger_of
+from stereo_landmark.core.primitives.turning import folded_all
 
 # Arms that differ less in direction meet anywhere.
 _SINE_MIN = 0.1
@@ -70,12 +71,28 @@ def corner_difference(found: Corner, taught: Corner, tolerance: CornerTolerance)
 
     The length of the arms does not count: it hangs on what hides their ends.
     """
-    if found.polarity != taught.polarity:
-        return math.inf
-    return larger_of(
-        (found.angle - taught.angle) / tolerance.angle,
-        folded(found.bisector - taught.bisector, 2.0 * math.pi) / tolerance.bisector,
-    )
+    return float(corner_differences(corner_numbers([found]), corner_numbers([taught]), tolerance)[0, 0])
+
+
+def corner_differences(
+    found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: CornerTolerance
+) -> NDArray[np.float64]:
+    """Return how much each differs from each taught one, shape (k, n).
+
+    Args:
+        found: shape (n, 3), see :func:`corner_numbers`.
+        taught: shape (k, 3).
+        tolerance: what is just tolerated.
+    """
+    mine, theirs = found.T[:, None, :], taught.T[:, :, None]
+    angles = np.abs(mine[0] - theirs[0]) / tolerance.angle
+    bisectors = np.abs(folded_all(mine[1] - theirs[1], 2.0 * math.pi)) / tolerance.bisector
+    return np.where(mine[2] == theirs[2], np.maximum(angles, bisectors), math.inf)
+
+
+def corner_numbers(corners: Sequence[Corner]) -> NDArray[np.float64]:
+    """Return the shapes as numbers, shape (n, 3): angle and bisector [rad] and polarity."""
+    return np.array([(each.angle, each.bisector, each.polarity) for each in corners]).reshape(-1, 3)
 
 
 def detect_corners(sides: Sides, settings: PrimitiveSettings) -> list[Corner]:

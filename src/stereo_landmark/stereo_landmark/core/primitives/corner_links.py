@@ -56,14 +56,18 @@ def link_corners(
     places, outward, lengths = ends.copy().reshape(2 * n, 2)[order], outward[order], lengths[order]
     reaches = np.minimum(gap_max, np.maximum(lengths, overshoot_max))
     overshoots = np.minimum(overshoot_max, _PART * lengths)
+    columns, rows = places[:, 0].copy(), places[:, 1].copy()
     sine_min = np.sin(angle_min)
     pairs, gaps = np.empty((16 * n + 16, 2), np.int64), np.empty((16 * n + 16, 2))
     count = 0
     for a in range(2 * n):
+        far = reaches[a] + gap_max
         for b in range(a + 1, 2 * n):
-            dx, dy = places[b, 0] - places[a, 0], places[b, 1] - places[a, 1]
-            if dx > reaches[a] + gap_max or count == len(pairs):
+            dx, dy = columns[b] - columns[a], rows[b] - rows[a]
+            if dx > far or count == len(pairs):
                 break
+            if abs(dy) > far:
+                continue
             reach = reaches[a] + reaches[b]
             if dx > reach or abs(dy) > reach or order[a] // 2 == order[b] // 2:
                 continue

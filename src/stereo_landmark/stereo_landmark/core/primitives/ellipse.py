@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from stereo_landmark.core.primitives.ellipse_refinement import refine_outline
 from stereo_landmark.core.primitives.ellipse_search import EllipseLimits, search_ellipses
 from stereo_landmark.core.primitives.image_point import ImagePoint
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
-from stereo_landmark.core.primitives.turning import folded, larger_of
+from stereo_landmark.core.primitives.turning import folded, folded_all
 from stereo_landmark.core.segments.segments import Segments
 
 # What is known of the tilt of a circle: next to nothing [rad].
@@ -75,12 +76,29 @@ class EllipseTolerance:
 
 def ellipse_difference(found: Ellipse, taught: Ellipse, tolerance: EllipseTolerance) -> float:
     """Return how much an ellipse differs: 0 not at all, 1 just tolerated, infinite with the other polarity."""
-    if found.polarity != taught.polarity:
-        return math.inf
-    axes = np.log(found.semi_axes / taught.semi_axes) / math.log1p(tolerance.axes)
-    roundness = found.semi_axes[1] / found.semi_axes[0] * taught.semi_axes[1] / taught.semi_axes[0]
-    tilt = folded(found.tilt - taught.tilt, math.pi) / tolerance.tilt
-    return larger_of(float(axes[0]), float(axes[1]), (1.0 - roundness) * tilt)
+    return float(ellipse_differences(ellipse_numbers([found]), ellipse_numbers([taught]), tolerance)[0, 0])
+
+
+def ellipse_differences(
+    found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: EllipseTolerance
+) -> NDArray[np.float64]:
+    """Return how much each differs from each taught one, shape (k, n).
+
+    Args:
+        found: shape (n, 4), see :func:`ellipse_numbers`.
+        taught: shape (k, 4).
+        tolerance: what is just tolerated.
+    """
+    mine, theirs = found.T[:, None, :], taught.T[:, :, None]
+    axes = np.abs(np.log(mine[:2] / theirs[:2])).max(axis=0) / math.log1p(tolerance.axes)
+    roundness = mine[1] / mine[0] * theirs[1] / theirs[0]
+    tilts = np.abs(folded_all(mine[2] - theirs[2], math.pi)) / tolerance.tilt
+    return np.where(mine[3] == theirs[3], np.maximum(axes, (1.0 - roundness) * tilts), math.inf)
+
+
+def ellipse_numbers(ellipses: Sequence[Ellipse]) -> NDArray[np.float64]:
+    """Return the shapes as numbers, shape (n, 4): semi-axes [px], tilt [rad] and polarity."""
+    return np.array([(*each.semi_axes, each.tilt, each.polarity) for each in ellipses]).reshape(-1, 4)
 
 
 def detect_ellipses(segments: Segments, settings: PrimitiveSettings) -> list[Ellipse]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from stereo_landmark.core.primitives.image_point import ImagePoint
 from stereo_landmark.core.primitives.line_refinement import RefinedLine, refine_line
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.sides import Sides
-from stereo_landmark.core.primitives.turning import folded, larger_of
+from stereo_landmark.core.primitives.turning import folded, folded_all
 
 # How well the ends of a segment are known along it [px].
 _END_SIGMA = 1.0
@@ -76,13 +77,30 @@ def parallel_lines_difference(
     found: ParallelLines, taught: ParallelLines, tolerance: ParallelLinesTolerance
 ) -> float:
     """Return how much lines differ: 0 not at all, 1 just tolerated, infinite with the other polarity."""
-    if found.polarity != taught.polarity:
-        return math.inf
-    return larger_of(
-        math.log(found.width / taught.width) / math.log1p(tolerance.width),
-        folded(found.tilt - taught.tilt, math.pi) / tolerance.tilt,
-        math.log(found.length / taught.length) / math.log1p(tolerance.length),
-    )
+    numbers = parallel_lines_numbers([found]), parallel_lines_numbers([taught])
+    return float(parallel_lines_differences(*numbers, tolerance)[0, 0])
+
+
+def parallel_lines_differences(
+    found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: ParallelLinesTolerance
+) -> NDArray[np.float64]:
+    """Return how much each differs from each taught one, shape (k, n).
+
+    Args:
+        found: shape (n, 4), see :func:`parallel_lines_numbers`.
+        taught: shape (k, 4).
+        tolerance: what is just tolerated.
+    """
+    mine, theirs = found.T[:, None, :], taught.T[:, :, None]
+    widths = np.abs(np.log(mine[0] / theirs[0])) / math.log1p(tolerance.width)
+    lengths = np.abs(np.log(mine[1] / theirs[1])) / math.log1p(tolerance.length)
+    tilts = np.abs(folded_all(mine[2] - theirs[2], math.pi)) / tolerance.tilt
+    return np.where(mine[3] == theirs[3], np.maximum(np.maximum(widths, lengths), tilts), math.inf)
+
+
+def parallel_lines_numbers(pairs: Sequence[ParallelLines]) -> NDArray[np.float64]:
+    """Return the shapes as numbers, shape (n, 4): width and length [px], tilt [rad] and polarity."""
+    return np.array([(each.width, each.length, each.tilt, each.polarity) for each in pairs]).reshape(-1, 4)
 
 
 def detect_parallel_lines(sides: Sides, settings: PrimitiveSettings) -> list[ParallelLines]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,10 +14,11 @@ from stereo_landmark.core.primitives.corner_links import link_corners
 from stereo_landmark.core.primitives.crossing import crossing_covariance, joint_covariance, meeting_point
 from stereo_landmark.core.primitives.image_point import ImagePoint
 from stereo_landmark.core.primitives.line_refinement import refine_line
+from stereo_landmark.core.primitives.quadrilateral_comparison import best_turn, corner_differences
 from stereo_landmark.core.primitives.quadrilateral_search import corner_graph, distinct_outlines, find_rings
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.sides import Sides
-from stereo_landmark.core.primitives.turning import folded, larger_of
+from stereo_landmark.core.primitives.turning import folded
 
 # Outlines whose corners are nearer to each other than this are one [px].
 _SAME = 4.0
@@ -117,27 +119,35 @@ class QuadrilateralTolerance:
 def quadrilateral_difference(
     found: Quadrilateral, taught: Quadrilateral, tolerance: QuadrilateralTolerance
 ) -> float:
-    """Return how much it differs: 0 not at all, 1 just tolerated, infinite with the other polarity.
+    """Return how much it differs: 0 not at all, 1 just tolerated, infinite with the other polarity."""
+    numbers = quadrilateral_numbers([found]), quadrilateral_numbers([taught])
+    return float(quadrilateral_differences(*numbers, tolerance)[0, 0])
 
-    The corners must be in the same order: see :func:`ordered_as`.
+
+def quadrilateral_differences(
+    found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: QuadrilateralTolerance
+) -> NDArray[np.float64]:
+    """Return how much each differs from each taught one, shape (k, n), whichever corners are the first.
+
+    Args:
+        found: shape (n, 9), see :func:`quadrilateral_numbers`.
+        taught: shape (k, 9).
+        tolerance: what is just tolerated.
     """
-    if found.polarity != taught.polarity:
-        return math.inf
-    scale = np.linalg.norm(found.corner_vectors) / np.linalg.norm(taught.corner_vectors)
-    size = np.linalg.norm(taught.corner_vectors) / 2.0
-    shifts = np.hypot(*(found.corner_vectors / scale - taught.corner_vectors).T)
-    return larger_of(math.log(scale) / math.log1p(tolerance.size), shifts.max() / (size * tolerance.shape))
+    return np.asarray(corner_differences(found, taught, math.log1p(tolerance.size), tolerance.shape))
+
+
+def quadrilateral_numbers(quadrilaterals: Sequence[Quadrilateral]) -> NDArray[np.float64]:
+    """Return the shapes as numbers, shape (n, 9): corner vectors [px] and polarity."""
+    corners = np.array([each.corners for each in quadrilaterals]).reshape(-1, 4, 2)
+    vectors = (corners - corners.mean(axis=1, keepdims=True)).reshape(-1, 8)
+    return np.column_stack([vectors, [each.polarity for each in quadrilaterals]])
 
 
 def ordered_as(found: Quadrilateral, taught: Quadrilateral) -> Quadrilateral:
     """Return a found quadrilateral with its corners in the order of the taught one."""
-    steps = min(
-        range(4),
-        key=lambda k: float(
-            np.linalg.norm(np.roll(found.corner_vectors, -k, axis=0) - taught.corner_vectors)
-        ),
-    )
-    return found.turned(steps)
+    (mine,), (theirs,) = quadrilateral_numbers([found]), quadrilateral_numbers([taught])
+    return found.turned(best_turn(mine, theirs))
 
 
 def detect_quadrilaterals(sides: Sides, settings: PrimitiveSettings) -> list[Quadrilateral]:

@@ -163,19 +163,38 @@ def distinct_outlines(
         distance: outlines are equal when no coordinate differs by more [px].
     """
     kept = np.empty(len(order), np.int64)
+    if not len(order):
+        return kept
+    # Equal ones begin in the same column of cells or in the next one; each column is a list from the last one back.
+    left = np.min(outlines[:, 0])
+    columns = ((outlines[:, 0] - left) / distance).astype(np.int64) + 1
+    last, before = np.full(np.max(columns) + 2, -1), np.full(len(order), -1)
     count = 0
     for k in order:
-        new = True
-        for other in kept[:count]:
-            if abs(outlines[other, 0] - outlines[k, 0]) < distance and _are_near(
-                outlines[other], outlines[k], distance
-            ):
-                new = False
-                break
-        if new:
+        if _is_new(outlines, k, kept, columns[k], last, before, distance):
             kept[count] = k
+            before[count], last[columns[k]] = last[columns[k]], count
             count += 1
     return kept[:count].copy()
+
+
+@njit(cache=True, error_model='numpy')
+def _is_new(
+    outlines: NDArray[np.float64],
+    k: int,
+    kept: NDArray[np.int64],
+    column: int,
+    last: NDArray[np.int64],
+    before: NDArray[np.int64],
+    distance: float,
+) -> bool:
+    for near in range(column - 1, column + 2):
+        number = last[near]
+        while number >= 0:
+            if _are_near(outlines[kept[number]], outlines[k], distance):
+                return False
+            number = before[number]
+    return True
 
 
 @njit(cache=True, error_model='numpy')

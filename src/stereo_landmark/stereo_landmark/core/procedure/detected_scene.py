@@ -18,8 +18,8 @@ from stereo_landmark.core.primitives.parallel_lines import detect_parallel_lines
 from stereo_landmark.core.primitives.quadrilateral import detect_quadrilaterals
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.sides import find_sides
-from stereo_landmark.core.procedure.primitive import Kind, Primitive, Tolerances, size_of
-from stereo_landmark.core.procedure.shape_descriptor import DESCRIPTORS, descriptor_of
+from stereo_landmark.core.procedure.primitive import Kind, Primitive, Tolerances
+from stereo_landmark.core.procedure.shape_numbers import centres_of, descriptors_of, numbers_of
 from stereo_landmark.core.segments.segments import Segments, follow_segments
 
 
@@ -37,25 +37,27 @@ class DetectedKind:
     """All primitives of one kind in an image.
 
     Attributes:
+        kind: of all of them.
         primitives: n of them.
     """
 
+    kind: Kind
     primitives: tuple[Primitive, ...]
 
     @cached_property
     def centres(self) -> NDArray[np.float64]:
         """Shape (n, 2) [px]."""
-        return np.array([primitive.centre for primitive in self.primitives]).reshape(-1, 2)
+        return centres_of(self.kind, self.primitives)
 
     @cached_property
-    def sizes(self) -> NDArray[np.float64]:
-        """Shape (n,) [px]."""
-        return np.array([size_of(primitive) for primitive in self.primitives])
+    def numbers(self) -> NDArray[np.float64]:
+        """Their shapes, shape (n, d), see `numbers_of`."""
+        return numbers_of(self.kind, self.primitives)
 
     @cached_property
-    def shapes(self) -> NDArray[np.float64]:
-        """Descriptors, shape (n, DESCRIPTORS)."""
-        return np.array([descriptor_of(primitive) for primitive in self.primitives]).reshape(-1, DESCRIPTORS)
+    def descriptors(self) -> NDArray[np.float64]:
+        """Shape (n, DESCRIPTORS)."""
+        return descriptors_of(self.kind, self.numbers)
 
     @cached_property
     def tree(self) -> cKDTree:
@@ -95,7 +97,9 @@ def detect_scene(
     segments = follow_segments(extract_edges(image, processing.edges), processing.edges)
     found: dict[Kind, DetectedKind] = {}
     if Kind.ELLIPSE in wanted:
-        found[Kind.ELLIPSE] = DetectedKind(tuple(detect_ellipses(segments, processing.primitives)))
+        found[Kind.ELLIPSE] = DetectedKind(
+            Kind.ELLIPSE, tuple(detect_ellipses(segments, processing.primitives))
+        )
     if wanted - {Kind.ELLIPSE}:
         sides = find_sides(segments, processing.primitives)
         for kind, detect in (
@@ -104,5 +108,5 @@ def detect_scene(
             (Kind.CORNER, detect_corners),
         ):
             if kind in wanted:
-                found[kind] = DetectedKind(tuple(detect(sides, processing.primitives)))
+                found[kind] = DetectedKind(kind, tuple(detect(sides, processing.primitives)))
     return DetectedScene(image, segments, found)

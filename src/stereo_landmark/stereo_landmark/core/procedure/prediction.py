@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from stereo_landmark.core.procedure.stereo_view import StereoView
@@ -23,17 +22,31 @@ def expected_pixels(
         positions: shape (k, 3), in the place's frame [m].
         view: the cameras, and how the robot leans.
     """
-    ahead = positions[None] - states[:, None, :3]
-    cos, sin = np.cos(states[:, 3, None]), np.sin(states[:, 3, None])
-    level = np.stack(
-        [cos * ahead[..., 0] + sin * ahead[..., 1], cos * ahead[..., 1] - sin * ahead[..., 0], ahead[..., 2]],
-        axis=-1,
-    )
-    optical = ((level - view.camera.position) @ view.camera.rotation).reshape(-1, 3)
-    in_front = optical[:, 2] > DEPTH_MIN
-    pixels = view.rig.projections(np.where(in_front[:, None], optical, [0.0, 0.0, 1.0]))
-    pixels[~in_front] = math.nan
-    return pixels.reshape(len(states), len(positions), 4)
+    return np.asarray(_project(states, positions, view.camera.rotation, view.camera.position, lens_of(view)))
+
+
+def poses_apart(
+    states: NDArray[np.float64], positions: NDArray[np.float64], view: StereoView
+) -> NDArray[np.float64]:
+    """Return how far from poses points appear from where the first one has them, the farthest ones, shape (h,) [px].
+
+    What one of both poses has behind it is left out; with nothing before them in common, poses are infinitely apart.
+
+    Args:
+        states: shape (h, 4), x, y, z [m] and yaw [rad] of the robot in the place's frame.
+        positions: shape (k, 3), in the place's frame [m].
+        view: the cameras, and how the robot leans.
+    """
+    pixels = expected_pixels(states, positions, view)[..., :2]
+    ways = np.hypot(*(pixels - pixels[:1]).transpose(2, 0, 1))
+    farthest = np.fmax.reduce(ways, axis=1)
+    return np.where(np.isnan(farthest), np.inf, farthest)
+
+
+def lens_of(view: StereoView) -> NDArray[np.float64]:
+    """Return what compiled loops know of the cameras: fx, fy, cx, cy, fx and cx of the right one [px], baseline [m]."""
+    left, right = view.rig.left, view.rig.right
+    return np.array([left.fx, left.fy, left.cx, left.cy, right.fx, right.cx, view.rig.baseline])
 
 
 def states_through(
@@ -54,3 +67,29 @@ def states_through(
     states[..., 2] = taught[2] - z
     states[..., 3] = yaws
     return states
+
+
+@njit(cache=True, error_model='numpy')
+def _project(
+    states: NDArray[np.float64],
+    positions: NDArray[np.float64],
+    rotation: NDArray[np.float64],
+    position: NDArray[np.float64],
+    lens: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    pixels = np.full((len(states), len(positions), 4), np.nan)
+    optical = np.empty(3)
+    for h in range(len(states)):
+        cos, sin = np.cos(states[h, 3]), np.sin(states[h, 3])
+        for k in range(len(positions)):
+            x, y = positions[k, 0] - states[h, 0], positions[k, 1] - states[h, 1]
+            ahead, left = cos * x + sin * y - position[0], cos * y - sin * x - position[1]
+            up = positions[k, 2] - states[h, 2] - position[2]
+            for c in range(3):
+                optical[c] = rotation[0, c] * ahead + rotation[1, c] * left + rotation[2, c] * up
+            if optical[2] > DEPTH_MIN:
+                pixels[h, k, 0] = lens[0] * optical[0] / optical[2] + lens[2]
+                pixels[h, k, 1] = lens[1] * optical[1] / optical[2] + lens[3]
+                pixels[h, k, 2] = lens[4] * (optical[0] - lens[6]) / optical[2] + lens[5]
+                pixels[h, k, 3] = pixels[h, k, 1]
+    return pixels

@@ -86,7 +86,7 @@ def difference(found: Primitive, taught: Primitive, tolerances: Tolerances) -> f
         case Ellipse(), Ellipse():
             return ellipse_difference(found, taught, tolerances.ellipse)
         case Quadrilateral(), Quadrilateral():
-            return quadrilateral_difference(ordered_as(found, taught), taught, tolerances.quadrilateral)
+            return quadrilateral_difference(found, taught, tolerances.quadrilateral)
         case ParallelLines(), ParallelLines():
             return parallel_lines_difference(found, taught, tolerances.parallel_lines)
         case Corner(), Corner():

@@ -6,84 +6,151 @@ panel, that is often another one. The fitted pose tells where each point is to b
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.primitives.ellipse import Ellipse
+from stereo_landmark.core.place.stereo_points import SpatialPoints
+from stereo_landmark.core.primitives.quadrilateral_comparison import ordered_pairs
+from stereo_landmark.core.procedure.coarse_fit import coarse_fit
 from stereo_landmark.core.procedure.detected_scene import DetectedKind
 from stereo_landmark.core.procedure.prediction import expected_pixels
-from stereo_landmark.core.procedure.primitive import Primitive, as_ordered, size_of
-from stereo_landmark.core.procedure.stereo_measurement import NamedPair, invariant_points
+from stereo_landmark.core.procedure.primitive import Kind, Tolerances, as_ordered
+from stereo_landmark.core.procedure.shape_numbers import numbers_of
+from stereo_landmark.core.procedure.stereo_candidates import alike_primitives
+from stereo_landmark.core.procedure.stereo_measurement import NamedPair
 from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
+from stereo_landmark.core.procedure.taught_place import TaughtPrimitive, TaughtTarget
 
-LENGTH_MAX = 1.5
-"""Outlines differ less than this times the window at any of their points."""
+
+@dataclass(frozen=True)
+class _Alike:
+    """What one image shows that may be a taught primitive.
+
+    Attributes:
+        numbers: among those of its kind, shape (n,).
+        points: shape (n, p, 2), named as those of the taught one [px].
+        sizes: of ellipses, which have one point only, shape (n,) [px]; None for all others.
+    """
+
+    numbers: NDArray[np.int64]
+    points: NDArray[np.float64]
+    sizes: NDArray[np.float64] | None
 
 
 class Rematch:
     """Matches one target again.
 
     Args:
-        place: as taught.
-        target: of the place.
+        target: of a place.
+        points: where the points of each of its primitives were taught, in the place's frame.
         view: both images.
+        tolerances: how far primitives may differ.
     """
 
-    def __init__(self, place: TaughtPlace, target: TaughtTarget, view: StereoView) -> None:
-        self._target, self._view = target, view
-        self._points = [
-            place.coordinates.selected(
-                tuple(f'{target.name}/{taught.name}/{point}' for point in invariant_points(taught.shape))
-            ).positions
-            for taught in target.primitives
+    def __init__(
+        self,
+        target: TaughtTarget,
+        points: Sequence[SpatialPoints],
+        view: StereoView,
+        tolerances: Tolerances,
+    ) -> None:
+        self._target, self._points, self._view = target, points, view
+        self._centres = np.array([taught.position for taught in target.primitives])
+        self._sizes = np.array([taught.size for taught in target.primitives])
+        self._alike = [
+            _alike(target.primitives, scene.kinds, tolerances) for scene in (view.left, view.right)
         ]
-        self._depths = [self._depth(taught, np.zeros(4)) for taught in target.primitives]
 
-    def pairs(self, state: NDArray[np.float64], window: float) -> list[NamedPair]:
-        """Return the primitives of both images whose points are nearest to where they are expected.
+    def matched(self, states: NDArray[np.float64], window: float) -> NDArray[np.int64]:
+        """Return the primitives whose points are nearest to where they are expected, left and right, shape (h, k, 2).
 
         Args:
-            state: shape (4,), x, y, z [m] and yaw [rad] of the robot in the place's frame.
+            states: shape (h, 4), x, y, z [m] and yaw [rad] of the robot in the place's frame.
             window: what is farther off at some point is another one [px].
+
+        Returns:
+            for `fitted` and `pairs`; -1 where an image shows none.
         """
+        sizes = self._sizes * self._depths(np.zeros((1, 4))) / self._depths(states)
+        chosen = np.full((len(states), len(self._points), 2), -1)
+        for k, taught in enumerate(self._points):
+            pixels = expected_pixels(states, taught.positions, self._view)
+            for side in range(2):
+                expected = pixels[:, :, 2 * side : 2 * side + 2]
+                chosen[:, k, side] = _nearest(self._alike[side][k], expected, sizes[:, k], window)
+        chosen[(chosen < 0).any(axis=2)] = -1
+        return chosen
+
+    def fitted(self, state: NDArray[np.float64], chosen: NDArray[np.int64]) -> NDArray[np.float64] | None:
+        """Return the pose that fits primitives as they were detected, shape (4,), None where they tell none.
+
+        Args:
+            state: shape (4,), about where it is.
+            chosen: shape (k, 2), of `matched`.
+        """
+        numbers = np.flatnonzero(chosen[:, 0] >= 0).tolist()
+        if not numbers:
+            return None
+        seen = [
+            np.hstack([self._alike[side][k].points[chosen[k, side]] for side in range(2)]) for k in numbers
+        ]
+        positions = np.concatenate([self._points[k].positions for k in numbers])
+        covariances = np.concatenate([self._points[k].covariances for k in numbers])
+        return coarse_fit(state, positions, covariances, np.concatenate(seen), self._view)
+
+    def pairs(self, chosen: NDArray[np.int64]) -> list[NamedPair]:
+        """Return the primitives of both images; ``chosen`` as of `fitted`."""
         pairs: list[NamedPair] = []
-        for taught, points, depth in zip(self._target.primitives, self._points, self._depths, strict=True):
-            pixels = expected_pixels(state[None], points, self._view)[0]
-            if np.isnan(pixels).any():
-                continue
-            size = taught.size * depth / self._depth(taught, state)
-            here, there = self._view.both(taught.kind)
-            left = _nearest(taught, here, pixels[:, :2], size, window)
-            right = _nearest(taught, there, pixels[:, 2:], size, window)
-            if left is not None and right is not None:
-                pairs.append((f'{self._target.name}/{taught.name}', left, right))
+        for k, taught in enumerate(self._target.primitives):
+            if chosen[k, 0] >= 0:
+                left, right = (
+                    detected.primitives[self._alike[side][k].numbers[chosen[k, side]]]
+                    for side, detected in enumerate(self._view.both(taught.kind))
+                )
+                name = f'{self._target.name}/{taught.name}'
+                pairs.append((name, as_ordered(left, taught.shape), as_ordered(right, taught.shape)))
         return pairs
 
-    def _depth(self, taught: TaughtPrimitive, state: NDArray[np.float64]) -> float:
-        pixels = expected_pixels(state[None], taught.position[None], self._view)[0, 0]
+    def _depths(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how far ahead the primitives are, shape (h, k) [m]."""
+        pixels = expected_pixels(states, self._centres, self._view)
         rig = self._view.rig
-        return rig.left.fx * rig.baseline / float((pixels[0] - rig.left.cx) - (pixels[2] - rig.right.cx))
+        disparities = (pixels[..., 0] - rig.left.cx) - (pixels[..., 2] - rig.right.cx)
+        return np.asarray(rig.left.fx * rig.baseline / disparities)
+
+
+def _alike(
+    taught: tuple[TaughtPrimitive, ...], kinds: dict[Kind, DetectedKind], tolerances: Tolerances
+) -> list[_Alike]:
+    return [
+        _alike_one(each, kinds[each.kind], np.flatnonzero(row))
+        for each, row in zip(taught, alike_primitives(taught, kinds, tolerances), strict=True)
+    ]
+
+
+def _alike_one(taught: TaughtPrimitive, detected: DetectedKind, numbers: NDArray[np.int64]) -> _Alike:
+    centres = detected.centres[numbers][:, None]
+    if taught.kind is not Kind.QUADRILATERAL:
+        sizes = detected.numbers[numbers, 0] if taught.kind is Kind.ELLIPSE else None
+        return _Alike(numbers, centres, sizes)
+    shapes = detected.numbers[numbers]
+    (first,) = numbers_of(taught.kind, [taught.shape])
+    return _Alike(numbers, ordered_pairs(shapes, shapes, first)[..., :2] + centres, None)
 
 
 def _nearest(
-    taught: TaughtPrimitive,
-    among: DetectedKind,
-    expected: NDArray[np.float64],
-    size: float,
-    window: float,
-) -> Primitive | None:
-    """Return the primitive of an image that is nearest to expected points, shape (p, 2), with the points so named."""
-    if not among.primitives:
-        return None
-    best, least = None, window
-    for i in among.tree.query_ball_point(expected.mean(axis=0), LENGTH_MAX * window):
-        found = as_ordered(among.primitives[i], taught.shape)
-        seen = found.image_points()
-        places = np.array([seen[point].position for point in invariant_points(found)])
-        misfit = float(np.hypot(*(places - expected).T).max())
-        if isinstance(found, Ellipse):
-            misfit = max(misfit, abs(size_of(found) - size))
-        if misfit < least:
-            best, least = found, misfit
-    return best
+    alike: _Alike, expected: NDArray[np.float64], sizes: NDArray[np.float64], window: float
+) -> NDArray[np.int64]:
+    """Return the number of the nearest to expected points, shape (h, p, 2), for each row; -1 outside of the window."""
+    if not len(alike.numbers):
+        return np.full(len(expected), -1)
+    offsets = expected[:, None] - alike.points
+    misfits = np.hypot(offsets[..., 0], offsets[..., 1]).max(axis=2)
+    if alike.sizes is not None:
+        misfits = np.maximum(misfits, np.abs(alike.sizes - sizes[:, None]))
+    misfits[np.isnan(misfits)] = np.inf
+    nearest = misfits.argmin(axis=1)
+    return np.where(misfits[np.arange(len(nearest)), nearest] < window, nearest, -1)

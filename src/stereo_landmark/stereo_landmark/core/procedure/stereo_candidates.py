@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.primitives.quadrilateral_comparison import ordered_pairs
 from stereo_landmark.core.procedure.detected_scene import DetectedKind
-from stereo_landmark.core.procedure.primitive import Primitive, Tolerances, difference, kind_of, size_of
+from stereo_landmark.core.procedure.primitive import Kind, Tolerances
+from stereo_landmark.core.procedure.shape_numbers import differences, numbers_of
 from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
 
 
 @dataclass(frozen=True)
@@ -22,50 +26,82 @@ class StereoCandidates:
         right: the same in the right image, shape (n,).
         centres: u, v left and u right, shape (n, 3) [px].
         positions: of their centres in the level base frame, shape (n, 3) [m].
+        points: their invariant points in the order of the taught one's, u, v left and u, v right, shape (n, p, 4) [px].
     """
 
     left: NDArray[np.int64]
     right: NDArray[np.int64]
     centres: NDArray[np.float64]
     positions: NDArray[np.float64]
+    points: NDArray[np.float64]
 
     def __len__(self) -> int:
         return len(self.left)
 
 
 def stereo_candidates(
-    taught: Primitive, view: StereoView, depths: tuple[float, float], tolerances: Tolerances
-) -> StereoCandidates:
-    """Find what both images show that may be a taught primitive.
+    taught: Sequence[TaughtPrimitive], view: StereoView, depths: NDArray[np.float64], tolerances: Tolerances
+) -> list[StereoCandidates]:
+    """Find what both images show that may be each of some taught primitives.
 
     Args:
-        taught: as seen by the left camera when it was taught.
+        taught: k of them.
         view: both images.
-        depths: smallest and largest depth that it may have [m].
-        tolerances: how far it may differ.
+        depths: smallest and largest depth that each may have, shape (k, 2) [m].
+        tolerances: how far they may differ.
     """
-    kind = kind_of(taught)
-    here, there = view.both(kind)
-    partners = view.partners[kind]
-    left = np.array([i for i in _alike(taught, here, tolerances) if i in partners], dtype=np.int64)
-    right = np.array([partners[i] for i in left.tolist()], dtype=np.int64)
+    alike = alike_primitives(taught, view.left.kinds, tolerances)
+    return [
+        _candidates(each, np.flatnonzero(row), view, limits)
+        for each, row, limits in zip(taught, alike, depths, strict=True)
+    ]
+
+
+def alike_primitives(
+    taught: Sequence[TaughtPrimitive], kinds: dict[Kind, DetectedKind], tolerances: Tolerances
+) -> list[NDArray[np.bool_]]:
+    """Return of each taught primitive which ones of its kind are within the tolerances, each of shape (n,)."""
+    rows: dict[int, NDArray[np.bool_]] = {}
+    for kind, detected in kinds.items():
+        numbers = [k for k, each in enumerate(taught) if each.kind is kind]
+        if numbers:
+            shapes = numbers_of(kind, [taught[k].shape for k in numbers])
+            rows.update(
+                zip(numbers, differences(kind, detected.numbers, shapes, tolerances) <= 1.0, strict=True)
+            )
+    return [rows[k] for k in range(len(taught))]
+
+
+def _candidates(
+    taught: TaughtPrimitive, alike: NDArray[np.int64], view: StereoView, depths: NDArray[np.float64]
+) -> StereoCandidates:
+    here, there = view.both(taught.kind)
+    right = view.partners_of(taught.kind)[alike]
+    left, right = alike[right >= 0], right[right >= 0]
     seen = np.column_stack([here.centres[left], there.centres[right]])
     points = _points(seen, view.rig)
     kept = (points[:, 2] >= depths[0]) & (points[:, 2] <= depths[1])
     positions = points[kept] @ view.camera.rotation.T + view.camera.position
-    return StereoCandidates(left[kept], right[kept], seen[kept, :3], positions)
-
-
-def _alike(taught: Primitive, among: DetectedKind, tolerances: Tolerances) -> list[int]:
-    """Return the numbers of the primitives that are within the tolerances."""
-    if not among.primitives:
-        return []
-    largest = 1.0 + max(
-        tolerances.ellipse.axes, tolerances.quadrilateral.size, tolerances.parallel_lines.width
+    left, right, seen = left[kept], right[kept], seen[kept]
+    return StereoCandidates(
+        left, right, seen[:, :3], positions, _invariant_points(taught, left, right, view, seen)
     )
-    ratios = among.sizes / size_of(taught)
-    near = np.flatnonzero((ratios < largest) & (ratios > 1.0 / largest)).tolist()
-    return [i for i in near if difference(among.primitives[i], taught, tolerances) <= 1.0]
+
+
+def _invariant_points(
+    taught: TaughtPrimitive,
+    left: NDArray[np.int64],
+    right: NDArray[np.int64],
+    view: StereoView,
+    centres: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the corners of quadrilaterals, shape (n, 4, 4), and the centres of all others, shape (n, 1, 4) [px]."""
+    if taught.kind is not Kind.QUADRILATERAL:
+        return centres[:, None]
+    here, there = view.both(taught.kind)
+    (first,) = numbers_of(taught.kind, [taught.shape])
+    corners = ordered_pairs(here.numbers[left], there.numbers[right], first)
+    return np.asarray(corners + centres[:, None])
 
 
 def _points(seen: NDArray[np.float64], rig: StereoRig) -> NDArray[np.float64]:

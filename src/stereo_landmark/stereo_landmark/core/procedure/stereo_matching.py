@@ -7,6 +7,8 @@ support from all neighbours that have a pair within that limit, and pairs win th
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -21,11 +23,45 @@ NEIGHBOURHOOD = 600.0
 """How far support reaches [px]: far enough to see the end of a row of like things."""
 SAME = 4.0
 """Disparities that differ by less are those of one thing that was detected twice [px]."""
+VOTERS_MAX = 1000
+"""Of more primitives, as many are asked, evenly chosen: on tiled walls there are thousands, and they say the same."""
 MARGIN = 1.03
 """Pairs that have hardly more support than others are not told apart."""
 
 
-@njit(cache=True)
+def match_pairs(
+    centres: Sequence[NDArray[np.float64]],
+    pairs: Sequence[NDArray[np.int64]],
+    disparities: Sequence[NDArray[np.float64]],
+    weights: Sequence[float],
+    wanted: int,
+) -> NDArray[np.int64]:
+    """Return the pairs of one kind that win, shape (k, 2). Primitives of all kinds support each other.
+
+    Args:
+        centres: of each kind, shape (n, 2), in the left image [px].
+        pairs: of each kind, shape (m, 2), see `alike_pairs`.
+        disparities: of each kind, shape (m,) [px].
+        weights: how much the word of a primitive of each kind counts.
+        wanted: number of the kind.
+    """
+    begin, end = np.cumsum([0, *(len(numbers) for numbers in pairs)])[wanted : wanted + 2]
+    asked = np.zeros(sum(len(numbers) for numbers in pairs), dtype=np.bool_)
+    asked[begin:end] = contested(pairs[wanted], disparities[wanted])
+    first = np.cumsum([0, *(len(each) for each in centres)])
+    support = supports(
+        np.concatenate([each[numbers[:, 0]] for each, numbers in zip(centres, pairs, strict=True)]),
+        np.concatenate(disparities),
+        np.concatenate([numbers[:, 0] + base for numbers, base in zip(pairs, first, strict=False)]),
+        np.repeat(weights, [len(numbers) for numbers in pairs]),
+        asked,
+    )
+    return np.asarray(
+        pairs[wanted][mutual_best(pairs[wanted], disparities[wanted], support[begin:end])], dtype=np.int64
+    )
+
+
+@njit(cache=True, error_model='numpy')
 def alike_pairs(
     left: NDArray[np.float64],
     left_shapes: NDArray[np.float64],
@@ -61,38 +97,84 @@ def alike_pairs(
     return numbers
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def supports(
     places: NDArray[np.float64],
     disparities: NDArray[np.float64],
     owners: NDArray[np.int64],
     weights: NDArray[np.float64],
+    asked: NDArray[np.bool_],
 ) -> NDArray[np.float64]:
-    """Return how much the neighbours speak for each pair, shape (m,).
+    """Return how much the neighbours speak for each pair that is asked for, shape (m,); 0 for the others.
 
     Args:
         places: shape (m, 2), centres in the left image [px].
         disparities: shape (m,) [px].
         owners: shape (m,), which primitive of the left image a pair is of; pairs of one stand together.
         weights: shape (m,), how much the word of that primitive counts.
+        asked: shape (m,).
     """
+    firsts = _firsts(owners)
+    step = (len(firsts) + VOTERS_MAX - 2) // VOTERS_MAX
     support = np.zeros(len(places))
-    for p in range(len(places)):
-        owner, best, limit, weight = -1, 0.0, 0.0, 0.0
-        for q in range(len(places)):
-            if owners[q] != owner:
-                support[p] += best * weight
-                owner, best, weight = owners[q], 0.0, weights[q]
-                away = np.hypot(places[q, 0] - places[p, 0], places[q, 1] - places[p, 1])
-                counts = owner != owners[p] and away < NEIGHBOURHOOD
-                limit = SLACK + GRADIENT_MAX * away if counts else 0.0
-            if limit > 0.0:
-                best = max(best, 1.0 - abs(disparities[q] - disparities[p]) / limit)
-        support[p] += best * weight
+    for begin in range(len(firsts) - 1):
+        a = firsts[begin]
+        if not np.any(asked[a : firsts[begin + 1]]):
+            continue
+        for other in range(0, len(firsts) - 1, step):
+            b, end = firsts[other], firsts[other + 1]
+            du, dv = places[b, 0] - places[a, 0], places[b, 1] - places[a, 1]
+            squared = du * du + dv * dv
+            if other == begin or squared >= NEIGHBOURHOOD**2:
+                continue
+            share = 1.0 / (SLACK + GRADIENT_MAX * np.sqrt(squared))
+            for p in range(a, firsts[begin + 1]):
+                if not asked[p]:
+                    continue
+                least = np.inf
+                for q in range(b, end):
+                    least = min(least, abs(disparities[q] - disparities[p]))
+                support[p] += weights[b] * max(0.0, 1.0 - least * share)
     return support
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
+def _firsts(owners: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return where the pairs of each owner begin, and the number of pairs."""
+    firsts = np.empty(len(owners) + 1, np.int64)
+    count = 0
+    for p in range(len(owners)):
+        if p == 0 or owners[p] != owners[p - 1]:
+            firsts[count] = p
+            count += 1
+    firsts[count] = len(owners)
+    return firsts[: count + 1]
+
+
+@njit(cache=True, error_model='numpy')
+def contested(pairs: NDArray[np.int64], disparities: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which pairs have rivals for their left or right primitive, shape (m,); what was detected twice is none.
+
+    Args:
+        pairs: shape (m, 2), of one kind.
+        disparities: shape (m,) [px].
+    """
+    alone = np.ones(len(pairs), np.bool_)
+    for side in range(2):
+        order = np.argsort(pairs[:, side])
+        begin = 0
+        for end in range(1, len(order) + 1):
+            if end < len(order) and pairs[order[end], side] == pairs[order[begin], side]:
+                continue
+            for a in range(begin, end):
+                for b in range(begin, end):
+                    if abs(disparities[order[a]] - disparities[order[b]]) > SAME:
+                        alone[order[a]] = False
+            begin = end
+    return ~alone
+
+
+@njit(cache=True, error_model='numpy')
 def mutual_best(
     pairs: NDArray[np.int64], disparities: NDArray[np.float64], support: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
@@ -104,11 +186,18 @@ def mutual_best(
         support: shape (m,).
     """
     chosen = np.ones(len(pairs), np.bool_)
-    for p in range(len(pairs)):
-        for q in range(len(pairs)):
-            rivals = pairs[p, 0] == pairs[q, 0] or pairs[p, 1] == pairs[q, 1]
-            # What was detected twice is no rival.
-            rivals = rivals and abs(disparities[p] - disparities[q]) > SAME
-            if rivals and support[p] <= MARGIN * support[q]:
-                chosen[p] = False
+    for side in range(2):
+        order = np.argsort(pairs[:, side])
+        begin = 0
+        for end in range(1, len(order) + 1):
+            if end < len(order) and pairs[order[end], side] == pairs[order[begin], side]:
+                continue
+            for a in range(begin, end):
+                for b in range(begin, end):
+                    p, q = order[a], order[b]
+                    # What was detected twice is no rival.
+                    rivals = abs(disparities[p] - disparities[q]) > SAME
+                    if rivals and support[p] <= MARGIN * support[q]:
+                        chosen[p] = False
+            begin = end
     return chosen

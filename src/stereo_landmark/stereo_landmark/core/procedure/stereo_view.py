@@ -12,7 +12,7 @@ from shirube_geometry import LevelCamera, level_camera
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.detected_scene import DetectedKind, DetectedScene
 from stereo_landmark.core.procedure.primitive import Kind
-from stereo_landmark.core.procedure.stereo_matching import alike_pairs, mutual_best, supports
+from stereo_landmark.core.procedure.stereo_matching import alike_pairs, match_pairs
 
 DEPTHS = (0.3, 30.0)
 """Of what a robot can locate itself by [m]."""
@@ -46,34 +46,39 @@ class StereoView:
         """Return the primitives of a kind in the left and in the right image."""
         return self.left.kinds[kind], self.right.kinds[kind]
 
+    def partners_of(self, kind: Kind) -> NDArray[np.int64]:
+        """Return which primitive of the right image each of the left one is, shape (n,); -1 for none."""
+        if kind not in self._partners:
+            # Primitives of all kinds support each other, but only those of this kind are decided now.
+            numbers = match_pairs(
+                [self.left.kinds[each].centres for each in self._pairs],
+                list(self._pairs.values()),
+                [self._disparities(each, pairs) for each, pairs in self._pairs.items()],
+                [WEIGHTS[each] for each in self._pairs],
+                list(self._pairs).index(kind),
+            )
+            self._partners[kind] = np.full(len(self.left.kinds[kind].primitives), -1)
+            self._partners[kind][numbers[:, 0]] = numbers[:, 1]
+        return self._partners[kind]
+
     @cached_property
-    def partners(self) -> dict[Kind, dict[int, int]]:
-        """Which primitive of the right image is which of the left one, by kind and numbers."""
-        pairs = {kind: self._alike(kind) for kind in self.left.kinds}
-        places = [self.left.kinds[kind].centres[numbers[:, 0]] for kind, numbers in pairs.items()]
-        disparities = [self._disparities(kind, numbers) for kind, numbers in pairs.items()]
-        # Primitives of all kinds support each other.
-        first = np.cumsum([0, *(len(self.left.kinds[kind].primitives) for kind in pairs)])
-        owners = [numbers[:, 0] + base for numbers, base in zip(pairs.values(), first, strict=False)]
-        weights = [np.full(len(numbers), WEIGHTS[kind]) for kind, numbers in pairs.items()]
-        support = supports(*(np.concatenate(parts) for parts in (places, disparities, owners, weights)))
-        ends = np.cumsum([len(numbers) for numbers in pairs.values()])
-        partners = {}
-        for (kind, numbers), seen, own in zip(
-            pairs.items(), disparities, np.split(support, ends[:-1]), strict=True
-        ):
-            chosen = numbers[mutual_best(numbers, seen, own)]
-            partners[kind] = dict(chosen.tolist())
-        return partners
+    def _partners(self) -> dict[Kind, NDArray[np.int64]]:
+        """What was asked so far."""
+        return {}
+
+    @cached_property
+    def _pairs(self) -> dict[Kind, NDArray[np.int64]]:
+        """What may be the same, by kind, each of shape (m, 2)."""
+        return {kind: self._alike(kind) for kind in self.left.kinds}
 
     def _alike(self, kind: Kind) -> NDArray[np.int64]:
         here, there = self.both(kind)
         scale = self.rig.left.fx * self.rig.baseline
         return alike_pairs(
             here.centres - [self.rig.left.cx, 0.0],
-            here.shapes,
+            here.descriptors,
             there.centres - [self.rig.right.cx, 0.0],
-            there.shapes,
+            there.descriptors,
             (scale / DEPTHS[1], scale / DEPTHS[0]),
         )
 

@@ -7,10 +7,12 @@ which the others are looked for. Suppositions that find the same primitives are 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from stereo_landmark.core.procedure.prediction import expected_pixels, states_through
@@ -26,6 +28,8 @@ DISPARITY_SHARE = 0.5
 """Disparities are off by less than places, by about this factor."""
 KEPT_MAX = 24
 """Suppositions that are looked at more closely."""
+_Tried = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]
+"""States, matches, misfits and paths."""
 
 
 @dataclass(frozen=True)
@@ -58,51 +62,102 @@ def suppose(
         settings: where the robot may be.
     """
     yaws = np.arange(-settings.turn, settings.turn + 0.5 * TURN_STEP, TURN_STEP)
-    kept: dict[tuple[int, ...], tuple[tuple[float, ...], Supposition]] = {}
+    needed = math.ceil(max(1.0, settings.seen_min * len(positions)) - 1e-9)
+    starts = np.cumsum([0, *(len(found) for found in candidates)])
+    centres = np.concatenate([np.empty((0, 3)), *(found.centres for found in candidates)])
+    order = np.concatenate([np.argsort(found.centres[:, 1], kind='stable') for found in candidates])
+    tried: list[_Tried] = []
     for path, found in enumerate(candidates):
-        if not len(found):
-            continue
         states = states_through(positions[path], found.positions, yaws).reshape(-1, 4)
         states = states[np.hypot(states[:, 0], states[:, 1]) <= settings.reach]
-        if not len(states):
-            continue
-        matched, misfits = _match(states, positions, candidates, view, settings, path)
-        counts = (matched >= 0).sum(axis=1)
-        for i in np.flatnonzero(counts >= max(1.0, settings.seen_min * len(positions))):
-            key = tuple(matched[i].tolist())
-            rank = (-float(counts[i]), float(misfits[i]))
-            if key not in kept or rank < kept[key][0]:
-                kept[key] = rank, Supposition(states[i], matched[i], path)
-    ranked = sorted(kept.values(), key=lambda pair: (pair[0][0], pair[1].path, pair[0][1]))
-    return [supposition for _, supposition in ranked[:KEPT_MAX]]
+        pixels = expected_pixels(states, positions, view)
+        matched, misfits = _match(pixels, starts, centres, order, path, settings.window, needed)
+        kept = np.flatnonzero(misfits < math.inf)
+        tried.append((states[kept], matched[kept], misfits[kept], np.full(len(kept), path)))
+    return _best_of(*(np.concatenate(parts) for parts in zip(*tried, strict=True)))
 
 
-def _match(
+def _best_of(
     states: NDArray[np.float64],
-    positions: NDArray[np.float64],
-    candidates: Sequence[StereoCandidates],
-    view: StereoView,
-    settings: SearchSettings,
+    matched: NDArray[np.int64],
+    misfits: NDArray[np.float64],
+    paths: NDArray[np.int64],
+) -> list[Supposition]:
+    """Return suppositions, of those with the same matches the one that fits best."""
+    by_misfit = np.argsort(misfits, kind='stable')
+    _, first = np.unique(matched[by_misfit], axis=0, return_index=True)
+    chosen = by_misfit[first]
+    counts = (matched[chosen] >= 0).sum(axis=1)
+    ranked = chosen[np.lexsort((misfits[chosen], paths[chosen], -counts))]
+    return [Supposition(states[i], matched[i], int(paths[i])) for i in ranked[:KEPT_MAX].tolist()]
+
+
+@njit(cache=True, error_model='numpy')
+def _match(
+    pixels: NDArray[np.float64],
+    starts: NDArray[np.int64],
+    centres: NDArray[np.float64],
+    order: NDArray[np.int64],
     path: int,
+    window: float,
+    needed: int,
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the candidate of each primitive in its window, shape (h, k), -1 for none, and the mean misfit, (h,)."""
-    pixels = expected_pixels(states, positions, view)
-    ways = np.hypot(*(pixels[:, :, :2] - pixels[:, path : path + 1, :2]).transpose(2, 0, 1))
-    windows = settings.window + WAY_SHARE * ways
+    """Return the candidate of each primitive in its window, shape (h, k), -1 for none, and the mean misfit, (h,).
+
+    Args:
+        pixels: shape (h, k, 4), where the primitives are expected.
+        starts: shape (k + 1,), where the candidates of each begin.
+        centres: shape (n, 3), of the candidates: u, v left and u right [px].
+        order: shape (n,), the numbers of the candidates of each primitive by rising v.
+        path: the primitive that the path begins with.
+        window: its half width at the first primitive [px].
+        needed: poses that find fewer primitives have an infinite misfit.
+    """
+    count = pixels.shape[1]
     matched = np.full(pixels.shape[:2], -1)
-    misfits = np.full(pixels.shape[:2], np.nan)
-    for k, found in enumerate(candidates):
-        if not len(found):
-            continue
-        offsets = pixels[:, k, None, :3] - found.centres[None]
-        disparities = (offsets[..., 0] - offsets[..., 2]) / DISPARITY_SHARE
-        apart = np.sqrt(offsets[..., 0] ** 2 + offsets[..., 1] ** 2 + disparities**2) / windows[:, k, None]
-        apart[np.isnan(apart)] = np.inf
-        nearest = apart.argmin(axis=1)
-        rows = np.arange(len(states))
-        is_near = apart[rows, nearest] < 1.0
-        matched[is_near, k] = nearest[is_near]
-        misfits[is_near, k] = apart[rows, nearest][is_near]
-    with np.errstate(invalid='ignore'):
-        mean = np.nansum(misfits, axis=1) / np.maximum((~np.isnan(misfits)).sum(axis=1), 1)
-    return matched, mean
+    misfits = np.full(len(pixels), np.inf)
+    rows = np.empty(len(centres))
+    for k in range(count):
+        for i in range(starts[k], starts[k + 1]):
+            rows[i] = centres[starts[k] + order[i], 1]
+    for h in range(len(pixels)):
+        found, total = 0, 0.0
+        for k in range(count):
+            if found + count - k < needed:
+                break
+            way = np.hypot(pixels[h, k, 0] - pixels[h, path, 0], pixels[h, k, 1] - pixels[h, path, 1])
+            reach = window + WAY_SHARE * way
+            i, apart = _nearest(pixels[h, k], starts[k], starts[k + 1], centres, order, rows, reach)
+            if i >= 0:
+                matched[h, k] = i
+                found += 1
+                total += apart / reach
+        if found >= needed:
+            misfits[h] = total / found
+    return matched, misfits
+
+
+@njit(cache=True, error_model='numpy')
+def _nearest(
+    expected: NDArray[np.float64],
+    begin: int,
+    end: int,
+    centres: NDArray[np.float64],
+    order: NDArray[np.int64],
+    rows: NDArray[np.float64],
+    reach: float,
+) -> tuple[int, float]:
+    """Return the number of the candidate nearest to a place and its distance [px]; -1 where none is within reach."""
+    best, least = -1, reach
+    first = begin + np.searchsorted(rows[begin:end], expected[1] - reach)
+    for i in range(first, end):
+        # Not so where the place is not a number: then nothing is near.
+        if not rows[i] <= expected[1] + reach:
+            break
+        number = order[i]
+        du, dv = expected[0] - centres[begin + number, 0], expected[1] - rows[i]
+        disparity = (du - expected[2] + centres[begin + number, 2]) / DISPARITY_SHARE
+        apart = np.sqrt(du * du + dv * dv + disparity * disparity)
+        if apart < least or (apart == least and best >= 0 and number < best):
+            best, least = number, apart
+    return best, least

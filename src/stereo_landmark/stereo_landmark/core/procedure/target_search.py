@@ -2,32 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.place.reprojection_fit import fit_reprojection
-from stereo_landmark.core.place.settings import PlaceSettings
-from stereo_landmark.core.place.stereo_points import StereoPoints
-from stereo_landmark.core.place.stereo_rig import MEASURED
+from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
 from stereo_landmark.core.procedure.circles import centre_motion
+from stereo_landmark.core.procedure.coarse_fit import coarse_fit
 from stereo_landmark.core.procedure.evidence import Evidence
-from stereo_landmark.core.procedure.prediction import expected_pixels
+from stereo_landmark.core.procedure.prediction import poses_apart
 from stereo_landmark.core.procedure.primitive import refined_pair
 from stereo_landmark.core.procedure.rematch import Rematch
 from stereo_landmark.core.procedure.settings import SearchSettings
 from stereo_landmark.core.procedure.sighting import NoSightingReason, NoTargetSighting, TargetSighting
 from stereo_landmark.core.procedure.stereo_candidates import StereoCandidates, stereo_candidates
-from stereo_landmark.core.procedure.stereo_measurement import NamedPair, pair_as_taught, stereo_points
+from stereo_landmark.core.procedure.stereo_measurement import (
+    NamedPair,
+    invariant_points,
+    pair_as_taught,
+    stereo_points,
+)
 from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.suppositions import suppose
+from stereo_landmark.core.procedure.suppositions import Supposition, suppose
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget
 
-DETECTED_SIGMA = 0.7
-"""How well a detected primitive is known before it is measured in the grey image [px]."""
-COARSE = PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0)
 APART = 15.0
 """Poses from which a primitive is expected this far away are different [px]."""
 REMATCH_WINDOWS = 10.0, 4.0
@@ -38,11 +39,17 @@ DEPTH_SHARE = 0.3
 
 
 @dataclass(frozen=True)
-class _Reading:
-    """A supposed pose, fitted to the primitives that speak for it."""
+class _Supposed:
+    """A supposed pose, shape (4,), and what makes the primitives that it was fitted to."""
 
     state: NDArray[np.float64]
-    pairs: list[NamedPair]
+    pairs: Callable[[], list[NamedPair]]
+
+
+@dataclass(frozen=True)
+class _Reading(_Supposed):
+    """The same, and how much speaks for it."""
+
     evidence: float
 
 
@@ -71,7 +78,7 @@ class TargetSearch:
             return best
         images = view.left.image, view.right.image
         measured: list[NamedPair] = []
-        for name, left, right in best.pairs:
+        for name, left, right in best.pairs():
             pair = refined_pair(left, right, images)
             if pair is not None:
                 measured.append((name, *pair))
@@ -84,50 +91,55 @@ class TargetSearch:
     ) -> list[_Reading]:
         """Return the poses that may be, those first for which most speaks."""
         candidates = self._candidates(target, view)
-        evidence = self._evidence(view)
-        rematch = Rematch(self._place, target, view)
-        least = max(2.0, self._settings.seen_min * len(target.primitives))
-        readings: list[_Reading] = []
-        for supposed in suppose(positions, candidates, view, self._settings):
-            pairs = _pairs(target, supposed.matched, candidates, view)
-            state = self._fitted(supposed.state, pairs, view)
-            if state is not None:
-                for window in REMATCH_WINDOWS:
-                    nearer = rematch.pairs(state, window)
-                    fitted = self._fitted(state, nearer, view) if len(nearer) >= least else None
-                    if fitted is not None:
-                        state, pairs = fitted, nearer
-                readings.append(_Reading(state, pairs, evidence.weigh(state)))
+        points = self._invariant_points(target)
+        fitted = [
+            _Supposed(state, partial(_pairs, target, supposed.matched, candidates, view))
+            for supposed in suppose(positions, candidates, view, self._settings)
+            if (state := _fitted(supposed, points, candidates, view)) is not None
+        ]
+        if not fitted:
+            return []
+        fitted = self._matched_again(Rematch(target, points, view, self._place.processing.tolerances), fitted)
+        weights = self._evidence(view).weigh(np.array([each.state for each in fitted])).tolist()
+        readings = [
+            _Reading(each.state, each.pairs, weight) for each, weight in zip(fitted, weights, strict=True)
+        ]
         return sorted(readings, key=lambda reading: -reading.evidence)
+
+    def _matched_again(self, rematch: Rematch, fitted: list[_Supposed]) -> list[_Supposed]:
+        """Return poses fitted to the primitives that they themselves tell, where these are enough."""
+        for window in REMATCH_WINDOWS:
+            chosen = rematch.matched(np.array([each.state for each in fitted]), window)
+            least = max(2.0, self._settings.seen_min * chosen.shape[1])
+            for h in np.flatnonzero((chosen[:, :, 0] >= 0).sum(axis=1) >= least).tolist():
+                state = rematch.fitted(fitted[h].state, chosen[h])
+                if state is not None:
+                    fitted[h] = _Supposed(state, partial(rematch.pairs, chosen[h]))
+        return fitted
 
     def _candidates(self, target: TaughtTarget, view: StereoView) -> list[StereoCandidates]:
         """Return what may be each primitive of the target, at a depth at which it may be."""
         tolerances, reach = self._place.processing.tolerances, self._settings.reach
-        found = []
-        for taught in target.primitives:
-            distance = float(np.linalg.norm(taught.position - view.camera.position))
-            slack = reach + DEPTH_SHARE * distance
-            depths = max(DEPTH_MIN, distance * np.cos(self._settings.turn) - slack), distance + slack
-            found.append(stereo_candidates(taught.shape, view, depths, tolerances))
-        return found
+        positions = np.array([taught.position for taught in target.primitives])
+        distances = np.linalg.norm(positions - view.camera.position, axis=1)
+        slack = reach + DEPTH_SHARE * distances
+        nearest = np.maximum(DEPTH_MIN, distances * np.cos(self._settings.turn) - slack)
+        depths = np.column_stack([nearest, distances + slack])
+        return stereo_candidates(target.primitives, view, depths, tolerances)
 
     def _evidence(self, view: StereoView) -> Evidence:
         place = self._place
         expected = [primitive for target in place.targets for primitive in target.primitives]
         return Evidence([*expected, *place.surroundings], view, place.processing.tolerances, self._settings)
 
-    def _fitted(
-        self, start: NDArray[np.float64], pairs: list[NamedPair], view: StereoView
-    ) -> NDArray[np.float64] | None:
-        """Return the pose that fits matched primitives as they were detected, None where they tell none."""
-        seen = stereo_points(pairs)
-        noise = np.tile(DETECTED_SIGMA**2 * np.eye(MEASURED), (len(seen), 1, 1))
-        seen = StereoPoints(seen.names, seen.pixels, noise)
-        if len(seen) < 2:
-            return None
-        taught = self._place.coordinates.selected(seen.names)
-        fit = fit_reprojection(seen, taught, view.rig, np.concatenate([start, view.tilt]), COARSE)
-        return None if fit is None else fit.state[:4]
+    def _invariant_points(self, target: TaughtTarget) -> list[SpatialPoints]:
+        """Return where the points of each primitive were taught, in the place's frame."""
+        return [
+            self._place.coordinates.selected(
+                tuple(f'{target.name}/{taught.name}/{point}' for point in invariant_points(taught.shape))
+            )
+            for taught in target.primitives
+        ]
 
     def _verdict(
         self,
@@ -144,14 +156,26 @@ class TargetSearch:
         if best.evidence < self._settings.evidence_min:
             detail = f'evidence {best.evidence:.1f}, {self._settings.evidence_min:g} is needed'
             return NoTargetSighting(target.name, NoSightingReason.NO_EVIDENCE, detail)
-        states = np.array([reading.state for reading in readings])
-        pixels = expected_pixels(states, positions, view)[..., :2]
-        apart = np.nanmax(np.hypot(*(pixels - pixels[:1]).transpose(2, 0, 1)), axis=1)
+        apart = poses_apart(np.array([reading.state for reading in readings]), positions, view)
         others = [reading for reading, far in zip(readings, apart, strict=True) if far > APART]
         if others and best.evidence - others[0].evidence < self._settings.margin:
             detail = f'evidence {best.evidence:.1f} and {others[0].evidence:.1f}'
             return NoTargetSighting(target.name, NoSightingReason.AMBIGUOUS, detail)
         return best
+
+
+def _fitted(
+    supposed: Supposition,
+    taught: Sequence[SpatialPoints],
+    candidates: Sequence[StereoCandidates],
+    view: StereoView,
+) -> NDArray[np.float64] | None:
+    """Return the pose that fits matched primitives as they were detected, None where they tell none."""
+    matched = [(k, i) for k, i in enumerate(supposed.matched.tolist()) if i >= 0]
+    positions = np.concatenate([taught[k].positions for k, _ in matched])
+    covariances = np.concatenate([taught[k].covariances for k, _ in matched])
+    seen = np.concatenate([candidates[k].points[i] for k, i in matched])
+    return coarse_fit(supposed.state, positions, covariances, seen, view)
 
 
 def _without_motion(

@@ -173,8 +173,8 @@ class Teacher:
         kind = kind_of(chosen)
         here, there = self._view.both(kind)
         number = next(i for i, primitive in enumerate(here.primitives) if primitive is chosen)
-        partner = self._view.partners[kind].get(number)
-        return None if partner is None else there.primitives[partner]
+        partner = int(self._view.partners_of(kind)[number])
+        return None if partner < 0 else there.primitives[partner]
 
     def _surroundings(self, taught: Iterable[Primitive]) -> tuple[TaughtPrimitive, ...]:
         """Return what else both images show for certain, of each spot the most telling."""

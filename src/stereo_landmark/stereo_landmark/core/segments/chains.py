@@ -32,15 +32,43 @@ def link_points(
         normals[i, 0], normals[i, 1] = gradients[i, 0] / norm, gradients[i, 1] / norm
     ahead = np.full(count, -1, np.int32)
     behind = np.full(count, -1, np.int32)
+    _link_touching(points, normals, index, ahead, behind)
     for i in range(count):
         # Farther pixels are asked only where the nearest ones have no answer.
-        for ring in range(1, _REACH + 1):
+        for ring in range(2, _REACH + 1):
             if ahead[i] < 0 or behind[i] < 0:
                 _choose_links(points, normals, index, i, ring, ahead, behind)
     for i in range(count):
         if ahead[i] >= 0 and behind[ahead[i]] != i:
             ahead[i] = -1
     return ahead
+
+
+@njit(cache=True, error_model='numpy')
+def _link_touching(
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    index: NDArray[np.int32],
+    ahead: NDArray[np.int32],
+    behind: NDArray[np.int32],
+) -> None:
+    """Write the best links among pixels that touch; each two of them are looked at once, for both."""
+    height, width = index.shape
+    least_ahead, least_behind = np.full(len(points), np.inf), np.full(len(points), np.inf)
+    for i in range(len(points)):
+        x, y = int(np.rint(points[i, 0])), int(np.rint(points[i, 1]))
+        for step in range(4):
+            # The one to the right, and the three below.
+            u, v = (x + 1, y) if step == 0 else (x + step - 2, y + 1)
+            if u < 0 or u >= width or v >= height or index[v, u] < 0:
+                continue
+            j = index[v, u]
+            along, cost = _link_cost(points, normals, i, j)
+            before, after = (i, j) if along > 0.0 else (j, i)
+            if along != 0.0 and cost < least_ahead[before]:
+                least_ahead[before], ahead[before] = cost, after
+            if along != 0.0 and cost < least_behind[after]:
+                least_behind[after], behind[after] = cost, before
 
 
 @njit(cache=True, error_model='numpy')
@@ -127,3 +155,17 @@ def read_chains(
                 starts[chains] = end
                 filled = end
     return order[:filled].copy(), starts[: chains + 1].copy(), closed[:chains].copy()
+
+
+@njit(cache=True, error_model='numpy')
+def index_points(points: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.int32]:
+    """Return the number of the point in each pixel of an image of some shape, -1 where there is none.
+
+    Args:
+        points: shape (n, 2) [px].
+        shape: height and width.
+    """
+    index = np.full(shape, -1, np.int32)
+    for i in range(len(points)):
+        index[int(np.rint(points[i, 1])), int(np.rint(points[i, 0]))] = i
+    return index

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stereo_landmark.core.edges.edges import Edges
 from stereo_landmark.core.edges.settings import EdgeSettings
-from stereo_landmark.core.segments.chains import link_points, read_chains
+from stereo_landmark.core.segments.chains import index_points, link_points, read_chains
 from stereo_landmark.core.segments.polyline import bend_points
 
 
@@ -115,14 +115,12 @@ def follow_segments(edges: Edges, settings: EdgeSettings) -> Segments:
         settings: the image processing taught for the place.
     """
     ahead = link_points(edges.points, edges.gradients, edges.index)
-    strengths = np.hypot(*edges.gradients.T)
+    strengths = np.sqrt(np.einsum('ij,ij->i', edges.gradients, edges.gradients))
     count_min = max(2, round(settings.length_min))
     order, starts, closed = read_chains(ahead, strengths, settings.threshold, count_min)
     points = np.ascontiguousarray(edges.points[order])
     bends, bend_starts = bend_points(points, starts, settings.bend_tolerance)
-    index = np.full(edges.index.shape, -1, np.int32)
-    columns, rows = np.rint(points).astype(np.int64).T
-    index[rows, columns] = np.arange(len(points), dtype=np.int32)
+    index = index_points(points, edges.index.shape)
     return Segments(
         *(points, edges.gradients[order], starts, closed, bends, bend_starts),
         index=index,

@@ -68,8 +68,8 @@ def found_again(shape: Primitive, scene: DetectedScene) -> Primitive | None:
 
 
 def _depth(view: StereoView, kind: Kind, number: int) -> float | None:
-    partner = view.partners[kind].get(number)
-    if partner is None:
+    partner = int(view.partners_of(kind)[number])
+    if partner < 0:
         return None
     here, there = view.both(kind)
     left, right = view.rig.left, view.rig.right

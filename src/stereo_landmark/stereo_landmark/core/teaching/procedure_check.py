@@ -99,5 +99,5 @@ def _without(scene: DetectedScene, hidden: Collection[Primitive]) -> DetectedSce
             inside = (detected.centres >= low - _BEYOND) & (detected.centres <= high + _BEYOND)
             gone |= inside.all(axis=1)
         kept = tuple(p for p, is_gone in zip(detected.primitives, gone, strict=True) if not is_gone)
-        kinds[kind] = DetectedKind(kept)
+        kinds[kind] = DetectedKind(kind, kept)
     return DetectedScene(scene.image, scene.segments, kinds)

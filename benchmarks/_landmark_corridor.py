@@ -1,0 +1,108 @@
+"""A corridor that is taught by its truth: primitives where its landmarks are, as an engineer would choose them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_simulator.corridor_landmark import Landmark, RoundLandmark
+from scene_simulator.corridor_scene import CorridorScene
+from scene_simulator.stereo_rig import StereoRig as Cameras
+from scene_simulator.stereo_rig import render_pair
+from shirube_geometry import PlanarPose
+from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
+from stereo_landmark.core.procedure.primitive import Kind, Primitive
+from stereo_landmark.core.procedure.stereo_measurement import invariant_points
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+TAUGHT = PlanarPose(-3.0, 0.0, 0.0)
+"""Where the robot stood: ``T_map_place``."""
+NEAR = 3.0
+"""A detected primitive is that of a landmark when its points are not farther off [px]."""
+Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
+
+
+@dataclass(frozen=True)
+class TaughtCorridor:
+    """A corridor, the cameras, and what was taught of it.
+
+    Attributes:
+        scene: the corridor.
+        cameras: that see it.
+        images: from which it was taught.
+        place: as taught.
+    """
+
+    scene: CorridorScene
+    cameras: Cameras
+    images: Pair
+    place: TaughtPlace
+
+
+def rig_of(cameras: Cameras) -> StereoRig:
+    """Return rectified cameras as the localizer knows them."""
+    return StereoRig(cameras.left.intrinsics, cameras.right.intrinsics, cameras.baseline, cameras.mount)
+
+
+def teach_corridor(
+    scene: CorridorScene,
+    cameras: Cameras,
+    wanted: Iterable[str],
+    processing: ImageProcessing | None = None,
+    target: str = 'wall',
+) -> TaughtCorridor:
+    """Teach a corridor from one pair of images.
+
+    Args:
+        scene: the corridor.
+        cameras: rectified.
+        wanted: landmarks whose names begin so are taken as one target where both images show them.
+        processing: None for the defaults.
+        target: its name.
+    """
+    processing = processing or ImageProcessing()
+    images = render_pair(scene, cameras, TAUGHT, np.random.default_rng(0))
+    left, right = (detect_scene(image, processing) for image in images)
+    view = StereoView(left, right, rig_of(cameras))
+    teacher = Teacher(view, processing)
+    parts: dict[str, Primitive] = {}
+    for prefix in wanted:
+        for landmark in scene.landmarks:
+            found = _primitive_of(landmark, cameras, view) if landmark.name.startswith(prefix) else None
+            if found is not None and _is_measurable(teacher, found):
+                parts[landmark.name.replace('/', ' ')] = found
+    return TaughtCorridor(
+        scene, cameras, images, teacher.teach('corridor', [TargetChoice(target, parts)], TAUGHT)
+    )
+
+
+def _primitive_of(landmark: Landmark, cameras: Cameras, view: StereoView) -> Primitive | None:
+    """Return what the left image shows of a landmark."""
+    pose = cameras.camera_poses(TAUGHT)[0]
+    truth = cameras.left.intrinsics.pixels_from_points(
+        pose.camera_points(np.array(list(landmark.points_map().values())))
+    )
+    kind = Kind.ELLIPSE if isinstance(landmark, RoundLandmark) else Kind.QUADRILATERAL
+    best, least = None, NEAR
+    for primitive in view.left.kinds[kind].primitives:
+        points = primitive.image_points()
+        found = np.array([points[name].position for name in invariant_points(primitive)])
+        apart = float(np.linalg.norm(found[:, None] - truth[None], axis=2).min(axis=1).max())
+        if apart < least:
+            best, least = primitive, apart
+    return best
+
+
+def _is_measurable(teacher: Teacher, primitive: Primitive) -> bool:
+    try:
+        teacher.measure(primitive)
+    except StereoLandmarkError:
+        return False
+    return True

@@ -1,0 +1,208 @@
+"""Coming back under hard conditions: `./shirube bench hard_repeats`.
+
+Corridors are taught once; then the robot comes back with part of the target hidden, other light, blur, noise, other
+readings, a person before the wall, or one landmark moved. Beside it ORB and SIFT with stereo and PnP, taught with the
+same pair. Prints the markdown of the section "Hard repeats" of stereo_landmark.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from _landmark_corridor import TAUGHT, Pair, TaughtCorridor, teach_corridor
+from _stereo_peers import FeaturePipeline
+from _timed_answers import use_one_core
+from tqdm import tqdm
+
+from scene_simulator.corridor_figure import Person
+from scene_simulator.corridor_generator import CorridorDesign, corridor
+from scene_simulator.corridor_scene import CorridorScene
+from scene_simulator.corridor_surface import facing_wall
+from scene_simulator.stereo_camera import StereoCamera
+from scene_simulator.stereo_rig import StereoRig as Cameras
+from scene_simulator.stereo_rig import render_pair
+from shirube_geometry import PlanarPose
+from stereo_landmark.core.landmark_fix import LandmarkFix
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+
+LANDMARKS = ('meter', 'sign', 'cabinet', 'round')
+HIDDEN = 0.3
+"""Part of the target's primitives that is covered."""
+REACH, TURN = 0.4, math.radians(10.0)
+RIGHT_WITHIN, RIGHT_TURN = 0.05, math.radians(1.5)
+MINE = 'stereo_landmark'
+
+Changed = Callable[[CorridorScene, TaughtCorridor, np.random.Generator], CorridorScene]
+Camera = Callable[[StereoCamera], StereoCamera]
+
+
+def as_taught(scene: CorridorScene, _: TaughtCorridor, __: np.random.Generator) -> CorridorScene:
+    """Change nothing."""
+    return scene
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What is otherwise than when the place was taught.
+
+    Attributes:
+        name: in the table.
+        scene: changes the corridor.
+        camera: changes each camera.
+    """
+
+    name: str
+    scene: Changed = as_taught
+    camera: Camera = lambda camera: camera
+
+
+@dataclass
+class Score:
+    """Verdicts of one method under one condition."""
+
+    right: list[tuple[float, float]] = field(default_factory=list)
+    wrong: int = 0
+    none: int = 0
+
+    def add(self, found: PlanarPose | None, truth: PlanarPose) -> None:
+        """Take an answer."""
+        if found is None:
+            self.none += 1
+            return
+        way, turn = found.distance_to(truth), abs(found.turn_to(truth))
+        if way <= RIGHT_WITHIN and turn <= RIGHT_TURN:
+            self.right.append((way, turn))
+        else:
+            self.wrong += 1
+
+    def cells(self) -> str:
+        """Return the cells of the table."""
+        counts = f'{len(self.right)} / {self.none} / {self.wrong}'
+        if not self.right:
+            return f'{counts} | -'
+        ways, turns = 1e3 * np.array(self.right)[:, 0], np.degrees(np.array(self.right)[:, 1])
+        errors = f'{np.median(ways):.1f} / {np.percentile(ways, 95):.1f} mm, {np.median(turns):.2f}°'
+        return f'{counts} | {errors}'
+
+
+def hidden(scene: CorridorScene, taught: TaughtCorridor, rng: np.random.Generator) -> CorridorScene:
+    """Cover part of the target, chosen at random; not the cabinet as a whole, for its fields are half of the target."""
+    names = [part.name.replace(' ', '/') for part in taught.place.targets[0].primitives]
+    alone = [name for name in names if not any(other.startswith(f'{name}/') for other in names)]
+    for name in rng.permutation(alone)[: round(HIDDEN * len(names))]:
+        scene = scene.covered(str(name))
+    return scene
+
+
+def person(scene: CorridorScene, _: TaughtCorridor, rng: np.random.Generator) -> CorridorScene:
+    """Put somebody before the wall."""
+    side, away = rng.uniform(-0.7, 0.7), rng.uniform(0.5, 1.5)
+    return scene.with_things([Person('passer_by', facing_wall(-away), (float(side), 0.0))])
+
+
+def moved(scene: CorridorScene, _: TaughtCorridor, rng: np.random.Generator) -> CorridorScene:
+    """Hang the round sign elsewhere."""
+    return scene.moved('round_sign', float(rng.choice([-0.2, 0.2])), float(rng.uniform(-0.1, 0.15)))
+
+
+def brighter(factor: float) -> Camera:
+    """Return cameras of another gain."""
+    return lambda camera: replace(camera, sensor=replace(camera.sensor, gain=factor * camera.sensor.gain))
+
+
+def blurred(blur: float = 0.6, smear: float = 0.0) -> Camera:
+    """Return cameras out of focus, or in motion [px]."""
+    return lambda camera: replace(camera, optics=replace(camera.optics, blur=blur, smear=(smear, 0.0)))
+
+
+def noisy(factor: float) -> Camera:
+    """Return cameras with more noise."""
+    return lambda camera: replace(
+        camera,
+        sensor=replace(
+            camera.sensor,
+            full_well=camera.sensor.full_well / factor**2,
+            read_noise=camera.sensor.read_noise / factor,
+        ),
+    )
+
+
+CONDITIONS = (
+    Condition('nothing but the readings of the meters'),
+    Condition('30 % of the target hidden', scene=hidden),
+    Condition('a person in front', scene=person),
+    Condition('one landmark moved', scene=moved),
+    Condition('40 % brighter', camera=brighter(1.4)),
+    Condition('40 % darker', camera=brighter(0.6)),
+    Condition('out of focus, sigma 2 px', camera=blurred(blur=2.0)),
+    Condition('out of focus, sigma 3 px', camera=blurred(blur=3.0)),
+    Condition('motion of 3 px', camera=blurred(smear=3.0)),
+    Condition('motion of 6 px', camera=blurred(smear=6.0)),
+    Condition('noise three times as strong', camera=noisy(3.0)),
+)
+
+
+def repeat(
+    taught: TaughtCorridor, seed: int, condition: Condition, rng: np.random.Generator
+) -> tuple[Pair, PlanarPose]:
+    """Return a pair of images under a condition, and the true displacement."""
+    scene = corridor(CorridorDesign(seed=seed, needles=1 + int(rng.integers(1000))))
+    scene = condition.scene(scene, taught, rng)
+    cameras = taught.cameras
+    cameras = replace(cameras, left=condition.camera(cameras.left), right=condition.camera(cameras.right))
+    x, y = rng.uniform(-REACH, REACH, 2).tolist()
+    truth = PlanarPose(x, y, float(rng.uniform(-TURN, TURN)))
+    return render_pair(scene, cameras, TAUGHT @ truth, rng), truth
+
+
+def main() -> int:
+    """Print the table; return 1 when a pose of ours is wrong."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument('--places', type=int, default=4, help='corridors that are taught')
+    parser.add_argument('--views', type=int, default=10, help='of each corridor under each condition')
+    parser.add_argument('--only', default='', help='conditions whose name holds this')
+    arguments = parser.parse_args()
+    use_one_core()
+    pipelines = [FeaturePipeline(name, Cameras()) for name in ('ORB', 'SIFT')]
+    chosen = [condition for condition in CONDITIONS if arguments.only in condition.name]
+    scores = {
+        (condition.name, method): Score()
+        for condition in chosen
+        for method in (MINE, *(pipeline.name for pipeline in pipelines))
+    }
+    for seed in tqdm(range(arguments.places), 'places'):
+        taught = teach_corridor(corridor(CorridorDesign(seed=seed)), Cameras(), LANDMARKS)
+        localizer = LandmarkLocalizer([taught.place])
+        features = [pipeline.teach(taught.images) for pipeline in pipelines]
+        for condition in tqdm(chosen, 'conditions', leave=False):
+            for view in range(arguments.views):
+                rng = np.random.default_rng((seed, CONDITIONS.index(condition), view))
+                images, truth = repeat(taught, seed, condition, rng)
+                fix = localizer.locate(*images)
+                mine = fix.displacement.T_place_base if isinstance(fix, LandmarkFix) else None
+                scores[condition.name, MINE].add(mine, truth)
+                for pipeline, known in zip(pipelines, features, strict=True):
+                    found = pipeline.locate(known, pipeline.features(images[0]))
+                    scores[condition.name, pipeline.name].add(found, truth)
+    print_table(chosen, scores)
+    return int(any(score.wrong for (_, method), score in scores.items() if method == MINE))
+
+
+def print_table(conditions: list[Condition], scores: dict[tuple[str, str], Score]) -> None:
+    """Print what each method found."""
+    methods = list(dict.fromkeys(method for _, method in scores))
+    heads = ' | '.join(f'{name}: right / none / wrong | error: median / 95 %, heading' for name in methods)
+    print(f'| otherwise | {heads} |\n|{"---|" * (1 + 2 * len(methods))}')
+    for condition in conditions:
+        cells = ' | '.join(scores[condition.name, method].cells() for method in methods)
+        print(f'| {condition.name} | {cells} |')
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

@@ -1,0 +1,65 @@
+"""Teaches a drawn wall and finds it again, so that no real pair of images waits for a compiler."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_geometry import CameraMount, PinholeCamera
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
+from stereo_landmark.core.procedure.primitive import Kind, Primitive
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+_CAMERA = PinholeCamera(320, 240, 300.0, 300.0, 159.5, 119.5)
+_MOUNT = CameraMount((0.0, 0.0, 1.0), (-math.pi / 2.0, 0.0, -math.pi / 2.0))
+_RIG = StereoRig(_CAMERA, _CAMERA, 0.2, _MOUNT)
+_DISPARITY = 20
+"""Of the wall [px]."""
+
+
+def warm_up() -> None:
+    """Run every compiled loop from the grey images to the displacement."""
+    images = _drawn_wall(0), _drawn_wall(_DISPARITY)
+    processing = ImageProcessing()
+    view = StereoView(detect_scene(images[0], processing), detect_scene(images[1], processing), _RIG)
+    teacher = Teacher(view, processing)
+    parts: dict[str, Primitive] = {}
+    for kind in Kind:
+        for primitive in view.left.kinds[kind].primitives:
+            if kind.value not in parts and _is_measurable(teacher, primitive):
+                parts[kind.value] = primitive
+    place = teacher.teach('wall', [TargetChoice('things', parts)])
+    LandmarkLocalizer([place]).locate(*images)
+
+
+def _is_measurable(teacher: Teacher, primitive: Primitive) -> bool:
+    try:
+        teacher.measure(primitive)
+    except StereoLandmarkError:
+        return False
+    return True
+
+
+def _drawn_wall(shift: int) -> NDArray[np.uint8]:
+    """Return a picture of a plate, two discs, a frame and a slot, shape (240, 320), with all things shifted left."""
+    picture = np.full((_CAMERA.height, _CAMERA.width), 120, dtype=np.uint8)
+    for left, top, right, bottom, level in (
+        (60, 40, 130, 90, 40),
+        (220, 30, 290, 110, 210),
+        (80, 190, 260, 198, 30),
+    ):
+        cv2.rectangle(picture, (left - shift, top), (right - shift, bottom), level, cv2.FILLED)
+    for x, y, radius, level in ((180, 80, 22, 230), (90, 145, 16, 30)):
+        cv2.circle(picture, (x - shift, y), radius, level, cv2.FILLED, cv2.LINE_AA)
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), 0.8), dtype=np.uint8)
+
+
+if __name__ == '__main__':
+    warm_up()

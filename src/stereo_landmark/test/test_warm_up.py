@@ -1,0 +1,27 @@
+"""Nothing is compiled any more after a warm-up."""
+
+import subprocess
+import sys
+
+PROGRAM = """
+import importlib, pkgutil
+import stereo_landmark.core
+from numba.core.dispatcher import Dispatcher
+from stereo_landmark.core.warm_up import warm_up
+
+names = [m.name for m in pkgutil.walk_packages(stereo_landmark.core.__path__, 'stereo_landmark.core.')]
+modules = [importlib.import_module(name) for name in names]
+warm_up()
+kernels = {o for m in modules for o in vars(m).values() if isinstance(o, Dispatcher)}
+inner = {name for k in kernels for name in k.py_func.__code__.co_names}
+outer = [k for k in kernels if k.__name__ not in inner]
+print(len(outer), *[k.__name__ for k in outer if not k.signatures])
+"""
+
+
+def test_each_loop_was_compiled() -> None:
+    """Those that only other loops call are part of their callers."""
+    told = subprocess.run([sys.executable, '-c', PROGRAM], capture_output=True, text=True, check=True)
+    count, *cold = told.stdout.split()
+    assert int(count) >= 20
+    assert cold == []
