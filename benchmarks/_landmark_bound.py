@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from _landmark_views import RIG, LandmarkView, LandmarkWall
+from _product_rig import product_rig
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
@@ -20,9 +21,8 @@ from scene_simulator.gain_sensor import GainSensor
 from scene_simulator.stereo_camera import StereoCamera
 from shirube_geometry import PlanarPose
 from stereo_landmark.core.place.reprojection_model import Reprojection, reproject
-from stereo_landmark.core.place.stereo_rig import StereoRig
 
-CAMERAS = StereoRig(RIG.left.intrinsics, RIG.right.intrinsics, RIG.baseline, RIG.mount)
+CAMERAS = product_rig(RIG)
 STATE = 4
 """x, y, z and yaw."""
 PIXEL_VARIANCE = 1.0 / 12.0

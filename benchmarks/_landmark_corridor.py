@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from _product_rig import product_rig
 from numpy.typing import NDArray
 
 from scene_simulator.corridor_landmark import Landmark, RoundLandmark
@@ -13,7 +14,6 @@ from scene_simulator.corridor_scene import CorridorScene
 from scene_simulator.stereo_rig import StereoRig as Cameras
 from scene_simulator.stereo_rig import render_pair
 from shirube_geometry import PlanarPose
-from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
 from stereo_landmark.core.procedure.primitive import Kind, Primitive
 from stereo_landmark.core.procedure.stereo_measurement import invariant_points
@@ -46,11 +46,6 @@ class TaughtCorridor:
     place: TaughtPlace
 
 
-def rig_of(cameras: Cameras) -> StereoRig:
-    """Return rectified cameras as the localizer knows them."""
-    return StereoRig(cameras.left.intrinsics, cameras.right.intrinsics, cameras.baseline, cameras.mount)
-
-
 def teach_corridor(
     scene: CorridorScene,
     cameras: Cameras,
@@ -70,7 +65,7 @@ def teach_corridor(
     processing = processing or ImageProcessing()
     images = render_pair(scene, cameras, TAUGHT, np.random.default_rng(0))
     left, right = (detect_scene(image, processing) for image in images)
-    view = StereoView(left, right, rig_of(cameras))
+    view = StereoView(left, right, product_rig(cameras))
     teacher = Teacher(view, processing)
     parts: dict[str, Primitive] = {}
     for prefix in wanted:

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.stereo_rig import StereoRig
-from shirube_geometry import PlanarPose
+from shirube_geometry import PlanarPose, level_camera
+from stereo_landmark.core.place.stereo_rig import StereoRig
 
 RATIO = 0.8
 """Lowe's, of the best match to the second best."""
@@ -66,15 +66,7 @@ class FeaturePipeline:
         makers: dict[str, Callable[..., cv2.Feature2D]] = {'ORB': cv2.ORB.create, 'SIFT': cv2.SIFT.create}
         self._detector = makers[name](nfeatures=FEATURES)
         self._norm = cv2.NORM_HAMMING if name == 'ORB' else cv2.NORM_L2
-        self._rig = rig
-        self._camera = rig.left.intrinsics
-        self._matrix = np.array(
-            [
-                [self._camera.fx, 0.0, self._camera.cx],
-                [0.0, self._camera.fy, self._camera.cy],
-                [0.0, 0.0, 1.0],
-            ]
-        )
+        self.rig = rig
 
     def features(self, image: NDArray[np.uint8]) -> Features:
         """Return the features of an image, shape (h, w)."""
@@ -87,14 +79,21 @@ class FeaturePipeline:
         left, right = (self.features(image) for image in pair)
         matches = self._matches(left.descriptors, right.descriptors)
         here, there = left.pixels[matches[:, 0]], right.pixels[matches[:, 1]]
-        disparity = here[:, 0] - there[:, 0]
+        disparity = here[:, 0] - self.rig.left.cx - (there[:, 0] - self.rig.right.cx)
         good = (np.abs(here[:, 1] - there[:, 1]) <= ROW_TOLERANCE) & (disparity >= DISPARITY_MIN)
-        depth = self._camera.fx * self._rig.baseline / disparity[good]
-        points = self._camera.rays_from_pixels(here[good]) * depth[:, None]
+        depth = self.rig.left.fx * self.rig.baseline / disparity[good]
+        points = self.rig.left.rays_from_pixels(here[good]) * depth[:, None]
         return TaughtFeatures(points, here[good], left.descriptors[matches[good, 0]])
 
     def locate(self, taught: TaughtFeatures, now: Features) -> PlanarPose | None:
         """Return the robot's pose in the taught frame, None without enough inliers."""
+        motion = self.motion(taught, now)
+        return None if motion is None else planar_displacement(*motion, self.rig)
+
+    def motion(
+        self, taught: TaughtFeatures, now: Features
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Return rotation (3, 3) and shift (3,) [m] of points from the left optical frame then to the one of now."""
         matches = self._matches(taught.descriptors, now.descriptors)
         if len(matches) < INLIERS_MIN:
             return None
@@ -102,7 +101,7 @@ class FeaturePipeline:
         is_found, turn, shift, inliers = cv2.solvePnPRansac(
             points,
             pixels,
-            self._matrix,
+            self.rig.left.matrix,
             None,
             iterationsCount=ITERATIONS,
             reprojectionError=REPROJECTION,
@@ -112,8 +111,10 @@ class FeaturePipeline:
         if not is_found or inliers is None or len(inliers) < INLIERS_MIN:
             return None
         kept = inliers.ravel()
-        turn, shift = cv2.solvePnPRefineLM(points[kept], pixels[kept], self._matrix, None, turn, shift)
-        return planar_displacement(cv2.Rodrigues(turn)[0], shift.ravel(), self._rig)
+        turn, shift = cv2.solvePnPRefineLM(
+            points[kept], pixels[kept], self.rig.left.matrix, None, turn, shift
+        )
+        return np.asarray(cv2.Rodrigues(turn)[0]), np.asarray(shift).ravel()
 
     def _matches(self, here: NDArray[np.generic], there: NDArray[np.generic]) -> NDArray[np.int64]:
         """Return numbers of features that match, shape (m, 2)."""
@@ -127,15 +128,28 @@ class FeaturePipeline:
 def planar_displacement(
     R_now_then: NDArray[np.float64], shift_now: NDArray[np.float64], rig: StereoRig
 ) -> PlanarPose:
-    """Return the robot's pose in the taught frame from the left camera's motion in six degrees of freedom.
+    """Return the robot's pose in the taught frame of a level robot; arguments as of `level_displacement`."""
+    x, y, _, yaw = level_displacement(R_now_then, shift_now, (0.0, 0.0), rig).tolist()
+    return PlanarPose(x, y, yaw)
+
+
+def level_displacement(
+    R_now_then: NDArray[np.float64],
+    shift_now: NDArray[np.float64],
+    tilt_then: tuple[float, float],
+    rig: StereoRig,
+) -> NDArray[np.float64]:
+    """Return x, y, z [m] and yaw [rad] of the base in the taught level frame, shape (4,), from the camera's motion.
 
     Args:
         R_now_then: shape (3, 3), takes points of the taught optical frame to the one of now.
         shift_now: shape (3,), with ``x_now = R x_then + shift`` [m].
+        tilt_then: roll and pitch of the base when it was taught [rad].
         rig: how the camera sits on the robot.
     """
-    R_base_camera, arm = rig.mount.rotation, np.array(rig.mount.xyz)
-    R_then_now = R_base_camera @ R_now_then.T @ R_base_camera.T
-    camera = R_base_camera @ (-R_now_then.T @ shift_now) + arm
-    x, y, _ = camera - R_then_now @ arm
-    return PlanarPose(float(x), float(y), float(np.arctan2(R_then_now[1, 0], R_then_now[0, 0])))
+    camera = level_camera(rig.mount, *tilt_then)
+    R_place_optical = camera.rotation @ R_now_then.T
+    eye = camera.position - R_place_optical @ shift_now
+    R_place_base = R_place_optical @ rig.mount.rotation.T
+    position = eye - R_place_base @ np.array(rig.mount.xyz)
+    return np.array([*position, np.arctan2(R_place_base[1, 0], R_place_base[0, 0])])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from _landmark_views import RIG, SIDE, Pair
+from _product_rig import product_rig
 from _stereo_peers import planar_displacement
 from numpy.typing import NDArray
 
@@ -13,7 +14,6 @@ from stereo_landmark.core.place.place_fix import PlaceFix
 from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.place.settings import PlaceSettings
 from stereo_landmark.core.place.stereo_points import StereoPoints
-from stereo_landmark.core.place.stereo_rig import StereoRig
 
 ID = 7
 CELLS = 8
@@ -38,8 +38,10 @@ class TagPeer:
         self._detector = cv2.aruco.ArucoDetector(self._dictionary, parameters)
         camera = RIG.left.intrinsics
         self._matrix = np.array([[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]])
-        rig = StereoRig(RIG.left.intrinsics, RIG.right.intrinsics, RIG.baseline, RIG.mount)
-        self._locator = PlaceLocator(rig, PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0, gate_sigmas=20.0))
+        self._rig = product_rig(RIG)
+        self._locator = PlaceLocator(
+            self._rig, PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0, gate_sigmas=20.0)
+        )
 
     def cells(self) -> NDArray[np.bool_]:
         """Return the tag with its black border, shape (CELLS, CELLS), true for white."""
@@ -69,7 +71,7 @@ class TagPeer:
             poses.append((cv2.Rodrigues(turn)[0], shift.ravel()))
         (R_then, shift_then), (R_now, shift_now) = poses
         R_now_then = R_now @ R_then.T
-        return planar_displacement(R_now_then, shift_now - R_now_then @ shift_then, RIG)
+        return planar_displacement(R_now_then, shift_now - R_now_then @ shift_then, self._rig)
 
     def from_both(self, then: Pair, now: Pair) -> PlanarPose | None:
         """Return the displacement that explains the corners in all four images best, on a level floor."""

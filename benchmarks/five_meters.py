@@ -13,6 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 from _five_score import MINE, Score, print_scores
 from _five_views import RIG, T_MAP_LESSON, Lesson, MeterView, lessons, views
+from _product_rig import product_rig
 from _stereo_peers import FeaturePipeline, TaughtFeatures
 from _timed_answers import use_one_core
 from numpy.typing import NDArray
@@ -21,7 +22,6 @@ from tqdm import tqdm
 from shirube_geometry import PlanarPose
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
 from stereo_landmark.core.procedure.primitive import Kind, size_of
 from stereo_landmark.core.procedure.stereo_view import StereoView
@@ -35,7 +35,7 @@ CHOSEN_WITHIN = 5.0
 AROUND_TARGET = 45.0
 """Of a meter's middle, what features of the target are [px]."""
 CONDITIONS = ((False, False), (False, True), (True, False), (True, True))
-CAMERAS = StereoRig(RIG.left.intrinsics, RIG.right.intrinsics, RIG.baseline, RIG.mount)
+CAMERAS = product_rig(RIG)
 
 
 class Methods:
@@ -98,7 +98,7 @@ def taught_place(lesson: Lesson) -> TaughtPlace:
 def run(*, even: bool, bare: bool, wanted: int, seed: int, bar: tqdm[None]) -> Score:
     """Return the answers to so many views of one condition."""
     score = Score()
-    pipelines = [FeaturePipeline(name, RIG) for name in ('ORB', 'SIFT')]
+    pipelines = [FeaturePipeline(name, CAMERAS) for name in ('ORB', 'SIFT')]
     done = 0
     for lesson in lessons(even=even, bare=bare, seed=seed):
         try:

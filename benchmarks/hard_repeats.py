@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from _landmark_corridor import TAUGHT, Pair, TaughtCorridor, teach_corridor
+from _product_rig import product_rig
 from _stereo_peers import FeaturePipeline
 from _timed_answers import use_one_core
 from tqdm import tqdm
@@ -169,7 +170,7 @@ def main() -> int:
     parser.add_argument('--only', default='', help='conditions whose name holds this')
     arguments = parser.parse_args()
     use_one_core()
-    pipelines = [FeaturePipeline(name, Cameras()) for name in ('ORB', 'SIFT')]
+    pipelines = [FeaturePipeline(name, product_rig(Cameras())) for name in ('ORB', 'SIFT')]
     chosen = [condition for condition in CONDITIONS if arguments.only in condition.name]
     scores = {
         (condition.name, method): Score()

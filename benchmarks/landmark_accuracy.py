@@ -16,6 +16,7 @@ import numpy as np
 from _landmark_bound import CAMERAS, PoseBound
 from _landmark_score import MINE, Result, error_of, print_results
 from _landmark_views import RIG, LandmarkView, LandmarkWall, repeat_poses, teach_pose
+from _product_rig import product_rig
 from _stereo_peers import FeaturePipeline
 from _tag_peer import TagPeer, is_there
 from _timed_answers import use_one_core
@@ -129,7 +130,7 @@ def run(distance: float, wanted: int, repeats: int, seed: int, bar: tqdm[None]) 
     """Return the errors at one distance, of so many lessons with so many repeats each."""
     result = Result()
     tag = TagPeer() if is_there() else None
-    pipelines = [FeaturePipeline(name, RIG) for name in ('ORB', 'SIFT')]
+    pipelines = [FeaturePipeline(name, product_rig(RIG)) for name in ('ORB', 'SIFT')]
     for number in range(wanted):
         rng = np.random.default_rng((seed, round(distance), number))
         wall = LandmarkWall(seed + number, np.zeros((1, 1), np.bool_) if tag is None else tag.cells())

@@ -20,7 +20,8 @@ os.environ['OPENBLAS_NUM_THREADS'] = '1'
 import cv2
 import numpy as np
 from _landmark_corridor import TAUGHT, Pair, teach_corridor
-from _landmark_photographs import load_photographs, teach_photographs
+from _landmark_photographs import teach_photographs
+from _real_pairs import load_real_pairs
 from _stage_clock import clocked
 from _timed_answers import use_one_core
 from tqdm import tqdm
@@ -74,9 +75,10 @@ def cases() -> list[Case]:
     found = []
     folder = Path(os.environ.get('SHIRUBE_DATA', 'not given')) / 'stereo_euroc'
     if folder.is_dir():
-        rig, pairs = load_photographs(folder)
-        place = teach_photographs(rig, pairs['teach'], 12, 0)
-        found.append(Case('EuRoC V1_01', place, pairs['repeat'].images, pairs['repeat'].tilt))
+        pairs = load_real_pairs(folder)
+        place = teach_photographs(pairs.rig, pairs.moments['teach'], 12, 0)
+        now = pairs.moments['repeat']
+        found.append(Case('EuRoC V1_01', place, (now.left, now.right), now.tilt))
     for name, tile in (
         ('corridor', 0.0),
         ('corridor, tiles of 0.25 m', 0.25),

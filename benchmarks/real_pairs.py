@@ -13,9 +13,10 @@ import sys
 from collections import defaultdict
 from pathlib import Path
 
+import cv2
 import numpy as np
-from _feature_peers import FEATURES, peer_displacement
 from _real_pairs import Moment, RealPairs, load_real_pairs, true_displacement
+from _stereo_peers import FeaturePipeline, level_displacement
 from _target_choice import TargetChooser
 from numpy.typing import NDArray
 from tqdm import tqdm
@@ -65,10 +66,17 @@ def _run(pairs: RealPairs, taught: Moment, now: Moment, sets: int) -> tuple[Rows
         drawn.append(draws)
         for method, settings in OURS.items():
             rows[method].append(_error(_ours(place, now, settings), truth))
-        for method in FEATURES:
-            found = peer_displacement(method, taught, now, pairs.rig, seed)
-            rows[f'{method} + stereo + PnP'].append(_error(found, truth))
+        for name in ('ORB', 'SIFT'):
+            found = _peer(FeaturePipeline(name, pairs.rig), taught, now, seed)
+            rows[f'{name} + stereo + PnP'].append(_error(found, truth))
     return rows, drawn
+
+
+def _peer(pipeline: FeaturePipeline, taught: Moment, now: Moment, seed: int) -> NDArray[np.float64] | None:
+    cv2.setRNGSeed(seed)
+    known = pipeline.teach((taught.left, taught.right))
+    motion = pipeline.motion(known, pipeline.features(now.left))
+    return None if motion is None else level_displacement(*motion, taught.tilt, pipeline.rig)
 
 
 def _ours(place: TaughtPlace, now: Moment, settings: PlaceSettings) -> NDArray[np.float64] | None:

@@ -77,7 +77,8 @@ def test_a_robot_that_looks_aside_has_too_little_in_view(five):
 
 def test_the_motion_of_the_camera_becomes_that_of_the_robot():
     peers = importlib.import_module('_stereo_peers')
-    rig, pose = StereoRig(), PlanarPose(0.3, -0.2, 0.25)
+    rig = importlib.import_module('_product_rig').product_rig(StereoRig())
+    pose = PlanarPose(0.3, -0.2, 0.25)
     camera = level_camera(rig.mount, 0.0, 0.0)
     R_place_now = matrix_from_rpy((0.0, 0.0, pose.yaw)) @ camera.rotation
     eye = np.array([pose.x, pose.y, 0.0]) + matrix_from_rpy((0.0, 0.0, pose.yaw)) @ camera.position
