@@ -21,8 +21,8 @@ from shirube_ros.message_error import MessageError
 from shirube_ros.occupancy_conversion import path_message
 from shirube_ros.pose_conversion import planar_pose
 
-PlanRoute = Callable[[PlanarPose | None, PlanarPose], NDArray[np.float64] | NoRouteReason]
-"""Plans from a start, None for where the robot is, to a goal: points of shape (n, 2) [m], or why there are none."""
+PlanRoute = Callable[[PlanarPose | None, PlanarPose, float], NDArray[np.float64] | NoRouteReason]
+"""Plans from a start, None for where the robot is at a time, to a goal: points of shape (n, 2) [m], or why not."""
 
 _NAME = 'compute_path_to_pose'
 _CODES = {
@@ -66,7 +66,7 @@ def answer_request(request: Any, result: Any, header: Header, plan: PlanRoute) -
     try:
         start = _in_map(request.start, header, 'start') if request.use_start else None
         goal = _in_map(request.goal, header, 'goal')
-        route = plan(start, goal)
+        route = plan(start, goal, header.stamp.sec + 1e-9 * header.stamp.nanosec)
     except (MessageError, RewardPlannerError) as fault:
         _set_code(result, 'UNKNOWN')
         return result, str(fault)

@@ -6,7 +6,7 @@ import sys
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from nav_msgs.msg import OccupancyGrid, Path
+from nav_msgs.msg import Path
 from rclpy.node import Node
 from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
@@ -15,6 +15,7 @@ from reward_planner.compute_path_server import offer_compute_path
 from reward_planner.core.driving.drive import Drive, DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.light_command import read_light_command
+from reward_planner.core.driving.velocity_ramp import Velocity
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_trail import PoseVerdict
 from reward_planner.core.navigator import MappedFrame, Navigator, NavigatorSettings, SensorFrame
@@ -26,6 +27,7 @@ from reward_planner.core.warm_up import warm_up
 from reward_planner.inputs.depth_input import DepthInput
 from reward_planner.inputs.points_input import PointsInput
 from reward_planner.inputs.trinocular_input import TrinocularInput
+from reward_planner.map_output import MapOutput
 from reward_planner.map_service import load_known_map, save_known_map
 from reward_planner.node_settings import NodeSettings, check_rule_fits_source
 from reward_planner.planner_report import PlannerReport
@@ -33,7 +35,7 @@ from shirube_geometry import PlanarPose
 from shirube_ros.diagnostics import Diagnostics
 from shirube_ros.message_error import PoseError
 from shirube_ros.message_guard import MessageGuard
-from shirube_ros.occupancy_conversion import occupancy_grid, path_message
+from shirube_ros.occupancy_conversion import path_message
 from shirube_ros.parameters import declare_parameters, refuse_misspelled_parameters
 from shirube_ros.pose_conversion import planar_pose, pose_stamped
 from shirube_ros.quality_of_service import map_profile, overridable, pose_profile
@@ -64,7 +66,7 @@ class RewardPlannerNode(Node):
     =========================  ======================  ===================================================
     ``~/map``                  OccupancyGrid           once a second, if it changed; kept for latecomers
     ``~/local_map``            OccupancyGrid           each frame; kept for latecomers
-    ``~/plan``                 Path                    each new route; empty where there is none any more
+    ``~/plan``                 Path                    each new route; empty where there is none; kept for latecomers
     ``~/next_waypoint``        PoseStamped             with each velocity on the way
     ``cmd_vel``                TwistStamped            with ``drive``, 20 times a second
     ``/diagnostics``           DiagnosticArray         once a second
@@ -112,9 +114,8 @@ class RewardPlannerNode(Node):
         self._paths = offer_compute_path(self, self._settings.map_frame, self._navigator.route_between)
 
     def _advertise(self) -> None:
-        self._map = self.create_publisher(OccupancyGrid, '~/map', map_profile())
-        self._local_map = self.create_publisher(OccupancyGrid, '~/local_map', map_profile())
-        self._plan = self.create_publisher(Path, '~/plan', pose_profile())
+        self._map, self._local_map = MapOutput(self, '~/map'), MapOutput(self, '~/local_map')
+        self._plan = self.create_publisher(Path, '~/plan', map_profile())
         self._waypoint = self.create_publisher(PoseStamped, '~/next_waypoint', pose_profile())
         self._cmd_vel = None
         if self._settings.drive:
@@ -201,19 +202,27 @@ class RewardPlannerNode(Node):
             self._drive(now)
 
     def _drive(self, now: float) -> None:
-        drive = self._navigator.pilot.step(now)
+        try:
+            drive = self._navigator.pilot.step(now)
+        except Exception:
+            self._send(Velocity())  # or the motors would go on with the last one until their timeout
+            raise
         self._report.add_drive(drive)
         self._tell(drive)
         self._publish_plan()
-        header = self._map_header()
         if drive.waypoint_map is not None:
             x, y = drive.waypoint_map
-            self._waypoint.publish(pose_stamped(PlanarPose(x, y, 0.0), header))
-        if self._cmd_vel is None or drive.velocity is None:
+            self._waypoint.publish(pose_stamped(PlanarPose(x, y, 0.0), self._map_header()))
+        if drive.velocity is not None:
+            self._send(drive.velocity)
+
+    def _send(self, velocity: Velocity) -> None:
+        if self._cmd_vel is None:
             return
-        message = TwistStamped(header=Header(stamp=header.stamp, frame_id=self._settings.base_frame))
-        message.twist.linear.x = drive.velocity.forward
-        message.twist.angular.z = drive.velocity.turn_rate
+        stamp = self.get_clock().now().to_msg()
+        message = TwistStamped(header=Header(stamp=stamp, frame_id=self._settings.base_frame))
+        message.twist.linear.x = velocity.forward
+        message.twist.angular.z = velocity.turn_rate
         self._cmd_vel.publish(message)
 
     def _tell(self, drive: Drive) -> None:
@@ -230,27 +239,27 @@ class RewardPlannerNode(Node):
         """Publish the route when it is another one."""
         keeper = self._navigator.pilot.keeper
         points = self._navigator.pilot.points_map
-        number = None if keeper is None or len(points) == 0 else (id(keeper), keeper.plans)
+        goals = self._navigator.pilot.goals
+        number = None if keeper is None or len(points) == 0 else (goals, keeper.plans)
         if number != self._plan_number:
             self._plan_number = number
             self._plan.publish(path_message(points, self._goal_yaw, self._map_header()))
 
     def _publish_local_map(self, frame: MappedFrame) -> None:
         self._has_new_map = True
-        grid, header = frame.local.frame, self._map_header()
-        origin = (grid.origin_x, grid.origin_y)
-        self._local_map.publish(occupancy_grid(frame.local.occupancy, origin, grid.resolution, header))
+        self._local_map.show(frame.local.frame, frame.local.occupancy, self._map_header())
 
     def _publish_map(self, _: None) -> None:
         known = self._navigator.mapper.map.occupancy() if self._has_new_map else None
         self._has_new_map = False
         if known is not None:
-            grid, cells = known
-            origin = (grid.origin_x, grid.origin_y)
-            self._map.publish(occupancy_grid(cells, origin, grid.resolution, self._map_header()))
+            self._map.show(*known, self._map_header())
 
     def _clear_map(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._navigator.clear_map()
+        self._has_new_map = False
+        for shown in (self._map, self._local_map):
+            shown.wipe(self._map_header())
         response.success, response.message = True, 'the map is forgotten'
         return response
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.route import incremental_route
 from reward_planner.core.route.incremental_route import IncrementalRoute
 from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
 from reward_planner.core.route.shortest_route import shortest_route
@@ -86,3 +87,17 @@ def test_a_goal_outside_is_told_and_a_cell_outside_is_refused() -> None:
     assert routes.route_from((0, 0)) == NoRoute(NoRouteReason.GOAL_OUTSIDE)
     with pytest.raises(RewardPlannerError, match='outside'):
         routes.change([(0, -1)], [True])
+
+
+def test_changes_while_no_route_is_asked_for_take_no_more_than_a_search_from_scratch(monkeypatch) -> None:
+    monkeypatch.setattr(incremental_route, '_CHANGES_MAX', 500)
+    rng = np.random.default_rng(1)
+    routes = IncrementalRoute(np.zeros((30, 30), dtype=bool), (29, 29))
+    assert isinstance(routes.route_from((0, 0)), Route)
+    for _ in range(200):
+        cells = rng.integers(1, 29, (20, 2))
+        routes.change(cells, rng.random(20) < 0.3)
+        assert sum(map(len, routes._changed)) <= 500
+    found, wanted = routes.route_from((0, 0)), shortest_route(routes.blocked, (0, 0), (29, 29))
+    assert isinstance(wanted, Route)
+    assert found.length == pytest.approx(wanted.length)

@@ -41,3 +41,19 @@ def test_a_turn_counts_down_the_way_it_was_asked_for(angle):
     for k in range(1, 11):
         orders.robot_heads(math.remainder(3.0 + 0.1 * k * angle, math.tau))
         assert orders.left_to_turn == pytest.approx(angle * (1.0 - 0.1 * k), abs=1e-9)
+
+
+def test_turns_add_up_to_a_whole_turn_at_most():
+    orders = LightOrders(0.5)
+    for _ in range(3):
+        orders.obey(LightCommand('turn', math.tau))
+    assert orders.left_to_turn == math.tau
+
+
+def test_after_a_jump_of_the_poses_the_heading_counts_anew():
+    orders = LightOrders(0.5)
+    orders.robot_heads(0.0)
+    orders.end_turn()
+    orders.obey(LightCommand('turn', 1.0))
+    orders.robot_heads(2.0)
+    assert orders.left_to_turn == 1.0

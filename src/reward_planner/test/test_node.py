@@ -112,3 +112,36 @@ def test_the_map_is_saved_resumed_and_cleared(graph, tmp_path):
         False,
         'nothing is known yet; let the robot see something first',
     )
+    late = robot.listen(OccupancyGrid, '/reward_planner/map', map_profile())
+    assert graph.spin_until(lambda: len(late) > 0)
+    assert set(late[-1].data) == {-1}
+
+
+def test_each_goal_gets_its_plan_and_a_latecomer_the_newest(graph):
+    robot = Robot(graph)
+    plans = robot.listen(Path, '/reward_planner/plan')
+    robot.drive(0.3)
+    goals = [PlanarPose(1.0, -1.5 + 0.3 * k, 0.0) for k in range(10)]
+    for goal in goals:
+        robot.send_goal(goal)
+        robot.drive(0.2)
+    ends = {round(plan.poses[-1].pose.position.y, 3) for plan in plans if plan.poses}
+    assert ends == {round(goal.y, 3) for goal in goals}
+    late = robot.listen(Path, '/reward_planner/plan', map_profile())
+    assert graph.spin_until(lambda: len(late) > 0)
+    assert late[-1].poses[-1].pose.position.y == pytest.approx(goals[-1].y)
+
+
+def test_a_fault_of_the_driver_stops_the_robot(graph, monkeypatch):
+    robot = Robot(graph, drive=True)
+    robot.drive(0.3)
+    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.drive(1.0)
+    assert robot.speed > 0.0
+
+    def fail(_):
+        raise RuntimeError('no driver')
+
+    monkeypatch.setattr(robot.node._navigator.pilot, 'step', fail)
+    robot.tick(0.2)
+    assert graph.spin_until(lambda: robot.speed == 0.0)

@@ -270,3 +270,76 @@ def test_the_speed_allows_to_stop_before_what_lies_straight_ahead():
         speed = drive.pilot.step(TICK * k).velocity.forward
     to_wall = (0.45 - 0.1 - RADIUS) / math.sin(0.2)
     assert 0.1 < speed < math.sqrt(2.0 * settings.max_linear_acceleration * to_wall) * (1.0 - 0.2 / 0.6)
+
+
+def test_after_the_goal_is_reached_no_push_makes_the_robot_drive_again():
+    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive.pilot.set_goal(goal_at(3.0, 3.0))
+    drive.run(60.0)
+    drive.run(0.5, until=())
+    for place in (PlanarPose(4.0, 3.0, 2.0), None):
+        drive.pilot.robot_at(drive.robot.time, place)
+        done = drive.pilot.step(drive.robot.time + 100.0)
+        assert (done.state, done.velocity) == (DriveState.REACHED, None)
+    drive.pilot.set_goal(goal_at(6.0, 3.0))
+    assert drive.run(60.0).state is DriveState.REACHED
+    assert drive.pose.x > 5.8
+
+
+def test_a_turn_that_nobody_could_make_is_not_made_later():
+    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive.run(1.0)
+    drive.pilot.obey(LightCommand('turn', 3.0))
+    drive.pilot.set_goal(goal_at(3.0, 3.0))
+    drive.run(3.0)
+    assert DriveState.TURNING not in {each.state for each in drive.drives}
+    drive.pilot.obey(LightCommand('turn', 3.0))
+    drive.pilot.robot_at(drive.robot.time, None)
+    drive.run(2.0)
+    assert DriveState.TURNING not in {each.state for each in drive.drives}
+
+
+@pytest.mark.parametrize('resolution', [0.05, 0.1, 0.2])
+@pytest.mark.parametrize('start', [(1.0, 2.93), (1.07, 3.1), (1.13, 2.97)])
+def test_no_passage_is_entered_that_is_too_narrow_for_cells_so_large(resolution, start):
+    walls = np.zeros((round(6.0 / resolution), round(10.0 / resolution)), dtype=bool)
+    walls[[0, -1]] = walls[:, [0, -1]] = True
+    part = slice(round(4.0 / resolution), round(6.0 / resolution))
+    low, high = round(2.8 / resolution), round(3.4 / resolution)
+    walls[:low, part] = walls[high:, part] = True
+    drive = GridDrive(walls, PlanarPose(*start, 0.0), resolution=resolution)
+    drive.pilot.set_goal(goal_at(8.0, 3.1))
+    last = drive.run(60.0, until=(DriveState.REACHED, DriveState.UNREACHABLE))
+    assert last.state in (DriveState.REACHED, DriveState.UNREACHABLE), last.detail
+
+
+def test_a_robot_that_cannot_go_on_says_so():
+    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive.pilot.set_goal(goal_at(8.0, 3.0))
+    drive.run(2.0)
+    drive.pilot.obey(LightCommand('slow', 0.0))
+    assert drive.run(4.0).state is DriveState.DRIVING
+    last = drive.run(4.0)
+    assert last.state is DriveState.STUCK
+    drive.pilot.obey(LightCommand('resume', 0.0))
+    assert drive.run(60.0).state is DriveState.REACHED
+
+
+def test_a_cleared_map_forgets_its_obstacles():
+    drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 0.0))
+    drive.pilot.set_goal(goal_at(8.0, 1.0))
+    drive.run(2.0)
+    drive.walls = hall()
+    drive.known.clear()
+    drive.pilot.map_cleared()
+    before = drive.way()
+    assert drive.run(120.0).state is DriveState.REACHED
+    assert drive.way() - before < 6.5
+
+
+def test_the_robot_never_drives_backwards_nor_fast_on_what_is_occupied():
+    drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 2.0), DrivingSettings(max_linear_velocity=2.0))
+    drive.pilot.set_goal(goal_at(8.0, 1.0))
+    assert drive.run(120.0).state is DriveState.REACHED
+    speeds = [each.velocity.forward for each in drive.drives if each.velocity is not None]
+    assert min(speeds) >= 0.0

@@ -61,3 +61,11 @@ def test_free_ahead_ends_before_the_obstacle():
     assert free == pytest.approx(1.2, abs=0.11)
     assert least >= 0.3
     assert free_ahead(area, PlanarPose(0.0, 0.0, 3.1), 0.3, 2.5)[0] == pytest.approx(2.5)
+
+
+def test_a_robot_on_an_obstacle_may_leave_it_but_go_no_deeper():
+    area = area_with([(0.0, -0.5, 1.0, 0.5)])
+    outward, _ = free_ahead(area, PlanarPose(0.95, 0.0, 0.0), 0.3, 1.0)
+    deeper, _ = free_ahead(area, PlanarPose(0.95, 0.0, 3.1416), 0.3, 1.0)
+    assert deeper < 0.2
+    assert outward > 0.9

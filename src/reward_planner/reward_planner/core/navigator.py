@@ -172,13 +172,14 @@ class Navigator:
         return mapped
 
     def route_between(
-        self, start: PlanarPose | None, goal: PlanarPose
+        self, start: PlanarPose | None, goal: PlanarPose, now: float
     ) -> NDArray[np.float64] | NoRouteReason:
         """Return the shortest route on the map as it is known, whatever the mode, or why there is none.
 
         Args:
             start: where it begins; None where the robot is.
             goal: where it ends.
+            now: the time [s].
 
         Returns:
             shape (n, 2) [m].
@@ -186,9 +187,9 @@ class Navigator:
         Raises:
             DrivingError: the robot's pose is asked for and not known, or the goal is too far away.
         """
-        begin = start or self.pilot.robot
+        begin = start or self.pilot.fresh_robot(now)
         if begin is None:
-            raise DrivingError("the robot's pose is not known; give a start")
+            raise DrivingError("the robot's pose is not known or too old; give a start")
         frame = self._known_frame
         if frame is not None:
             for place, reason in ((goal, NoRouteReason.GOAL_OUTSIDE), (begin, NoRouteReason.START_OUTSIDE)):

@@ -19,11 +19,12 @@ class DriveState(Enum):
     UNREACHABLE = 'no way to the goal'
     LOST = 'the pose is not known'
     BLIND = 'the map is not up to date'
+    STUCK = 'cannot go on'
 
     @property
     def needs_people(self) -> bool:
         """Whether the robot stands although it should not."""
-        return self in (DriveState.UNREACHABLE, DriveState.LOST, DriveState.BLIND)
+        return self in (DriveState.UNREACHABLE, DriveState.LOST, DriveState.BLIND, DriveState.STUCK)
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ class LightOrders:
             case 'speed_up':
                 self.speed = min(command.value, self._speed_max)
             case 'turn':
-                self.left_to_turn += command.value
+                self.left_to_turn = max(-math.tau, min(self.left_to_turn + command.value, math.tau))
 
     def robot_heads(self, yaw: float) -> None:
         """Take the robot's heading in the map [rad]."""
@@ -47,5 +47,5 @@ class LightOrders:
         self._yaw = yaw
 
     def end_turn(self) -> None:
-        """The turn is done, or given up."""
-        self.left_to_turn = 0.0
+        """The turn is done, or given up; the next heading may be any other."""
+        self.left_to_turn, self._yaw = 0.0, math.nan

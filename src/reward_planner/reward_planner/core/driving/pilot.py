@@ -28,7 +28,8 @@ from reward_planner.core.reward.reward_settings import RewardSettings
 from shirube_geometry import PlanarPose, wrap_angle
 
 _TURNED = 0.02  # a turn that a lamp asked for is done when so little is left [rad]
-_LEAVE_GOAL = 2.0  # times the tolerance: a robot that is pushed farther away drives again
+_LEAVE_GOAL = 2.0  # times the tolerance: a robot that slips farther away while it turns drives there again
+_STUCK_AFTER = 5.0  # a robot that has stood so long on its way says so [s]
 _EDGE = 0.75  # cells: from the centre of an occupied cell to its border and a little more
 _STANDING = 1e-3  # [m/s, rad/s]
 
@@ -39,6 +40,7 @@ class Pilot:
     Attributes:
         keeper: of the route; None without a goal.
         orders: of the lamps.
+        goals: how many were set.
     """
 
     def __init__(
@@ -57,8 +59,10 @@ class Pilot:
         self._known, self._settings = known, driving
         self._modes = (planner, reward)
         self._ramp = VelocityRamp(driving)
+        self.goals = 0
         self._goal: PlanarPose | None = None
-        self._is_there = False
+        self._is_there = self._is_done = False
+        self._moved_at = math.nan
         self._robot: PlanarPose | None = None
         self._robot_at = self._map_at = -math.inf
         self._stepped_at = math.nan
@@ -68,10 +72,10 @@ class Pilot:
         """The route, shape (n, 2) [m]; n is 0 where there is none."""
         return np.empty((0, 2)) if self.keeper is None else self.keeper.points_map
 
-    @property
-    def robot(self) -> PlanarPose | None:
-        """Where the robot was last; None where its poses cannot be trusted."""
-        return self._robot
+    def fresh_robot(self, now: float) -> PlanarPose | None:
+        """Return where the robot is at a time [s]; None where its poses are too old or cannot be trusted."""
+        is_fresh = abs(now - self._robot_at) <= self._settings.pose_timeout
+        return self._robot if is_fresh else None
 
     def set_goal(self, T_map_goal: PlanarPose) -> None:
         """Take a goal; the one before is forgotten.
@@ -81,21 +85,28 @@ class Pilot:
         """
         if not all(math.isfinite(number) for number in (T_map_goal.x, T_map_goal.y, T_map_goal.yaw)):
             raise DrivingError('the goal is not finite; give x, y and yaw')
-        self._goal, self._is_there = T_map_goal, False
+        self._goal, self._is_there, self._is_done = T_map_goal, False, False
+        self.goals += 1
+        self._moved_at = math.nan
+        self.orders.end_turn()  # it was meant for the way to another goal
         self.keeper = RouteKeeper(self._known, (T_map_goal.x, T_map_goal.y), *self._modes, self._settings)
 
     def forget_goal(self) -> None:
         """Stop, and wait for a goal."""
-        self._goal, self.keeper = None, None
+        self._goal, self.keeper, self._is_done = None, None, False
 
     def obey(self, command: LightCommand) -> None:
-        """Take a command of a lamp."""
-        self.orders.obey(command)
+        """Take a command of a lamp; a turn is made now or never: not without a goal or a pose."""
+        is_on_its_way = self._goal is not None and not self._is_done and self._robot is not None
+        if command.operation != 'turn' or is_on_its_way:
+            self.orders.obey(command)
 
     def robot_at(self, stamp: float, T_map_base: PlanarPose | None) -> None:
         """Take where the robot is at a time, the stamp of its pose [s]; None where its poses cannot be trusted."""
         self._robot, self._robot_at = T_map_base, stamp
-        if T_map_base is not None:
+        if T_map_base is None:
+            self.orders.end_turn()  # what poses say after a jump tells nothing of how far it has turned
+        else:
             self.orders.robot_heads(T_map_base.yaw)
 
     def map_changed(self, stamp: float, part: GridFrame) -> None:
@@ -124,6 +135,13 @@ class Pilot:
         state, detail, wanted, waypoint = self._decide(now)
         stood = self._ramp.velocity == Velocity()
         velocity = self._ramp.toward(wanted, elapsed)
+        if state is DriveState.REACHED and stood:
+            self._is_done = True  # others may drive on now, and no later pose makes the robot come back
+        if state is DriveState.DRIVING and self._has_stood(now, stood and velocity == Velocity()):
+            state, detail = (
+                DriveState.STUCK,
+                f'{DriveState.STUCK.value}: obstacles or lamps leave it no speed',
+            )
         # The velocity of standing is given once before the motors are left to others.
         leaves = stood and velocity == Velocity() and state in (DriveState.IDLE, DriveState.REACHED)
         return Drive(state, detail, None if leaves else velocity, waypoint)
@@ -131,8 +149,9 @@ class Pilot:
     def _decide(self, now: float) -> tuple[DriveState, str, Velocity, tuple[float, float] | None]:
         """Return state, detail, wanted velocity and waypoint."""
         robot, stand = self._robot, Velocity()
-        if self._goal is None or self.keeper is None:
-            return DriveState.IDLE, DriveState.IDLE.value, stand, None
+        if self._goal is None or self.keeper is None or self._is_done:
+            state = DriveState.REACHED if self._is_done else DriveState.IDLE
+            return state, state.value, stand, None
         doubt = self._doubt(now)
         if doubt is not None or robot is None:
             state, detail = doubt or (DriveState.LOST, '')
@@ -146,6 +165,12 @@ class Pilot:
         if self.orders.left_to_turn != 0.0:
             return DriveState.TURNING, DriveState.TURNING.value, self._turn(), None
         return self._approach(robot, self._goal, self.keeper)
+
+    def _has_stood(self, now: float, stands: bool) -> bool:
+        """Return whether a robot that should drive has stood for long."""
+        if not stands or not now >= self._moved_at:
+            self._moved_at = now
+        return now - self._moved_at > _STUCK_AFTER
 
     def _doubt(self, now: float) -> tuple[DriveState, str] | None:
         """Return why the robot does not know enough to move."""

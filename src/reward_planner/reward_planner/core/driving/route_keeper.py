@@ -15,10 +15,12 @@ from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.route.reachability import is_reachable
 from reward_planner.core.route.route import NoRoute, NoRouteReason, refuse_ends
 from shirube_geometry import PlanarPose
 
 _ROUNDING = 1e-5  # clearances are computed in single precision [m]
+CELLS_ASIDE = 1.5  # half diagonals of two cells, and a little more [cells]
 _OFF_ROUTE = 0.5  # farther from its route the robot needs a new one [m]
 
 
@@ -48,19 +50,10 @@ class RouteKeeper:
             reward: of the reward rule.
             driving: distances, and when a route is beaten.
         """
-        self.points_map = np.empty((0, 2))
-        self.problem: NoRouteReason | None = None
         self.plans = 0
-        keep_away = planner.robot_radius + driving.clearance_margin
-        self.area = DrivableArea(
-            keep_away, max(keep_away, planner.robot_radius + driving.slow_distance) + 0.1
-        )
         self._known, self._goal, self._settings = known, goal_map, driving
         self._modes = (planner, reward)
-        self._planner: RoutePlanner | None = None
-        self._driven: list[tuple[float, float]] = []
-        self._has_changed = False
-        self._compared_at = -math.inf
+        self.forget()
 
     def map_changed(self, part: GridFrame) -> None:
         """Take over what changed in a part of the map."""
@@ -74,8 +67,12 @@ class RouteKeeper:
     def forget(self) -> None:
         """Begin again, for instance after the map was cleared; the goal stays."""
         self.points_map = np.empty((0, 2))
-        self._planner = None
-        self._driven.clear()
+        self.problem: NoRouteReason | None = None
+        self.area = self._new_area()
+        self._planner: RoutePlanner | None = None
+        self._driven: list[tuple[float, float]] = []
+        self._has_changed = False
+        self._compared_at = -math.inf
 
     def update(self, now: float, robot: PlanarPose) -> None:
         """Bring the route up to date.
@@ -99,18 +96,28 @@ class RouteKeeper:
         elif self._has_changed and is_late and self._modes[0].mode == 'optimal':
             self._compare(now, robot, planner)
 
+    def _new_area(self) -> DrivableArea:
+        radius, driving = self._modes[0].robot_radius, self._settings
+        # Distances go from the centre of a cell to that of another; the robot and the obstacle's edge lie beside them.
+        keep_away = radius + max(driving.clearance_margin, CELLS_ASIDE * self._known.resolution)
+        return DrivableArea(keep_away, max(keep_away, radius + driving.slow_distance) + 0.1)
+
     def _cover(self, robot: PlanarPose) -> RoutePlanner:
         """Return the planner, another one where the area had to grow."""
         changed = self.area.cover(self._known, [self._goal, (robot.x, robot.y)])
         if not changed and self._planner is not None:
             return self._planner
         goal = self.area.frame.cell_of(self._goal)
-        steps_max = 2 + int(2.0 * self._settings.lookahead / self.area.frame.resolution)
         self._planner = make_planner(
-            self.area, (int(goal[0]), int(goal[1])), *self._modes, self._driven, steps_max
+            self.area, (int(goal[0]), int(goal[1])), *self._modes, self._driven, self._stretch
         )
         self._has_changed = True
         return self._planner
+
+    @property
+    def _stretch(self) -> int:
+        """Steps of a piece of the way that is twice as long as the robot looks ahead."""
+        return 2 + int(2.0 * self._settings.lookahead / self._known.resolution)
 
     def _take(self, now: float, robot: PlanarPose, planner: RoutePlanner) -> None:
         answer = self._plan(robot, planner)
@@ -144,7 +151,10 @@ class RouteKeeper:
         out = way_out(area.clearance, area.blocked, start)
         if out is None:
             return NoRoute(NoRouteReason.START_BLOCKED)
-        answer = planner.route_from((int(out[-1, 0]), int(out[-1, 1])))
+        begin = (int(out[-1, 0]), int(out[-1, 1]))
+        if not is_reachable(area.blocked, begin, goal):
+            return NoRoute(NoRouteReason.UNREACHABLE)
+        answer = planner.route_from(begin)
         if isinstance(answer, NoRoute):
             return answer
         points = area.frame.centre_of(np.concatenate([out[:-1], answer.cells]))
@@ -156,8 +166,7 @@ class RouteKeeper:
         """Leave out the points before the nearest one within the next stretch of the route."""
         if len(self.points_map) == 0:
             return
-        stretch = 2 + int(2.0 * self._settings.lookahead / self.area.frame.resolution)
-        distances = np.hypot(*(self.points_map[:stretch] - (robot.x, robot.y)).T)
+        distances = np.hypot(*(self.points_map[: self._stretch] - (robot.x, robot.y)).T)
         self.points_map = self.points_map[int(distances.argmin()) :]
 
     def _note(self, robot: PlanarPose) -> None:

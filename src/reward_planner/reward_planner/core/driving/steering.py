@@ -11,6 +11,7 @@ _STEER_TIME = 0.4  # deviations of the heading are made up for in about this tim
 _BRAKE_SHARE = 0.5  # of the acceleration is used to stop in time; the pose is a little old
 _DRIVE_WITHIN = 0.6  # with a larger deviation the robot turns on the spot [rad]
 _SLOWEST_SHARE = 0.25  # of the greatest speed, close to obstacles
+_SLOWEST = 0.1  # fast enough there for any robot [m/s]
 
 
 def turn_by(angle: float, settings: DrivingSettings) -> float:
@@ -47,5 +48,6 @@ def speed_near_obstacles(gap: float, settings: DrivingSettings) -> float:
         gap: from the rim of the robot to the nearest obstacle [m]; from ``slow_distance`` on the robot may go fast.
         settings: limits.
     """
-    share = gap / settings.slow_distance
-    return settings.max_linear_velocity * min(1.0, max(_SLOWEST_SHARE, share))
+    fastest = settings.max_linear_velocity
+    slowest = min(_SLOWEST, _SLOWEST_SHARE * fastest)
+    return max(slowest, fastest * min(1.0, gap / settings.slow_distance))

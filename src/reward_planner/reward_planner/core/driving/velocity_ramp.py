@@ -74,7 +74,7 @@ class VelocityRamp:
         if abs(change) >= abs(missing) and change * missing >= 0.0:
             self._acceleration = 0.0
             return wanted
-        return speed + change
+        return max(speed + change, 0.0)  # taking back a brake must not drive the robot backwards
 
 
 def _cut(value: float, most: float) -> float:

@@ -11,6 +11,7 @@ from reward_planner.core.driving.drivable_area import DrivableArea
 from shirube_geometry import PlanarPose
 
 _SAMPLES_A_CELL = 2.0
+_OUT_WITHIN = 1.5  # a robot that stands on an obstacle may go on if it is off it so soon [cells]
 
 
 def next_waypoint(
@@ -53,6 +54,7 @@ def free_ahead(area: DrivableArea, robot: PlanarPose, keep_away: float, reach: f
     ahead = np.array([math.cos(robot.yaw), math.sin(robot.yaw)])
     clearance = area.clearance_at((robot.x, robot.y) + distances[:, None] * ahead)
     ends = clearance < min(keep_away, float(clearance[0]))
+    ends |= (clearance <= 0.0) & (distances > _OUT_WITHIN * area.frame.resolution)
     free = int(ends.argmax()) if ends.any() else len(distances)
     return float(distances[max(free - 1, 0)]), float(clearance[:free].min())
 

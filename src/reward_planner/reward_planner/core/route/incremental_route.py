@@ -18,6 +18,9 @@ from reward_planner.core.route.incremental_search import (
 from reward_planner.core.route.octile import route_length
 from reward_planner.core.route.route import NoRoute, NoRouteReason, Route, refuse_ends
 
+_CHANGES_MAX = 100_000
+"""Of more cells that changed since the last route, a search from scratch makes less work than mending."""
+
 
 class IncrementalRoute:
     """Routes to a goal, as long as those of `shortest_route`.
@@ -34,12 +37,17 @@ class IncrementalRoute:
         inside = 0 <= goal[0] < blocked.shape[0] and 0 <= goal[1] < blocked.shape[1]
         width = around.shape[1]
         number = (goal[0] + 1) * width + goal[1] + 1 if inside else 0
-        lengths, promises = np.full((2, around.size), NO_WAY, dtype=np.int64)
+        lengths, promises = np.empty((2, around.size), dtype=np.int64)
         self._state = SearchState(around.reshape(-1), lengths, promises, width, number)
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        """Forget what was searched; the map stays."""
+        self._state.lengths[:] = self._state.promises[:] = NO_WAY
         self._opened = OpenCells(np.empty(1024, dtype=np.int64), np.empty(1024, dtype=np.int32), 0)
         self._start: int | None = None
         self._moved = 0
-        self._changed = np.empty(0, dtype=np.int64)
+        self._changed: list[NDArray[np.int64]] = []
 
     @property
     def blocked(self) -> NDArray[np.bool_]:
@@ -63,7 +71,11 @@ class IncrementalRoute:
         if len(places) and (places.min() < 0 or (places.max(axis=0) >= self._blocked.shape).any()):
             raise RewardPlannerError(f'a cell to change is outside of the map of {self._blocked.shape} cells')
         changed = write_changes(self._state, places, now)
-        self._changed = np.concatenate((self._changed, changed)) if len(self._changed) else changed
+        if self._start is None:
+            return  # nothing has been searched that the change could touch
+        self._changed.append(changed)
+        if sum(map(len, self._changed)) > _CHANGES_MAX:
+            self._begin_anew()
 
     def route_from(self, start: tuple[int, int]) -> Route | NoRoute:
         """Return a shortest route from where the robot is now: row and column."""
@@ -74,11 +86,11 @@ class IncrementalRoute:
         if self._start is None:
             self._state.promises[self._state.goal] = 0
             self._opened = with_cell(self._state, self._opened, self._state.goal, number, 0)
-            self._changed = self._changed[:0]  # nothing has been searched that they could touch
         else:
             self._moved += units_between(self._state, self._start, number)
-        self._opened, cells = mend(self._state, self._opened, self._changed, number, self._moved)
-        self._start, self._changed = number, self._changed[:0]
+        changed = np.concatenate(self._changed) if self._changed else np.empty(0, dtype=np.int64)
+        self._opened, cells = mend(self._state, self._opened, changed, number, self._moved)
+        self._start, self._changed = number, []
         if len(cells) == 0:
             return NoRoute(NoRouteReason.UNREACHABLE)
         return Route(cells, route_length(cells))

@@ -1,0 +1,40 @@
+"""Publishes the maps, kept for latecomers."""
+
+from __future__ import annotations
+
+import numpy as np
+from nav_msgs.msg import OccupancyGrid
+from numpy.typing import NDArray
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from std_msgs.msg import Header
+
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import UNKNOWN
+from shirube_ros.occupancy_conversion import occupancy_grid
+from shirube_ros.quality_of_service import map_profile
+
+
+class MapOutput:
+    """One map on one topic."""
+
+    def __init__(self, node: Node, topic: str) -> None:
+        """Advertise.
+
+        Args:
+            node: the node that publishes.
+            topic: of the map.
+        """
+        self._publisher: Publisher = node.create_publisher(OccupancyGrid, topic, map_profile())
+        self._shown: GridFrame | None = None
+
+    def show(self, grid: GridFrame, cells: NDArray[np.int8], header: Header) -> None:
+        """Publish cells, shape (rows, columns), as in OccupancyGrid."""
+        self._shown = grid
+        origin = (grid.origin_x, grid.origin_y)
+        self._publisher.publish(occupancy_grid(cells, origin, grid.resolution, header))
+
+    def wipe(self, header: Header) -> None:
+        """Publish a map of which nothing is known, in place of the one that latecomers would still get."""
+        if self._shown is not None:
+            self.show(self._shown, np.full(self._shown.shape, UNKNOWN, dtype=np.int8), header)
