@@ -62,9 +62,15 @@ def test_a_route_around_the_obstacle_is_answered():
 def test_the_route_begins_where_the_robot_is():
     planner = navigator()
     assert 'pose is not known' in ask(planner, PlanarPose(5.0, 3.0, 0.0))[1]
-    planner.add_pose(1.0, PlanarPose(1.0, 5.0, 0.0))
+    planner.add_pose(0.2, PlanarPose(1.0, 5.0, 0.0))
     result, _ = ask(planner, PlanarPose(5.0, 3.0, 0.0))
     assert result.path.poses[0].pose.position.y == pytest.approx(5.0, abs=0.1)
+
+
+def test_from_a_place_where_the_robot_was_an_hour_ago_no_route_is_told():
+    planner = navigator()
+    planner.add_pose(-3600.0, PlanarPose(1.0, 5.0, 0.0))
+    assert 'too old' in ask(planner, PlanarPose(5.0, 3.0, 0.0))[1]
 
 
 def test_what_is_wrong_is_told_by_line_and_code():
@@ -79,7 +85,7 @@ def test_what_is_wrong_is_told_by_line_and_code():
     assert (result.error_code, problem) == (203, NoRouteReason.START_OUTSIDE.value)
     planner.clear_map()
     with pytest.raises(DrivingError, match='give a nearer goal'):
-        planner.route_between(start, PlanarPose(1e7, 0.0, 0.0))
+        planner.route_between(start, PlanarPose(1e7, 0.0, 0.0), 0.0)
 
 
 def test_without_nav2_there_is_no_action(graph):

@@ -146,8 +146,8 @@ def test_goals_must_be_on_a_known_map_or_where_something_was_seen_since():
         navigator.set_goal(PlanarPose(2.0, 0.0, 0.0))
     assert navigator.pilot.keeper is None
     here = PlanarPose(0.0, 0.0, 0.0)
-    assert navigator.route_between(here, PlanarPose(2.0, 0.0, 0.0)) is NoRouteReason.GOAL_OUTSIDE
-    assert navigator.route_between(PlanarPose(2.0, 0.0, 0.0), here) is NoRouteReason.START_OUTSIDE
+    assert navigator.route_between(here, PlanarPose(2.0, 0.0, 0.0), 0.0) is NoRouteReason.GOAL_OUTSIDE
+    assert navigator.route_between(PlanarPose(2.0, 0.0, 0.0), here, 0.0) is NoRouteReason.START_OUTSIDE
     for _ in range(5):
         drive.tick()
     navigator.set_goal(PlanarPose(2.0, 0.0, 0.0))

@@ -21,8 +21,8 @@ def test_a_robot_that_stands_although_it_should_not_is_a_warning():
         report.add_drive(Drive(state, f'why {state.name}', None))
         status = report.status()
         assert status.message == f'why {state.name}'
-        needs_people = state in (DriveState.UNREACHABLE, DriveState.LOST, DriveState.BLIND)
-        assert status.level is (Level.WARN if needs_people else Level.OK)
+        stands = {DriveState.UNREACHABLE, DriveState.LOST, DriveState.BLIND, DriveState.STUCK}
+        assert status.level is (Level.WARN if state in stands else Level.OK)
 
 
 def test_frames_points_and_what_was_dropped_are_counted():

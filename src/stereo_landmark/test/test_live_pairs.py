@@ -26,10 +26,10 @@ SIDES = ('left', 'right')
 class Cameras:
     """Publishes what a robot sees, again and again, while the block runs."""
 
-    def __init__(self, graph: IsolatedGraph) -> None:
+    def __init__(self, graph: IsolatedGraph, state: tuple[float, ...] | None = TAUGHT) -> None:
         self.node = graph.add(lambda **options: Node('cameras', **options))
         self.listener = graph.add(lambda **options: Node('listener', **options))
-        self.state: tuple[float, ...] | None = TAUGHT
+        self.state = state
         self._graph, self._end, self._stamp = graph, Event(), 0
         self._images = [self.node.create_publisher(Image, f'{side}/image_rect', 5) for side in SIDES]
         self._infos = [self.node.create_publisher(CameraInfo, f'{side}/camera_info', 5) for side in SIDES]
@@ -85,7 +85,6 @@ def test_each_picture_is_what_the_cameras_see_now(graph: IsolatedGraph) -> None:
 
 def test_silent_cameras_are_told(graph: IsolatedGraph, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr('stereo_landmark.page.live_pairs.FIRST_WAIT', 0.3)
-    with Cameras(graph) as cameras:
-        cameras.state = None
+    with Cameras(graph, None) as cameras:
         with pytest.raises(StereoLandmarkError, match=r'no pair of images came within 0\.3 s'):
             LivePairs(cameras.heard, MOUNT, rectify=False)

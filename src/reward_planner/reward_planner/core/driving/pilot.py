@@ -137,7 +137,7 @@ class Pilot:
         velocity = self._ramp.toward(wanted, elapsed)
         if state is DriveState.REACHED and stood:
             self._is_done = True  # others may drive on now, and no later pose makes the robot come back
-        if state is DriveState.DRIVING and self._has_stood(now, stood and velocity == Velocity()):
+        if state is DriveState.DRIVING and self._has_stood(now, velocity):
             state, detail = (
                 DriveState.STUCK,
                 f'{DriveState.STUCK.value}: obstacles or lamps leave it no speed',
@@ -166,9 +166,10 @@ class Pilot:
             return DriveState.TURNING, DriveState.TURNING.value, self._turn(), None
         return self._approach(robot, self._goal, self.keeper)
 
-    def _has_stood(self, now: float, stands: bool) -> bool:
+    def _has_stood(self, now: float, velocity: Velocity) -> bool:
         """Return whether a robot that should drive has stood for long."""
-        if not stands or not now >= self._moved_at:
+        moves = max(abs(velocity.forward), abs(velocity.turn_rate)) > _STANDING
+        if moves or not now >= self._moved_at:
             self._moved_at = now
         return now - self._moved_at > _STUCK_AFTER
 
