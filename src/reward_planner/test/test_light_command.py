@@ -26,6 +26,7 @@ def test_each_operation_is_read(operation):
         ('{"op": "turn", "value": NaN}', 'no finite number'),
         ('{"op": "turn", "value": true}', 'no finite number'),
         ('{"op": "slow", "value": -0.1}', 'negative speed'),
+        ('{"op": "slow"}', 'no finite number'),
         ('{"op": "turn", "value": 7.0}', 'a whole turn at most'),
         ('{"op": "turn", "value": 1e308}', 'no finite number'),
         ('{"op": "slow", "value": 1' + 400 * '0' + '}', 'no finite number'),

@@ -313,16 +313,54 @@ def test_no_passage_is_entered_that_is_too_narrow_for_cells_so_large(resolution,
     assert last.state in (DriveState.REACHED, DriveState.UNREACHABLE), last.detail
 
 
-def test_a_robot_that_cannot_go_on_says_so():
+def test_a_robot_that_cannot_go_on_says_so(monkeypatch):
+    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive.pilot.set_goal(goal_at(8.0, 3.0))
+    drive.run(2.0)
+    monkeypatch.setattr(drive.pilot, '_speed', lambda *_: 0.0)
+    assert drive.run(4.0).state is DriveState.DRIVING
+    assert drive.run(4.0).state is DriveState.STUCK
+    monkeypatch.undo()
+    assert drive.run(60.0).state is DriveState.REACHED
+
+
+def test_a_lamp_that_leaves_no_speed_holds_the_robot():
     drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
     drive.pilot.set_goal(goal_at(8.0, 3.0))
     drive.run(2.0)
     drive.pilot.obey(LightCommand('slow', 0.0))
-    assert drive.run(4.0).state is DriveState.DRIVING
-    last = drive.run(4.0)
-    assert last.state is DriveState.STUCK
-    drive.pilot.obey(LightCommand('resume', 0.0))
-    assert drive.run(60.0).state is DriveState.REACHED
+    assert drive.run(2.0).state is DriveState.HELD
+    assert is_standing(drive.drives[-1])
+
+
+def test_the_robot_turns_for_a_lamp_once_it_stands():
+    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive.pilot.set_goal(goal_at(8.0, 3.0))
+    drive.run(3.0)
+    begun = len(drive.drives)
+    drive.pilot.obey(LightCommand('turn', 1.0))
+    drive.run(3.0)
+    turning = [each.velocity for each in drive.drives[begun:] if each.state is DriveState.TURNING]
+    spins = [each.forward for each in turning if abs(each.turn_rate) > 0.3]
+    assert spins
+    assert max(spins) < 0.02
+
+
+@pytest.mark.parametrize('what', ['pose', 'frame'])
+def test_what_comes_from_the_future_is_not_believed_for_ever(what):
+    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive.pilot.set_goal(goal_at(8.0, 3.0))
+    drive.run(2.0)
+    ahead = drive.robot.time + 30.0
+    if what == 'pose':
+        drive.pilot.robot_at(ahead, drive.pose)
+        drive.senses_pose = False
+    else:
+        drive.pilot.map_changed(ahead, drive.frame)
+        drive.senses_map = False
+    last = drive.run(3.0)
+    assert last.state is (DriveState.LOST if what == 'pose' else DriveState.BLIND)
+    assert is_standing(last)
 
 
 def test_a_cleared_map_forgets_its_obstacles():

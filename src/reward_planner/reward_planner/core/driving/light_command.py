@@ -10,6 +10,7 @@ from reward_planner.core.driving.driving_error import DrivingError
 
 OPERATIONS = ('stop', 'resume', 'slow', 'speed_up', 'turn')
 _WITH_SPEED = ('slow', 'speed_up')
+_WITH_VALUE = (*_WITH_SPEED, 'turn')
 _LARGEST = 1000.0
 _TURN_MAX = math.tau + 1e-6
 
@@ -40,7 +41,7 @@ def read_light_command(text: str) -> LightCommand:
     operation = fields.get('op') if isinstance(fields, dict) else None
     if operation not in OPERATIONS:
         raise DrivingError(f'command has no known op; it must be one of {", ".join(OPERATIONS)}')
-    value = fields.get('value', 0.0)
+    value = fields.get('value', None if operation in _WITH_VALUE else 0.0)
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= _LARGEST:
         raise DrivingError('command has a value that is no finite number of a sensible size; send one')
     if operation in _WITH_SPEED and value < 0.0:

@@ -160,7 +160,7 @@ class Pilot:
             self.keeper.update(now, robot)
         except DrivingError as fault:
             return DriveState.UNREACHABLE, str(fault), stand, None
-        if self.orders.is_stopped:
+        if self.orders.is_stopped or self.orders.speed <= _STANDING:
             return DriveState.HELD, DriveState.HELD.value, stand, None
         if self.orders.left_to_turn != 0.0:
             return DriveState.TURNING, DriveState.TURNING.value, self._turn(), None

@@ -1,0 +1,22 @@
+"""The command asks the node and says what it answered."""
+
+import pytest
+from std_srvs.srv import Trigger
+
+from reward_planner.commands import save_map
+
+
+@pytest.mark.parametrize(
+    ('answer', 'code', 'out', 'err'),
+    [
+        (Trigger.Response(success=True, message='saved to room.yaml'), 0, 'saved to room.yaml\n', ''),
+        (Trigger.Response(success=False, message='nothing is known'), 1, '', 'save_map: nothing is known\n'),
+        (None, 1, '', 'save_map: /robot/planner does not answer; start it first\n'),
+    ],
+)
+def test_the_answer_of_the_node_is_told(answer, code, out, err, monkeypatch, capsys):
+    asked = []
+    monkeypatch.setattr(save_map, 'call', lambda service: asked.append(service) or answer)
+    assert save_map.main(['--node', '/robot/planner']) == code
+    assert asked == ['/robot/planner/save_map']
+    assert tuple(capsys.readouterr()) == (out, err)
