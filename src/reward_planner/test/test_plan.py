@@ -46,6 +46,27 @@ def test_the_route_goes_around_the_wall_in_metres(
     assert picture.shape[0] / picture.shape[1] == pytest.approx(40 / 60)
 
 
+def test_the_rewards_of_every_step_are_told(room: Path, tmp_path: Path) -> None:
+    """Table 1 by hand: 100/L - L, and -1000, -250, -100 for what is wrong with a step."""
+    csv, why = tmp_path / 'route.csv', tmp_path / 'why.csv'
+    options = ['--mode', 'reward', '--robot-radius', '0', '--csv', str(csv), '--explain', str(why)]
+    assert plan(room, '0.04 -1.0', '4.0 -1.0', *options) == 0
+    route = np.loadtxt(csv, delimiter=',', skiprows=1)
+    rows = np.genfromtxt(why, delimiter=',', names=True)
+    assert len(rows) == 8 * (len(route) - 1)
+    taken = rows[rows['taken'] == 1]
+    np.testing.assert_allclose(np.column_stack([taken['to_x'], taken['to_y']]), route[1:], atol=1e-6)
+    assert (taken['can_enter'] == 1).all()
+    away = np.hypot(rows['to_x'] - route[-1, 0], rows['to_y'] - route[-1, 1]) / 0.1
+    ahead = (rows['can_enter'] == 1) & (away > 0.5)
+    np.testing.assert_allclose(rows['advance'][ahead], (100.0 / away - away)[ahead], atol=2e-3)
+    assert set(rows['collision']) == {0.0, -1000.0}
+    assert set(rows['visited']) == {0.0, -250.0}
+    assert set(rows['detour']) == {0.0, -100.0}
+    sums = sum(rows[name] for name in ('advance', 'collision', 'outside', 'visited', 'detour'))
+    np.testing.assert_allclose(rows['total'], sums, atol=3e-3)
+
+
 def test_the_picture_has_north_up(room: Path, tmp_path: Path) -> None:
     assert plan(room, '0 0', '1 1', '--png', str(tmp_path / 'a.png')) == 0
     picture = cv2.imread(str(tmp_path / 'a.png'))
@@ -69,6 +90,7 @@ def test_the_picture_has_north_up(room: Path, tmp_path: Path) -> None:
         ('0 0', '4 0', ['--robot-radius', '-1'], 'setting robot_radius is -1.0'),
         ('0 0', '4 0', ['--resolution', '0.05'], '0.05 m is asked for'),
         ('0 0', '4 0', ['--csv', '/dev/null/route.csv'], 'writable place'),
+        ('0 0', '4 0', ['--explain', 'why.csv'], 'goes with --mode reward'),
     ],
 )
 def test_what_cannot_be_planned_is_told_in_one_line(room, start, goal, options, message, capsys) -> None:

@@ -12,10 +12,12 @@ import numpy as np
 from reward_planner.core.grid.footprint import blocked_cells
 from reward_planner.core.known_map_plan import plan_on_map
 from reward_planner.core.planner_settings import PlannerSettings
+from reward_planner.core.reward.explained_walk import explained_walk
 from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.route.route import NoRoute
 from reward_planner.files.occupancy_map_file import load_occupancy_map
+from reward_planner.files.reward_table_file import save_reward_table
 from reward_planner.files.route_picture import draw_route, save_picture
 from reward_planner.files.route_table import save_route_table
 from shirube_settings import SettingsError, check_settings
@@ -41,17 +43,23 @@ def plan(options: argparse.Namespace) -> int:
     reward = RewardSettings(visits=options.visits)
     check_settings(settings)
     check_settings(reward)
+    if options.explain is not None and settings.mode != 'reward':
+        raise RewardPlannerError('--explain goes with --mode reward; the shortest route has no rewards')
     grid = load_occupancy_map(options.map, options.resolution)
     route = plan_on_map(grid, options.start, options.goal, settings, reward)
     cells = np.empty((0, 2), dtype=np.int64) if isinstance(route, NoRoute) else route.cells
+    blocked = blocked_cells(grid.occupied(), grid.frame.resolution, settings.robot_radius)
     if options.png is not None:
-        blocked = blocked_cells(grid.occupied(), grid.frame.resolution, settings.robot_radius)
         save_picture(options.png, draw_route(grid, blocked, cells))
     if isinstance(route, NoRoute):
         print(f'plan: {options.map}: {route.reason.value}', file=sys.stderr)
         return 1
     if options.csv is not None:
         save_route_table(options.csv, route.points_map(grid.frame))
+    if options.explain is not None:
+        start, goal = ((int(row), int(column)) for row, column in (cells[0], cells[-1]))
+        walk = explained_walk(blocked, start, goal, reward, len(cells) - 1)
+        save_reward_table(options.explain, walk, grid.frame)
     print(f'{route.metres(grid.frame):.3f} m, {len(cells)} cells of {grid.frame.resolution:g} m')
     return 0
 
@@ -73,6 +81,9 @@ def make_parser() -> argparse.ArgumentParser:
     add('--resolution', type=float, metavar='M', help='refuse a map with other cells [m] (default: any)')
     add('--csv', type=Path, metavar='FILE', help='the route')
     add('--png', type=Path, metavar='FILE', help='a picture of it')
+    add(
+        '--explain', type=Path, metavar='FILE', help='in mode reward: the rewards of all steps along it (CSV)'
+    )
     return parser
 
 
