@@ -58,7 +58,7 @@ def taught_panel(wall: LandmarkWall, view: LandmarkView) -> TaughtPlace | None:
     processing = ImageProcessing()
     left, right = (detect_scene(image, processing) for image in view.panel)
     stereo = StereoView(left, right, CAMERAS)
-    teacher = Teacher(stereo, processing)
+    teacher = Teacher(stereo, processing, EXACT.pixel_sigma)
     quadrilaterals = left.kinds[Kind.QUADRILATERAL].primitives
     chosen = {}
     for number, corners in enumerate(field_pixels(wall, view.T_map_base)):

@@ -59,7 +59,7 @@ def test_the_rewards_of_every_step_are_told(room: Path, tmp_path: Path) -> None:
     assert (taken['can_enter'] == 1).all()
     away = np.hypot(rows['to_x'] - route[-1, 0], rows['to_y'] - route[-1, 1]) / 0.1
     ahead = (rows['can_enter'] == 1) & (away > 0.5)
-    np.testing.assert_allclose(rows['advance'][ahead], (100.0 / away - away)[ahead], atol=2e-3)
+    np.testing.assert_allclose(rows['advance'][ahead], 100.0 / away[ahead] - away[ahead], atol=2e-3)
     assert set(rows['collision']) == {0.0, -1000.0}
     assert set(rows['visited']) == {0.0, -250.0}
     assert set(rows['detour']) == {0.0, -100.0}

@@ -3,11 +3,12 @@ import pytest
 from drawn_wall import Plate, Wall, look
 from place_scenes import RIG
 
+from stereo_landmark.core.place.settings import PlaceSettings
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
 from stereo_landmark.core.procedure.primitive import Kind
 from stereo_landmark.core.procedure.stereo_measurement import stereo_points
 from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import PIXEL_SIGMA, Teacher
+from stereo_landmark.core.procedure.teaching import Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 WALL = Wall((Plate(0.1, 0.7, 0.3, 0.2, 60.0),))
@@ -36,7 +37,7 @@ def test_taught_points_are_not_better_known_than_the_calibration():
     teacher, plate = teacher_and_plate()
     points = teacher.coordinates(stereo_points([('plate', *teacher.measure(plate))]))
     depth = points.positions[:, 0] - RIG.mount.xyz[0]
-    by_calibration = np.sqrt(2.0) * PIXEL_SIGMA * depth**2 / (RIG.left.fx * RIG.baseline)
+    by_calibration = np.sqrt(2.0) * PlaceSettings.pixel_sigma * depth**2 / (RIG.left.fx * RIG.baseline)
     assert (np.sqrt(points.covariances[:, 0, 0]) > by_calibration).all()
 
 

@@ -33,8 +33,6 @@ from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
-PIXEL_SIGMA = PlaceSettings().pixel_sigma
-"""Error of the calibration, which is that of the taught points too [px]."""
 SURROUNDINGS_MAX = 40
 SURROUNDINGS_APART = 16.0
 """Primitives around the targets are at least so far from each other, for one thing speaks once [px]."""
@@ -63,11 +61,15 @@ class Teacher:
     Args:
         view: both images, with all kinds of primitives.
         processing: how the primitives were found.
+        pixel_sigma: error of the calibration, which is that of the taught points too [px].
     """
 
-    def __init__(self, view: StereoView, processing: ImageProcessing) -> None:
+    def __init__(
+        self, view: StereoView, processing: ImageProcessing, pixel_sigma: float = PlaceSettings.pixel_sigma
+    ) -> None:
         self._view = view
         self._processing = processing
+        self._pixel_sigma = pixel_sigma
 
     def measure(self, chosen: Primitive) -> tuple[Primitive, Primitive]:
         """Return how both images show a primitive that was detected in the left one, measured in the grey images.
@@ -85,7 +87,7 @@ class Teacher:
                 'its outline cannot be measured in both images; choose another primitive'
             )
         points = stereo_points([('it', *measured)])
-        if not rows_agree(points, PIXEL_SIGMA).all():
+        if not rows_agree(points, self._pixel_sigma).all():
             raise StereoLandmarkError(
                 'the images show it in different rows, so that it is not one thing; choose another primitive'
             )
@@ -101,7 +103,7 @@ class Teacher:
         if len(far):
             raise StereoLandmarkError(f'{points.names[far[0]]} is too far away to be measured; leave it out')
         camera = self._view.camera
-        points = with_calibration_error(points, PIXEL_SIGMA)
+        points = with_calibration_error(points, self._pixel_sigma)
         return triangulate(points, self._view.rig).moved(camera.rotation, camera.position)
 
     def teach(
