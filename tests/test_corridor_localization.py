@@ -1,0 +1,79 @@
+"""A place that is taught from one recorded drive is found on the others, and no other camera is believed."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from shirube_bags.bag_reader import BagReader
+from shirube_geometry import CameraMount, PlanarPose
+from shirube_ros.pose_conversion import planar_pose
+from stereo_landmark.bag_localization import BagLocalization
+from stereo_landmark.commands.teach import main as teach
+from stereo_landmark.core.landmark_localizer import LandmarkSettings
+from stereo_landmark.core.pair.pair_stream import PairStream
+from stereo_landmark.core.pair.settings import PairSettings
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.files.place_file import load_places
+from stereo_landmark.located_frame import LocatedFrame
+from stereo_landmark.pair_recording import choose_topics
+
+BAGS = Path(__file__).parents[1] / 'bags'
+MOUNT = CameraMount((0.1, 0.12, 1.25), (-0.5 * math.pi, 0.0, -0.5 * math.pi))
+NEAR = 0.7
+"""Of the taught pose every pair within this must be located [m]; the node's default reach is 0.8 m."""
+
+
+@pytest.fixture(scope='module')
+def places(tmp_path_factory: pytest.TempPathFactory) -> list[TaughtPlace]:
+    folder = tmp_path_factory.mktemp('places')
+    assert teach(['--batch', str(BAGS / 'corridor_teach/lesson.yaml'), '--places', str(folder)]) == 0
+    return list(load_places(folder))
+
+
+def located(
+    name: str, places: list[TaughtPlace], *, is_raw: bool = False
+) -> tuple[list[LocatedFrame], list[PlanarPose]]:
+    """Return the pairs of a bag and where the robot truly was in the map."""
+    with BagReader(BAGS / name) as bag:
+        truths = [planar_pose(bag.decode(raw).pose, name) for raw in bag.messages(['/ground_truth'])]
+        localization = BagLocalization(
+            bag,
+            choose_topics(bag, {}, is_raw=is_raw),
+            lambda: PairStream(places, MOUNT, PairSettings(rectify=is_raw), LandmarkSettings()),
+        )
+        return list(localization.run()), truths
+
+
+@pytest.mark.parametrize(
+    ('name', 'median', 'most'),
+    [('teach', 2.0, 6.0), ('left', 2.0, 6.0), ('right', 2.0, 6.0), ('light', 2.0, 10.0), ('hidden', 12.0, 25.0),
+     ('moved', 2.0, 10.0)],
+)  # fmt: skip
+def test_the_robot_is_found_at_the_place_in_millimetres(
+    name: str, median: float, most: float, places: list[TaughtPlace]
+) -> None:
+    frames, truths = located(f'corridor_{name}', places)
+    assert len(frames) == len(truths)
+    taught = places[0].T_map_place
+    assert taught is not None
+    errors, turns = [], []
+    for frame, truth in zip(frames, truths, strict=True):
+        if frame.fix is None:
+            assert taught.distance_to(truth) > NEAR
+            continue
+        found = taught @ frame.fix.displacement.T_place_base
+        errors.append(1e3 * found.distance_to(truth))
+        turns.append(abs(math.degrees(found.turn_to(truth))))
+    assert np.median(errors) < median
+    assert max(errors) < most
+    assert max(turns) < 0.5
+
+
+def test_the_place_is_not_looked_for_with_other_cameras(places: list[TaughtPlace]) -> None:
+    frames, _ = located('corridor_raw', places, is_raw=True)
+    assert frames
+    assert all(isinstance(frame.result, str) and 'other cameras' in frame.result for frame in frames)
