@@ -9,6 +9,7 @@ from _peer_octomap import OctoMap
 from numpy.typing import NDArray
 
 from reward_planner.core.voxels.frame_window import TILE, window_shape
+from reward_planner.core.voxels.point_density import focal_length_of_cloud
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
@@ -57,6 +58,14 @@ class Voxels:
                 firm = tiles.values[slot] >= settings.value_min * max(float(tiles.frames[slot]), 1.0)
             dense[TILE * i : TILE * (i + 1), TILE * j : TILE * (j + 1)] = firm
         return dense
+
+
+class Cloud(Voxels):
+    """The same for point clouds, whose density nobody tells."""
+
+    def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:
+        """Take a frame."""
+        super().add(stamp, points, SensorView(view.T_map_sensor, focal_length_of_cloud(points)))
 
 
 class OredFrames:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple, NoReturn
 
 import numpy as np
-from _ghost_methods import FIRST_TILE, TILES, Dense, Method, Octo, OredFrames, Voxels, dense_shape
+from _ghost_methods import FIRST_TILE, TILES, Cloud, Dense, Method, Octo, OredFrames, Voxels, dense_shape
 from _peer_octomap import INSTALL, IS_INSTALLED
 from _voxel_scenes import ROOM, driving, points_at, standing, view_at
 from numpy.typing import NDArray
@@ -34,6 +34,7 @@ METHODS: dict[str, Callable[[], Method]] = {
     '`count`, mean over time': lambda: Voxels(VoxelSettings(rule='count')),
     '`range_normalised`, mean over time': lambda: Voxels(VoxelSettings(rule='range_normalised')),
     '`log_odds`': lambda: Voxels(SETTINGS),
+    '`log_odds`, as a point cloud': lambda: Cloud(SETTINGS),
 }
 if IS_INSTALLED:
     METHODS['pyoctomap'] = lambda: Octo(SETTINGS)
@@ -63,12 +64,14 @@ class CleanRun(NamedTuple):
 
 
 def frames_of(
-    poses: list[PlanarPose], patch: int | None, *, same: bool
+    poses: list[PlanarPose], patch: int | None, *, same: bool, seed: int
 ) -> Iterator[tuple[NDArray[np.float32], SensorView]]:
     """Yield the frames of a run, with phantoms in the first FRAMES unless patch is None."""
     for k, pose in enumerate(poses):
-        phantom_rng = None if patch is None or k >= FRAMES else np.random.default_rng([7, 0 if same else k])
-        rng = np.random.default_rng([5, k])
+        phantom_rng = (
+            None if patch is None or k >= FRAMES else np.random.default_rng([7, seed, 0 if same else k])
+        )
+        rng = np.random.default_rng([5, seed, k])
         yield points_at(ROOM, pose, rng, (SHARE, patch or 1), phantom_rng), view_at(pose)
 
 
@@ -98,10 +101,10 @@ def clean_run(
     return runs
 
 
-def passed_by_clean_frames(poses: list[PlanarPose], shape: tuple[int, int, int]) -> Dense:
+def passed_by_clean_frames(poses: list[PlanarPose], shape: tuple[int, int, int], seed: int) -> Dense:
     """Return the voxels that rays of the last FRAMES passed."""
     passed, counter = np.zeros(shape, dtype=np.bool_), FrameCounter(SETTINGS)
-    for points, view in list(frames_of(poses, None, same=False))[FRAMES:]:
+    for points, view in list(frames_of(poses, None, same=False, seed=seed))[FRAMES:]:
         frame = counter.count_and_trace(points, view)
         window = frame.window
         x, y, z = np.unravel_index(frame.passed, (window.side, window.side, window.layers))
@@ -122,18 +125,20 @@ def score(held: list[Dense], clean: CleanRun, passed: Dense, solid: NDArray[np.b
 
 
 def print_table(
-    drive: str, poses: list[PlanarPose], solid: NDArray[np.bool_], progress: tqdm[NoReturn]
+    drive: str, poses: list[PlanarPose], solid: NDArray[np.bool_], seed: int, progress: tqdm[NoReturn]
 ) -> None:
     """Print the scores of all methods over one drive."""
-    passed = passed_by_clean_frames(poses, dense_shape(SETTINGS))
-    clean = clean_run({name: make() for name, make in METHODS.items()}, frames_of(poses, None, same=False))
+    passed = passed_by_clean_frames(poses, dense_shape(SETTINGS), seed)
+    clean = clean_run(
+        {name: make() for name, make in METHODS.items()}, frames_of(poses, None, same=False, seed=seed)
+    )
     progress.update()
     print(f'\n### {drive}\n')
     print('| phantoms | method | false cells after the phantoms | left after clean frames | ', end='')
     print('of these with free rays | true cells | lost |\n|---|---|---|---|---|---|---|')
     for kind, (patch, same) in PHANTOMS.items():
         methods = {name: make() for name, make in METHODS.items()}
-        held = occupied_over(methods, frames_of(poses, patch, same=same))
+        held = occupied_over(methods, frames_of(poses, patch, same=same, seed=seed))
         progress.update()
         for name in methods:
             scores = score(held[name], clean[name], passed, solid)
@@ -146,7 +151,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.parse_args()
+    parser.add_argument('--seed', type=int, default=0, help='of noise and phantoms (default: 0)')
+    seed = parser.parse_args().seed
     if not IS_INSTALLED:
         print(INSTALL)
     s = SETTINGS.resolution
@@ -159,7 +165,7 @@ def main() -> int:
         ('The robot stands', standing(2 * FRAMES)),
         ('The robot drives', driving(2 * FRAMES)),
     ):
-        print_table(drive, poses, solid, progress)
+        print_table(drive, poses, solid, seed, progress)
     return 0
 
 

@@ -7,6 +7,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 
 from reward_planner.core.navigator import SensorFrame
+from reward_planner.core.voxels.point_density import focal_length_of_cloud
 from reward_planner.inputs.frame_callback import FrameCallback
 from shirube_geometry import CameraMount
 from shirube_ros.message_error import PointCloudError
@@ -53,4 +54,4 @@ class PointsInput:
         if frame == self._base_frame:
             shifted = points - np.asarray(self._mount.xyz, dtype=np.float32)
             points = shifted @ self._mount.rotation.astype(np.float32)
-        self._on_frame(message.header, SensorFrame(points, 0.0))
+        self._on_frame(message.header, SensorFrame(points, focal_length_of_cloud(points)))
