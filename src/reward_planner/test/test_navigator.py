@@ -45,6 +45,7 @@ class RoomDrive:
         self.robot = DrivenRobot(PlanarPose(0.0, 0.0, 0.0), MotorLimits(0.6, 4.0))
         self.rng = np.random.default_rng(1)
         self.gap = math.inf
+        self.drive = None
 
     @property
     def pose(self):
@@ -59,13 +60,18 @@ class RoomDrive:
         now = self.robot.time
         self.navigator.add_frame(now, now, SensorFrame(self.points(), CAMERA.fx))
         self.navigator.add_pose(now, self.pose)
-        self.navigator.work(now)
-        drive = self.navigator.pilot.step(now)
+        try:
+            self.navigator.work(now)
+        finally:  # as the node does it
+            self.obey(now)
+        return self.drive
+
+    def obey(self, now):
+        self.drive = drive = self.navigator.pilot.step(now)
         velocity = drive.velocity
         forward, turn = (0.0, 0.0) if velocity is None else (velocity.forward, velocity.turn_rate)
         self.robot.drive(forward, turn, now + 0.1)
         self.gap = min(self.gap, self._gap())
-        return drive
 
     def _gap(self):
         x, y = self.pose.x, self.pose.y
@@ -109,6 +115,50 @@ def test_a_frame_of_nan_is_told_and_is_no_news():
         navigator.work(1.0)
     navigator.pilot.set_goal(PlanarPose(5.0, 0.0, 0.0))
     assert navigator.pilot.step(1.0).state is DriveState.BLIND
+
+
+NEAR_POINTS = np.tile(np.array([[0.0, 0.0, 0.1]], dtype=np.float32), (CAMERA.width * CAMERA.height, 1))
+
+
+@pytest.mark.parametrize('hidden', [1.0, 0.9])
+def test_a_robot_whose_camera_is_covered_stands_and_hits_nothing(hidden):
+    drive = RoomDrive(ROOMS['wall with a door'])
+    drive.navigator.pilot.set_goal(PlanarPose(5.0, -1.5, 0.0))
+    for _ in range(12):
+        drive.tick()
+    see = drive.points
+    count = int(hidden * len(NEAR_POINTS))
+    drive.points = lambda: np.concatenate([NEAR_POINTS[:count], see()[count:]])
+    for _ in range(60):
+        with pytest.raises(MappingError, match='nothing covers the camera'):
+            drive.tick()
+    assert drive.drive.state is DriveState.BLIND
+    stood = drive.pose
+    with pytest.raises(MappingError):
+        drive.tick()
+    assert drive.pose.distance_to(stood) < 1e-3
+    assert drive.gap > 0.0
+
+
+def test_a_wall_close_ahead_does_not_blind_a_robot_that_sees_past_it():
+    drive = RoomDrive(())
+    points = drive.points()
+    points[: len(points) // 2] = (0.0, 0.0, 0.1)
+    drive.navigator.add_pose(1.0, drive.pose)
+    drive.navigator.add_frame(1.0, 1.0, SensorFrame(points, CAMERA.fx))
+    assert len(drive.navigator.work(1.0)) == 1
+
+
+def test_a_blind_frame_changes_nothing_in_the_map():
+    drive = RoomDrive(ROOMS['box'])
+    for _ in range(5):
+        drive.tick()
+    before = drive.navigator.mapper.map.occupancy()[1]
+    drive.points = lambda: NEAR_POINTS
+    for _ in range(5):
+        with pytest.raises(MappingError, match='nearer than range_min'):
+            drive.tick()
+    np.testing.assert_array_equal(drive.navigator.mapper.map.occupancy()[1], before)
 
 
 def test_poses_that_jump_are_not_believed_and_the_robot_stands():

@@ -152,22 +152,23 @@ class Navigator:
         self.frames.put(stamp, now, frame)
 
     def work(self, now: float) -> list[MappedFrame]:
-        """Map the frames whose poses are known by now [s]; a frame without one finite point is none.
+        """Map the frames whose poses are known by now [s]; a blind one, see `PointTally.is_blind`, is none.
 
         Raises:
-            MappingError: a frame has no finite point; the others are mapped.
+            MappingError: a frame is blind, and no other came with it.
         """
         mapped, is_blind = [], False
         for stamp, frame, T_map_base in self.frames.take(now, self._trail):
-            if not np.isfinite(frame.points).all(axis=1).any():
+            local, tally = self.mapper.add(stamp, frame.points, T_map_base, frame.focal_length)
+            if tally.is_blind:
                 is_blind = True
                 continue
-            local, tally = self.mapper.add(stamp, frame.points, T_map_base, frame.focal_length)
             self.pilot.map_changed(stamp, local.frame)
             mapped.append(MappedFrame(stamp, local, tally))
         if is_blind and not mapped:
             raise MappingError(
-                'a frame has no finite point; check the depth camera, the robot stands meanwhile'
+                'a frame has no finite point, or nearly all are nearer than range_min; check that nothing covers the '
+                'camera, the robot stands meanwhile'
             )
         return mapped
 

@@ -10,6 +10,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 
+_COVERED_SHARE = (
+    0.8  # a wall close ahead fills the middle of a wide view with points that are too near, not so much
+)
+
+
 class PointTally(NamedTuple):
     """What became of the points of a frame.
 
@@ -26,6 +31,12 @@ class PointTally(NamedTuple):
     too_near: int
     too_far: int
     too_low_or_high: int
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether the frame tells nothing of what is ahead: its sensor is covered, or something stands before it."""
+        finite = self.too_near + self.counted + self.too_far + self.too_low_or_high
+        return self.too_near >= _COVERED_SHARE * finite
 
 
 @njit(cache=True, fastmath={'contract'})

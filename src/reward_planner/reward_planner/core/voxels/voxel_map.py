@@ -47,7 +47,7 @@ class VoxelMap:
         self.tiles = TileStore(window_shape(settings)[1], settings.tiles_max)
 
     def add(self, stamp: float, points: ArrayLike, view: SensorView) -> FrameVoxels:
-        """Take a frame and return its voxels.
+        """Take a frame and return its voxels; a blind one, see `PointTally.is_blind`, adds nothing.
 
         Args:
             stamp: of the frame [s]; when time jumps back nothing is forgotten for it.
@@ -63,6 +63,8 @@ class VoxelMap:
             frame = self._counter.count_and_trace(points, view)
         else:
             frame = self._counter.count(points, view)
+        if frame.tally.is_blind:
+            return frame
         slots = self._slots_for(frame, stamp)
         if self.settings.rule == 'log_odds':
             self._add_log_odds(frame, slots)
