@@ -97,3 +97,18 @@ def test_the_map_turns_with_the_view():
     assert cell(ahead, 1.55, 0.5) == OCCUPIED
     assert not aside.observed[tuple(aside.frame.cell_of((1.55, 0.5)))]
     assert cell(aside, -2.0, 0.0) == FREE
+
+
+@pytest.mark.parametrize(
+    'rule',
+    [
+        {'log_odds_occupied': 3.3, 'log_odds_max': 3.3},
+        {'log_odds_pass': 1.4, 'log_odds_min': -0.7},
+        {'log_odds_hit': 0.06, 'log_odds_pass': 5.0, 'log_odds_min': -2.5},
+    ],
+)
+def test_at_the_limits_of_the_rule_there_are_still_obstacles_and_free_cells(rule):
+    settings = VoxelSettings(resolution=0.1, range_max=3.0, **rule)
+    local, _ = project((BOX,), settings, frames=20)
+    assert cell(local, 1.55, 0.5) == OCCUPIED
+    assert cell(local, 1.25, 0.5) == FREE

@@ -13,10 +13,10 @@ from reward_planner.core.voxels.frame_window import TILE
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.tile_store import NO_TILE
 from reward_planner.core.voxels.voxel_map import VoxelMap
+from reward_planner.core.voxels.voxel_settings import FREE_SHARE
 
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
 """Values of cells, as in OccupancyGrid."""
-_FREE_SHARE = 0.5  # of what a ray takes; less has faded
 _FREE_LAYERS = 0.5
 
 
@@ -51,7 +51,7 @@ def project_around(voxels: VoxelMap, view: SensorView) -> LocalMap:
         voxels.tiles.values,
         voxels.tiles.frames if is_mean else np.ones(len(voxels.tiles.frames), dtype=np.float32),
         slots,
-        (least, -_FREE_SHARE * settings.log_odds_pass),
+        (float(np.float32(least)), float(np.float32(-FREE_SHARE * settings.log_odds_pass))),  # as values are
     )
     x, y, _ = window.corner
     frame = GridFrame(float(x), float(y), window.resolution, window.side, window.side)

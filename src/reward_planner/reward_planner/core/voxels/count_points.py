@@ -10,9 +10,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 
-_COVERED_SHARE = (
-    0.8  # a wall close ahead fills the middle of a wide view with points that are too near, not so much
-)
+_COVERED_SHARE = 0.8
+"""Of the points that are finite; a wall close ahead fills the middle of a wide view, not so much."""
 
 
 class PointTally(NamedTuple):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_error import VoxelError
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.voxels.voxel_settings import VoxelSettings, refuse_contradictions
 
 TILE = 16
 """Voxels along each side of a tile."""
@@ -68,12 +68,9 @@ def window_shape(settings: VoxelSettings) -> tuple[int, int]:
     """Return the voxels along x or y, and along z, of every window.
 
     Raises:
-        VoxelError: the heights leave no layer, or there are fewer tiles than one frame touches.
+        VoxelError: settings that contradict each other, or fewer tiles than one frame touches.
     """
-    if settings.height_max <= settings.height_min:
-        raise VoxelError(
-            f'height_max is {settings.height_max} m and height_min {settings.height_min} m, it must be higher'
-        )
+    refuse_contradictions(settings)
     tiles = math.ceil((2.0 * settings.range_max / settings.resolution + 2.0) / TILE) + 1
     if settings.tiles_max < tiles**2:
         raise VoxelError(
