@@ -9,7 +9,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-
 _COVERED_SHARE = 0.8
 """Of the points that are finite; a wall close ahead fills the middle of a wide view, not so much."""
 
