@@ -8,8 +8,9 @@ import pytest
 from reward_planner.core.driving.drivable_area import DrivableArea
 from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED
 from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.local_map import FREE, OCCUPIED, LocalMap
+from reward_planner.core.mapping.local_map import LocalMap
 
 
 def seen(rng, column, row, share):

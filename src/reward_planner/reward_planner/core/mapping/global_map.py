@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.mapping.local_map import UNKNOWN, LocalMap
+from reward_planner.core.grid.occupancy_map import UNKNOWN
+from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.mapping.mapping_error import MappingError
 
 _BLOCK = 64
@@ -43,7 +44,7 @@ class GlobalMap:
         return len(self._blocks) * _BLOCK**2
 
     def write(self, local: LocalMap) -> None:
-        """Overwrite the cells for which a local map has evidence.
+        """Overwrite the cells that a local map observed; all others stay what they were, whatever the time.
 
         Cells of a known map that are not in step with this map's cells go to the nearest ones.
 

@@ -26,6 +26,7 @@ from reward_planner.core.voxels.voxel_values import (
 )
 
 _FORGET_STEPS = 32  # tiles are brought up to date this often in a half-life
+_TRACE = np.float32(1e-6)  # what was hit keeps so much: rays take it back, time does not
 
 
 class VoxelMap:
@@ -101,7 +102,8 @@ class VoxelMap:
         if len(due) == 0:
             return
         kept = np.exp2((self.tiles.stamps[due] - stamp) / self.settings.half_life).astype(np.float32)
-        self.tiles.values[due] *= kept[:, None, None, None]
+        values = self.tiles.values[due]
+        self.tiles.values[due] = np.maximum(values * kept[:, None, None, None], np.minimum(values, _TRACE))
         self.tiles.frames[due] *= kept
         self.tiles.stamps[due] = stamp
 

@@ -53,7 +53,7 @@ class VoxelSettings:
     )
     half_life: float = setting(
         300.0,
-        'after this time half of what is no longer seen is forgotten',
+        'after this time half of the value of voxels that are no longer seen is forgotten; cells of the map stay',
         unit='s',
         minimum=1.0,
         maximum=1e6,
