@@ -124,6 +124,8 @@ def count_open_ends(
                 continue
             layer = int(height)
         else:
+            if rise == 0.0:
+                continue
             border = 0.0 if height < 0.0 else top
             to_border = (border - z0) / rise
             if not 0.0 < to_border <= share:
