@@ -12,6 +12,7 @@ from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.grid.occupancy_map import OccupancyMap
 from reward_planner.core.mapping.mapping_error import MappingError
+from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_trail import PoseVerdict
 from reward_planner.core.mapping.waiting_frames import DropReason
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
@@ -203,6 +204,22 @@ def test_goals_must_be_on_a_known_map_or_where_something_was_seen_since():
     navigator.set_goal(PlanarPose(2.0, 0.0, 0.0))
     navigator.clear_map()
     navigator.set_goal(PlanarPose(40.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(('rows', 'columns'), [(998, 998), (2000, 600), (40, 30_000)])
+def test_a_known_map_for_which_there_is_no_room_is_refused(rows, columns):
+    settings = NavigatorSettings(VoxelSettings(resolution=0.1), MappingSettings(cells_max=1_000_000))
+    known = OccupancyMap(GridFrame(0.0, 0.0, 0.1, columns, rows), np.zeros((rows, columns), dtype=np.int8))
+    with pytest.raises(MappingError, match=f'{columns} x {rows} cells.*cells_max 1000000; raise') as refusal:
+        Navigator(MOUNT, settings).use_map(known)
+    assert '\n' not in str(refusal.value)
+
+
+def test_on_the_largest_known_map_routes_are_found():
+    settings = NavigatorSettings(VoxelSettings(resolution=0.1), MappingSettings(cells_max=1_000_000))
+    navigator = Navigator(MOUNT, settings)
+    navigator.use_map(OccupancyMap(GridFrame(0.0, 0.0, 0.1, 830, 830), np.zeros((830, 830), dtype=np.int8)))
+    assert len(navigator.route_between(PlanarPose(0.0, 0.0, 0.0), PlanarPose(82.9, 82.9, 0.0))) > 800
 
 
 @pytest.mark.parametrize('bad', [np.nan, np.inf, -np.inf])
