@@ -52,6 +52,10 @@ def test_layers_reach_from_the_lowest_to_the_highest_height():
             'log_odds_min is -0.1, it must be -2.5 or less',
         ),
         (VoxelSettings(resolution=0.01, tiles_max=100), 'tiles_max is 100'),
+        (
+            VoxelSettings(resolution=0.01, range_max=50.0, tiles_max=10**6),
+            'more than 2147483647; raise resolution',
+        ),
     ],
 )
 def test_settings_that_contradict_each_other_are_refused(settings, words):

@@ -17,6 +17,10 @@ TILE = 16
 """Voxels along each side of a tile."""
 
 
+_VOXELS_MAX = 2**31 - 1
+"""Cells of a window are counted in 32 bits."""
+
+
 class FrameWindow(NamedTuple):
     """A square of whole tiles around the sensor, from the lowest to the highest voxel.
 
@@ -68,7 +72,7 @@ def window_shape(settings: VoxelSettings) -> tuple[int, int]:
     """Return the voxels along x or y, and along z, of every window.
 
     Raises:
-        VoxelError: settings that contradict each other, or fewer tiles than one frame touches.
+        VoxelError: settings that contradict each other, fewer tiles than one frame touches, or too many voxels.
     """
     refuse_contradictions(settings)
     tiles = math.ceil((2.0 * settings.range_max / settings.resolution + 2.0) / TILE) + 1
@@ -77,6 +81,11 @@ def window_shape(settings: VoxelSettings) -> tuple[int, int]:
             f'tiles_max is {settings.tiles_max}, one frame alone reaches {tiles**2}; raise it or resolution'
         )
     layers = math.ceil((settings.height_max - settings.height_min) / settings.resolution - 1e-6)
+    if (TILE * tiles) ** 2 * layers > _VOXELS_MAX:
+        raise VoxelError(
+            f'one frame reaches {TILE * tiles} x {TILE * tiles} x {layers} voxels, more than {_VOXELS_MAX}; '
+            'raise resolution or lower range_max'
+        )
     return TILE * tiles, layers
 
 
