@@ -27,7 +27,7 @@ from reward_planner.inputs.depth_input import DepthInput
 from reward_planner.inputs.points_input import PointsInput
 from reward_planner.inputs.trinocular_input import TrinocularInput
 from reward_planner.map_service import load_known_map, save_known_map
-from reward_planner.node_settings import NodeSettings, check_rule_fits_source
+from reward_planner.node_settings import NodeSettings, check_source
 from reward_planner.planner_report import PlannerReport
 from shirube_geometry import PlanarPose
 from shirube_ros.diagnostics import Diagnostics
@@ -94,7 +94,7 @@ class RewardPlannerNode(Node):
             declare_parameters(self, DrivingSettings),
         )
         refuse_misspelled_parameters(self)
-        check_rule_fits_source(method.voxels, self._settings)
+        check_source(method.voxels, self._settings)
         self._navigator = Navigator(self._settings.mount, method)
         load_known_map(self._navigator, self._settings)
         warm_up(self._settings.mount, method)
