@@ -132,7 +132,8 @@ class RewardPlannerNode(Node):
                 three = TrinocularInput(self, self._guard, transport, settings.depth, self._take_frame)
                 self._report.watch(three.groups)
             case _:
-                PointsInput(self, self._guard, settings.mount, settings.base_frame, self._take_frame)
+                frames = (settings.base_frame, settings.camera_frame)
+                PointsInput(self, self._guard, settings.mount, frames, self._take_frame)
         for kind, topic, take in (
             (PoseStamped, 'pose', self._take_pose),
             (PoseStamped, 'goal_pose', self._take_goal),

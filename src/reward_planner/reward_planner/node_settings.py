@@ -35,6 +35,11 @@ class NodeSettings(CameraSettings):
         'what the robot sees with: a point cloud, a depth image, or three cameras (left, right, top)',
         choices=('points', 'depth', 'trinocular'),
     )
+    camera_frame: str = setting(
+        '',
+        'optical frame of the camera whose mount this is, for source points; empty takes the first *_optical_frame '
+        'that comes, others are refused',
+    )
     map_file: str = setting('', 'map (YAML of map_server) to begin with; empty begins with nothing known')
     save_file: str = setting('', 'where ~/save_map writes (YAML, with a PGM beside it); empty takes map_file')
     drive: bool = setting(False, 'whether the node drives the robot, on cmd_vel')
