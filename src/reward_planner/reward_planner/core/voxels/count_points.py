@@ -119,13 +119,12 @@ def count_open_ends(
         rise = zx * x + zy * y + zz * z
         share = 1.0 if squared <= far else ranges[1] / math.sqrt(squared)
         height = z0 + share * rise
-        if 0.0 <= height < top:
-            if squared <= far:
-                continue
+        is_inside = 0.0 <= height < top
+        if (is_inside and squared <= far) or (not is_inside and rise == 0.0):
+            continue
+        if is_inside:
             layer = int(height)
         else:
-            if rise == 0.0:
-                continue
             border = 0.0 if height < 0.0 else top
             to_border = (border - z0) / rise
             if not 0.0 < to_border <= share:
