@@ -34,14 +34,14 @@ ROOMS = {
     'wall with a door': ((2.5, -2.5, 0.0, 2.7, 0.9, 2.0), (2.5, 2.1, 0.0, 2.7, 2.5, 2.0)),
 }
 RADIUS = 0.2
+SETTINGS = NavigatorSettings(voxels=VoxelSettings(resolution=0.1, range_max=4.0))
 
 
 class RoomDrive:
     """A robot with a depth camera in a room."""
 
-    def __init__(self, boxes):
+    def __init__(self, boxes, settings=SETTINGS):
         self.room = BoxRoom(SIZE, boxes)
-        settings = NavigatorSettings(voxels=VoxelSettings(resolution=0.1, range_max=4.0))
         self.navigator = Navigator(MOUNT, settings)
         self.robot = DrivenRobot(PlanarPose(0.0, 0.0, 0.0), MotorLimits(0.6, 4.0))
         self.rng = np.random.default_rng(1)
