@@ -8,6 +8,7 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Path
 from rclpy.node import Node
+from rclpy.time import Time
 from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
 
@@ -238,7 +239,8 @@ class RewardPlannerNode(Node):
 
     def _publish_local_map(self, frame: MappedFrame) -> None:
         self._has_new_map = True
-        grid, header = frame.local.frame, self._map_header()
+        stamp = Time(nanoseconds=round(1e9 * frame.stamp)).to_msg()
+        grid, header = frame.local.frame, Header(stamp=stamp, frame_id=self._settings.map_frame)
         origin = (grid.origin_x, grid.origin_y)
         self._local_map.publish(occupancy_grid(frame.local.occupancy, origin, grid.resolution, header))
 
