@@ -19,7 +19,6 @@ class TileStore:
         frames: shape (slots,), frames with points in the tile.
         stamps: shape (slots,), when the tile was last brought up to date [s].
         held: shape (slots, TILE, TILE), columns with an obstacle that points showed and rays have not taken back.
-        places: shape (slots, 2), indices of the tile along x and y; tile (0, 0) begins at the map's origin.
     """
 
     def __init__(self, layers: int, tiles_max: int) -> None:
@@ -31,12 +30,10 @@ class TileStore:
         """
         self._tiles_max = tiles_max
         self._slots: dict[tuple[int, int], int] = {}
-        self.dropped = 0
         self.values = np.empty((0, TILE, TILE, layers), dtype=np.float32)
         self.frames = np.empty(0, dtype=np.float32)
         self.stamps = np.empty(0)
         self.held = np.empty((0, TILE, TILE), dtype=np.bool_)
-        self.places = np.empty((0, 2), dtype=np.int64)
         self._grow(min(_FIRST_TILES, tiles_max))
 
     def __len__(self) -> int:
@@ -46,13 +43,7 @@ class TileStore:
     @property
     def bytes(self) -> int:
         """Memory of the slots, used and free."""
-        return (
-            self.values.nbytes
-            + self.frames.nbytes
-            + self.stamps.nbytes
-            + self.held.nbytes
-            + self.places.nbytes
-        )
+        return self.values.nbytes + self.frames.nbytes + self.stamps.nbytes + self.held.nbytes
 
     def slots_of(self, window: FrameWindow) -> NDArray[np.int64]:
         """Return the slots of a window's tiles, shape (tiles, tiles) along x and y, NO_TILE where there is none."""
@@ -82,7 +73,7 @@ class TileStore:
             place = (window.tile_x + i, window.tile_y + j)
             self._slots[place] = slots[i, j] = slot
             self.values[slot], self.frames[slot], self.held[slot] = 0.0, 0.0, False
-            self.stamps[slot], self.places[slot] = stamp, place
+            self.stamps[slot] = stamp
 
     def clear(self) -> None:
         """Forget all tiles; the memory stays reserved."""
@@ -101,7 +92,6 @@ class TileStore:
         farthest = np.argsort(np.abs(kept - middle).max(axis=1))[::-1][:excess]
         for place in kept[farthest].tolist():
             del self._slots[place[0], place[1]]
-        self.dropped += excess
 
     def _grow(self, slots: int) -> None:
         extra = slots - len(self.values)
@@ -109,4 +99,3 @@ class TileStore:
         self.frames = np.concatenate([self.frames, np.zeros(extra, np.float32)])
         self.stamps = np.concatenate([self.stamps, np.zeros(extra)])
         self.held = np.concatenate([self.held, np.zeros((extra, TILE, TILE), np.bool_)])
-        self.places = np.concatenate([self.places, np.zeros((extra, 2), np.int64)])
