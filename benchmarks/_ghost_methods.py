@@ -8,9 +8,10 @@ import numpy as np
 from _peer_octomap import OctoMap
 from numpy.typing import NDArray
 
-from reward_planner.core.voxels.frame_window import TILE, window_shape
+from reward_planner.core.voxels.frame_window import TILE, FrameWindow, window_shape
 from reward_planner.core.voxels.point_density import focal_length_of_cloud
 from reward_planner.core.voxels.sensor_view import SensorView
+from reward_planner.core.voxels.tile_store import NO_TILE
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
@@ -113,7 +114,7 @@ class Octo:
 
 def tiles_in_room(voxels: VoxelMap) -> list[tuple[int, int, int]]:
     """Return the tiles of the room that a map has: number along x and y in the room, and slot."""
-    tiles = voxels.tiles
-    number = len(tiles)
-    places = tiles.places[:number] - FIRST_TILE
-    return [(int(i), int(j), slot) for slot, (i, j) in enumerate(places) if 0 <= i < TILES and 0 <= j < TILES]
+    s, bottom = voxels.settings.resolution, voxels.settings.height_min
+    layers = window_shape(voxels.settings)[1]
+    slots = voxels.tiles.slots_of(FrameWindow(FIRST_TILE, FIRST_TILE, TILES * TILE, layers, s, bottom))
+    return [(i, j, int(slots[i, j])) for i, j in np.argwhere(slots != NO_TILE).tolist()]

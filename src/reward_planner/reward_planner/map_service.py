@@ -7,7 +7,11 @@ from pathlib import Path
 from reward_planner.core.grid.occupancy_map import OccupancyMap
 from reward_planner.core.navigator import Navigator
 from reward_planner.core.reward_planner_error import RewardPlannerError
-from reward_planner.files.occupancy_map_file import load_occupancy_map, save_occupancy_map
+from reward_planner.files.occupancy_map_file import (
+    load_occupancy_map,
+    refuse_other_endings,
+    save_occupancy_map,
+)
 from reward_planner.node_settings import NodeSettings
 
 
@@ -15,8 +19,11 @@ def load_known_map(navigator: Navigator, settings: NodeSettings) -> None:
     """Let a navigator begin with the map that is set, if one is.
 
     Raises:
-        RewardPlannerError: the file is missing or damaged, or has cells of another size.
+        RewardPlannerError: the file is missing or damaged, has cells of another size or too many, or the map could not
+            be saved under the name that is set.
     """
+    if settings.save_file:
+        refuse_other_endings(Path(settings.save_file))
     if settings.map_file:
         resolution = navigator.mapper.map.resolution
         navigator.use_map(load_occupancy_map(Path(settings.map_file), resolution))

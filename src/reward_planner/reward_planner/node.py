@@ -8,6 +8,7 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import Path
 from rclpy.node import Node
+from rclpy.time import Time
 from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
 
@@ -29,7 +30,7 @@ from reward_planner.inputs.points_input import PointsInput
 from reward_planner.inputs.trinocular_input import TrinocularInput
 from reward_planner.map_output import MapOutput
 from reward_planner.map_service import load_known_map, save_known_map
-from reward_planner.node_settings import NodeSettings, check_rule_fits_source
+from reward_planner.node_settings import NodeSettings, check_source
 from reward_planner.planner_report import PlannerReport
 from shirube_geometry import PlanarPose
 from shirube_ros.diagnostics import Diagnostics
@@ -96,7 +97,7 @@ class RewardPlannerNode(Node):
             declare_parameters(self, DrivingSettings),
         )
         refuse_misspelled_parameters(self)
-        check_rule_fits_source(method.voxels, self._settings)
+        check_source(method.voxels, self._settings)
         self._navigator = Navigator(self._settings.mount, method)
         load_known_map(self._navigator, self._settings)
         warm_up(self._settings.mount, method)
@@ -133,7 +134,8 @@ class RewardPlannerNode(Node):
                 three = TrinocularInput(self, self._guard, transport, settings.depth, self._take_frame)
                 self._report.watch(three.groups)
             case _:
-                PointsInput(self, self._guard, settings.mount, settings.base_frame, self._take_frame)
+                frames = (settings.base_frame, settings.camera_frame)
+                PointsInput(self, self._guard, settings.mount, frames, self._take_frame)
         for kind, topic, take in (
             (PoseStamped, 'pose', self._take_pose),
             (PoseStamped, 'goal_pose', self._take_goal),
@@ -247,7 +249,9 @@ class RewardPlannerNode(Node):
 
     def _publish_local_map(self, frame: MappedFrame) -> None:
         self._has_new_map = True
-        self._local_map.show(frame.local.frame, frame.local.occupancy, self._map_header())
+        stamp = Time(nanoseconds=round(1e9 * frame.stamp)).to_msg()
+        header = Header(stamp=stamp, frame_id=self._settings.map_frame)
+        self._local_map.show(frame.local.frame, frame.local.occupancy, header)
 
     def _publish_map(self, _: None) -> None:
         known = self._navigator.mapper.map.occupancy() if self._has_new_map else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from reward_planner.core.depth.depth_settings import DepthSettings
+from reward_planner.core.depth.depth_settings import DepthSettings, refuse_unmatchable
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from shirube_ros.camera_settings import CameraSettings
@@ -35,18 +35,26 @@ class NodeSettings(CameraSettings):
         'what the robot sees with: a point cloud, a depth image, or three cameras (left, right, top)',
         choices=('points', 'depth', 'trinocular'),
     )
+    camera_frame: str = setting(
+        '',
+        'optical frame of the camera whose mount this is, for source points; empty takes the first *_optical_frame '
+        'that comes, others are refused',
+    )
     map_file: str = setting('', 'map (YAML of map_server) to begin with; empty begins with nothing known')
     save_file: str = setting('', 'where ~/save_map writes (YAML, with a PGM beside it); empty takes map_file')
     drive: bool = setting(False, 'whether the node drives the robot, on cmd_vel')
     depth: DepthSettings = field(default_factory=DepthSettings)
 
 
-def check_rule_fits_source(voxels: VoxelSettings, node: NodeSettings) -> None:
-    """Refuse a rule that needs the density of the points where the source does not tell it.
+def check_source(voxels: VoxelSettings, node: NodeSettings) -> None:
+    """Refuse settings that do not fit the source, before its first message comes.
 
     Raises:
-        RewardPlannerError: ``range_normalised`` with point clouds, under which each single point were an obstacle.
+        RewardPlannerError: ``range_normalised``, which needs the density of the points, with point clouds, under which
+            each single point were an obstacle; or matching of three cameras that OpenCV cannot do.
     """
+    if node.source == 'trinocular':
+        refuse_unmatchable(node.depth)
     if voxels.rule == 'range_normalised' and node.source == 'points':
         raise RewardPlannerError(
             'rule range_normalised needs the focal length of a camera, which source points does not tell; '

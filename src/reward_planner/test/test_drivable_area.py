@@ -8,8 +8,9 @@ import pytest
 from reward_planner.core.driving.drivable_area import DrivableArea
 from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED
 from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.local_map import FREE, OCCUPIED, LocalMap
+from reward_planner.core.mapping.local_map import LocalMap
 
 
 def seen(rng, column, row, share):
@@ -53,6 +54,30 @@ def test_the_area_grows_only_when_it_must_and_leaves_room_around():
 
 
 def test_an_area_beyond_all_memory_is_refused():
+    known = GlobalMap(0.1, 1_000_000)
     area = DrivableArea(0.3, 0.6)
     with pytest.raises(DrivingError, match='give a nearer goal or a larger resolution'):
-        area.cover(GlobalMap(0.1, 1_000_000), [(0.0, 0.0), (1e5, 1e5)])
+        area.cover(known, [(0.0, 0.0), (1e5, 1e5)])
+    with pytest.raises(DrivingError, match='need 1088 x 1088 cells, cells_max is 1000000'):
+        area.cover(known, [(0.5, 0.5), (102.0, 102.0)])
+    assert area.cover(known, [(0.5, 0.5), (95.0, 95.0)])
+
+
+def test_an_area_that_grows_keeps_what_it_covered():
+    known = GlobalMap(0.1, 1_000_000)
+    area = DrivableArea(0.3, 0.6)
+    area.cover(known, [(0.0, 0.0), (20.0, 3.0)])
+    before = area.frame
+    assert area.cover(known, [(0.0, 0.0), (3.0, 20.0)])
+    corners = before.centre_of([(0, 0), (before.rows - 1, before.columns - 1)])
+    assert area.frame.contains(area.frame.cell_of(corners)).all()
+    assert not area.cover(known, [(20.0, 3.0), (3.0, 20.0)])
+
+
+def test_an_area_lets_go_of_what_it_covered_rather_than_be_too_large():
+    known = GlobalMap(0.1, 1_000_000)
+    area = DrivableArea(0.3, 0.6)
+    area.cover(known, [(0.0, 0.0)])
+    assert area.cover(known, [(5e4, 5e4)])
+    assert area.clearance_at((5e4, 5e4)) == pytest.approx(0.6)
+    assert area.frame.rows * area.frame.columns <= known.cells_max

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from slow_voxels import cells_as_voxels, centre_of, voxel_of, voxels_on_the_way
 
+from reward_planner.core.voxels import frame_voxels
 from reward_planner.core.voxels.frame_voxels import FrameCounter
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_error import VoxelError
@@ -121,6 +122,40 @@ def test_frames_leave_nothing_behind_in_the_work_space():
     counter.count_and_trace(*seen(1.0, -0.8, 0.4, 1.5))
     again = counter.count_and_trace(*seen())
     assert (first.cells == again.cells).all()
+    assert (first.counts == again.counts).all()
+    assert (first.passed == again.passed).all()
+
+
+@pytest.mark.parametrize('height', [0.05, 1.2])
+def test_level_rays_outside_of_the_heights_free_nothing_and_leave_nothing_behind(height):
+    T = np.eye(4)  # exactly level, as no camera of a rendered room is
+    T[:3, :3] = [[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]
+    T[:3, 3] = 0.3, 0.1, height
+    level = np.array([[0.05 * k, 0.0, 2.0] for k in range(-9, 10)] + [[0.0, 0.0, 9.0]], dtype=np.float32)
+    slanted = np.array(
+        [[0.05 * k, np.copysign(0.4, height - 0.5), 2.0] for k in range(-9, 10)], dtype=np.float32
+    )
+    counter, view = FrameCounter(SETTINGS), SensorView(T, CAMERA.fx)
+    alone = counter.count_and_trace(slanted, view)
+    both = counter.count_and_trace(np.concatenate([slanted, level]), view)
+    assert len(alone.passed) > 0
+    assert set(alone.passed.tolist()) == set(both.passed.tolist())
+    assert both.tally.too_low_or_high == 19
+    assert len(counter.count_and_trace(level, view).passed) == 0
+
+
+def test_a_frame_that_fails_leaves_nothing_behind(monkeypatch):
+    counter = FrameCounter(SETTINGS)
+    first = counter.count_and_trace(*seen())
+
+    def fail(cells, *_):
+        raise ZeroDivisionError
+
+    with monkeypatch.context() as patch:
+        patch.setattr(frame_voxels, 'mark_ends_passed', fail)
+        with pytest.raises(ZeroDivisionError):
+            counter.count_and_trace(*seen())
+    again = counter.count_and_trace(*seen())
     assert (first.counts == again.counts).all()
     assert (first.passed == again.passed).all()
 

@@ -38,13 +38,30 @@ def test_layers_reach_from_the_lowest_to_the_highest_height():
 @pytest.mark.parametrize(
     ('settings', 'words'),
     [
-        (VoxelSettings(height_min=1.0, height_max=0.5), 'height_max'),
+        (VoxelSettings(height_min=1.0, height_max=0.5), 'height_max is 0.5'),
+        (VoxelSettings(height_min=0.5, height_max=0.5), 'height_min is 0.5'),
+        (VoxelSettings(range_min=5.0, range_max=2.0), 'range_min is 5'),
+        (VoxelSettings(range_min=2.0, range_max=2.0), 'range_max is 2'),
+        (
+            VoxelSettings(log_odds_occupied=4.0),
+            'log_odds_occupied is 4, it may not be more; log_odds_max is 3.5',
+        ),
+        (VoxelSettings(log_odds_max=0.9), 'log_odds_max is 0.9'),
+        (
+            VoxelSettings(log_odds_pass=5.0, log_odds_min=-0.1),
+            'log_odds_min is -0.1, it must be -2.5 or less',
+        ),
         (VoxelSettings(resolution=0.01, tiles_max=100), 'tiles_max is 100'),
+        (
+            VoxelSettings(resolution=0.01, range_max=50.0, tiles_max=10**6),
+            'more than 2147483647; raise resolution',
+        ),
     ],
 )
 def test_settings_that_contradict_each_other_are_refused(settings, words):
-    with pytest.raises(VoxelError, match=words):
+    with pytest.raises(VoxelError, match=words) as refusal:
         window_shape(settings)
+    assert '\n' not in str(refusal.value)
 
 
 def test_a_sensor_beyond_all_maps_is_refused():

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, UNKNOWN
 from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.local_map import FREE, OCCUPIED, UNKNOWN, LocalMap
+from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.mapping.mapping_error import MappingError
 
 
@@ -49,7 +50,7 @@ def test_cells_without_evidence_keep_what_was_known():
     assert (value(area, 0, 0), value(area, 0, 1)) == (OCCUPIED, OCCUPIED)
 
 
-def test_evidence_that_faded_makes_a_cell_unknown():
+def test_an_obstacle_that_rays_took_back_is_unknown():
     area = GlobalMap(0.05, 1_000_000)
     area.write(patch(0, 0, [[OCCUPIED]]))
     area.write(patch(0, 0, [[UNKNOWN]], observed=np.array([[True]])))

@@ -12,6 +12,7 @@ from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.grid.occupancy_map import OccupancyMap
 from reward_planner.core.mapping.mapping_error import MappingError
+from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_trail import PoseVerdict
 from reward_planner.core.mapping.waiting_frames import DropReason
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
@@ -33,18 +34,19 @@ ROOMS = {
     'wall with a door': ((2.5, -2.5, 0.0, 2.7, 0.9, 2.0), (2.5, 2.1, 0.0, 2.7, 2.5, 2.0)),
 }
 RADIUS = 0.2
+SETTINGS = NavigatorSettings(voxels=VoxelSettings(resolution=0.1, range_max=4.0))
 
 
 class RoomDrive:
     """A robot with a depth camera in a room."""
 
-    def __init__(self, boxes):
+    def __init__(self, boxes, settings=SETTINGS):
         self.room = BoxRoom(SIZE, boxes)
-        settings = NavigatorSettings(voxels=VoxelSettings(resolution=0.1, range_max=4.0))
         self.navigator = Navigator(MOUNT, settings)
         self.robot = DrivenRobot(PlanarPose(0.0, 0.0, 0.0), MotorLimits(0.6, 4.0))
         self.rng = np.random.default_rng(1)
         self.gap = math.inf
+        self.drive = None
 
     @property
     def pose(self):
@@ -59,13 +61,18 @@ class RoomDrive:
         now = self.robot.time
         self.navigator.add_frame(now, now, SensorFrame(self.points(), CAMERA.fx))
         self.navigator.add_pose(now, self.pose)
-        self.navigator.work(now)
-        drive = self.navigator.pilot.step(now)
+        try:
+            self.navigator.work(now)
+        finally:  # as the node does it
+            self.obey(now)
+        return self.drive
+
+    def obey(self, now):
+        self.drive = drive = self.navigator.pilot.step(now)
         velocity = drive.velocity
         forward, turn = (0.0, 0.0) if velocity is None else (velocity.forward, velocity.turn_rate)
         self.robot.drive(forward, turn, now + 0.1)
         self.gap = min(self.gap, self._gap())
-        return drive
 
     def _gap(self):
         x, y = self.pose.x, self.pose.y
@@ -111,6 +118,50 @@ def test_a_frame_of_nan_is_told_and_is_no_news():
     assert navigator.pilot.step(1.0).state is DriveState.BLIND
 
 
+NEAR_POINTS = np.tile(np.array([[0.0, 0.0, 0.1]], dtype=np.float32), (CAMERA.width * CAMERA.height, 1))
+
+
+@pytest.mark.parametrize('hidden', [1.0, 0.9])
+def test_a_robot_whose_camera_is_covered_stands_and_hits_nothing(hidden):
+    drive = RoomDrive(ROOMS['wall with a door'])
+    drive.navigator.pilot.set_goal(PlanarPose(5.0, -1.5, 0.0))
+    for _ in range(12):
+        drive.tick()
+    see = drive.points
+    count = int(hidden * len(NEAR_POINTS))
+    drive.points = lambda: np.concatenate([NEAR_POINTS[:count], see()[count:]])
+    for _ in range(60):
+        with pytest.raises(MappingError, match='nothing covers the camera'):
+            drive.tick()
+    assert drive.drive.state is DriveState.BLIND
+    stood = drive.pose
+    with pytest.raises(MappingError):
+        drive.tick()
+    assert drive.pose.distance_to(stood) < 1e-3
+    assert drive.gap > 0.0
+
+
+def test_a_wall_close_ahead_does_not_blind_a_robot_that_sees_past_it():
+    drive = RoomDrive(())
+    points = drive.points()
+    points[: len(points) // 2] = (0.0, 0.0, 0.1)
+    drive.navigator.add_pose(1.0, drive.pose)
+    drive.navigator.add_frame(1.0, 1.0, SensorFrame(points, CAMERA.fx))
+    assert len(drive.navigator.work(1.0)) == 1
+
+
+def test_a_blind_frame_changes_nothing_in_the_map():
+    drive = RoomDrive(ROOMS['box'])
+    for _ in range(5):
+        drive.tick()
+    before = drive.navigator.mapper.map.occupancy()[1]
+    drive.points = lambda: NEAR_POINTS
+    for _ in range(5):
+        with pytest.raises(MappingError, match='nearer than range_min'):
+            drive.tick()
+    np.testing.assert_array_equal(drive.navigator.mapper.map.occupancy()[1], before)
+
+
 def test_poses_that_jump_are_not_believed_and_the_robot_stands():
     drive = RoomDrive(())
     drive.navigator.pilot.set_goal(PlanarPose(5.0, 0.0, 0.0))
@@ -153,6 +204,22 @@ def test_goals_must_be_on_a_known_map_or_where_something_was_seen_since():
     navigator.set_goal(PlanarPose(2.0, 0.0, 0.0))
     navigator.clear_map()
     navigator.set_goal(PlanarPose(40.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(('rows', 'columns'), [(998, 998), (2000, 600), (40, 30_000)])
+def test_a_known_map_for_which_there_is_no_room_is_refused(rows, columns):
+    settings = NavigatorSettings(VoxelSettings(resolution=0.1), MappingSettings(cells_max=1_000_000))
+    known = OccupancyMap(GridFrame(0.0, 0.0, 0.1, columns, rows), np.zeros((rows, columns), dtype=np.int8))
+    with pytest.raises(MappingError, match=f'{columns} x {rows} cells.*cells_max 1000000; raise') as refusal:
+        Navigator(MOUNT, settings).use_map(known)
+    assert '\n' not in str(refusal.value)
+
+
+def test_on_the_largest_known_map_routes_are_found():
+    settings = NavigatorSettings(VoxelSettings(resolution=0.1), MappingSettings(cells_max=1_000_000))
+    navigator = Navigator(MOUNT, settings)
+    navigator.use_map(OccupancyMap(GridFrame(0.0, 0.0, 0.1, 830, 830), np.zeros((830, 830), dtype=np.int8)))
+    assert len(navigator.route_between(PlanarPose(0.0, 0.0, 0.0), PlanarPose(82.9, 82.9, 0.0))) > 800
 
 
 @pytest.mark.parametrize('bad', [np.nan, np.inf, -np.inf])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid, Path
-from node_robot import CAMERA, ROOM, START, Robot
+from node_robot import CAMERA, ROOM, START, Robot, stamp
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 
@@ -41,6 +41,21 @@ def test_the_robot_is_driven_around_a_box_to_its_goal(graph):
     x, y = late[-1].info.origin.position.x, late[-1].info.origin.position.y
     assert (cells[int((0.0 - y) / 0.1), int((1.0 - x) / 0.1)], late[-1].header.frame_id) == (0, 'map')
     assert (cells[int((-1.0 - y) / 0.1) :, int((1.65 - x) / 0.1)] == 100).any()
+
+
+def test_the_local_map_bears_the_time_of_its_frame(graph):
+    robot = Robot(graph)
+    maps = robot.listen(OccupancyGrid, '/reward_planner/local_map', map_profile())
+    robot.send_pose()
+    robot.tick(0.1)
+    robot.send_points()
+    seen_at = robot.now
+    robot.tick(0.2)
+    robot.send_pose()
+    robot.tick(0.1)
+    assert graph.spin_until(lambda: len(maps) == 1)
+    assert maps[0].header.stamp == stamp(seen_at)
+    assert maps[0].header.frame_id == 'map'
 
 
 def test_without_drive_a_plan_is_made_and_nothing_is_driven(graph):

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.ndimage import minimum_filter
 
-from reward_planner.core.mapping.local_map import FREE, OCCUPIED
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, UNKNOWN
+from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
 from reward_planner.core.voxels.voxel_error import VoxelError
@@ -95,6 +98,70 @@ def test_the_walls_of_a_known_room_stay_when_only_others_are_seen():
         mapper.add(0.1 * k, points_at(away), away, CAMERA.fx)
     frame, cells = mapper.map.occupancy()
     assert cells[tuple(frame.cell_of((-3.05, 0.0)))] == OCCUPIED
+
+
+BEFORE_THE_WALL = PlanarPose(-1.9, 0.0, math.pi)
+WALL = (-3.05, 0.0)
+
+
+def look(mapper, room, pose, stamps):
+    for stamp in stamps:
+        mapper.add(stamp, points_at(pose, room), pose, CAMERA.fx)
+
+
+def cell(mapper, x, y):
+    frame, cells = mapper.map.occupancy()
+    return cells[tuple(frame.cell_of((x, y)))]
+
+
+@pytest.mark.parametrize('half_life', [1.0, 300.0])
+def test_time_alone_never_takes_an_obstacle_from_the_map(half_life):
+    settings = replace(SETTINGS, half_life=half_life)
+    mapper = ObstacleMapper(MOUNT, settings, MappingSettings())
+    look(mapper, ROOM, BEFORE_THE_WALL, 0.1 * np.arange(5))
+    away = PlanarPose(BEFORE_THE_WALL.x, BEFORE_THE_WALL.y, 0.0)
+    look(mapper, ROOM, away, half_life * np.array([0.5, 1.0, 1.6, 2.5, 7.0, 30.0, 200.0]))
+    assert cell(mapper, *WALL) == OCCUPIED
+
+
+LOW_BOX = (2.2, -0.3, 0.0, 2.6, 0.3, 0.25)
+
+
+@pytest.mark.parametrize('frames', [1, 3, 30])
+def test_a_known_box_stays_when_it_is_seen_in_part_and_rays_pass_over_it(frames):
+    mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
+    box = GridFrame(2.2, -0.3, 0.1, 4, 6)
+    known = np.full(box.shape, OCCUPIED, dtype=np.int8)
+    mapper.map.write(LocalMap(box, known, known == OCCUPIED))
+    pose, room = PlanarPose(0.0, 0.0, 0.0), BoxRoom(ROOM.size, (LOW_BOX,))
+    look(mapper, room, pose, 0.1 * np.arange(frames))
+    np.testing.assert_array_equal(mapper.map.occupancy_in(box), known)
+
+
+def test_a_known_box_that_is_gone_is_found_free():
+    mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
+    box = GridFrame(1.3, -0.3, 0.1, 4, 6)
+    known = np.full(box.shape, OCCUPIED, dtype=np.int8)
+    mapper.map.write(LocalMap(box, known, known == OCCUPIED))
+    look(mapper, BoxRoom(ROOM.size, ()), PlanarPose(0.0, 0.0, 0.0), 0.1 * np.arange(30))
+    np.testing.assert_array_equal(mapper.map.occupancy_in(box), FREE)
+
+
+def test_what_stood_close_to_the_robot_and_went_away_is_taken_back():
+    mapper, pose = ObstacleMapper(MOUNT, SETTINGS, MappingSettings()), PlanarPose(0.0, 0.0, 0.0)
+    person = (0.71, -0.2, 0.0, 0.95, 0.2, 1.7)
+    look(mapper, BoxRoom(ROOM.size, (person,)), pose, 0.1 * np.arange(10))
+    assert cell(mapper, 0.75, 0.0) == OCCUPIED
+    look(mapper, BoxRoom(ROOM.size, ()), pose, 1.0 + 0.1 * np.arange(30))
+    assert cell(mapper, 0.75, 0.0) == UNKNOWN  # from so near the camera does not see the floor there
+
+
+def test_an_obstacle_whose_voxels_were_given_up_stays():
+    mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
+    look(mapper, ROOM, BEFORE_THE_WALL, 0.1 * np.arange(5))
+    mapper.voxels.clear()
+    look(mapper, ROOM, PlanarPose(-1.9, 0.0, 0.0), 1.0 + 0.1 * np.arange(5))
+    assert cell(mapper, *WALL) == OCCUPIED
 
 
 def test_a_pose_that_is_not_finite_is_refused_and_maps_nothing():

@@ -107,11 +107,31 @@ def test_an_image_of_a_wrong_size_is_refused(saved: Path, change_of_length: int)
         load_occupancy_map(saved)
 
 
-@pytest.mark.parametrize('content', [b'', b'no image', b'P5\n-3 4\n255\n'])
+@pytest.mark.parametrize(
+    'content', [b'', b'no image', b'P5\n-3 4\n255\n', b'P5' + b'\n' * 60, b'P5' + b'\n#\n' * 40]
+)
 def test_what_is_no_image_is_refused(saved: Path, content: bytes) -> None:
     saved.with_suffix('.pgm').write_bytes(content)
     with pytest.raises(RewardPlannerError, match='no image'):
         load_occupancy_map(saved)
+
+
+def test_comments_may_stand_between_all_numbers_of_the_header(saved: Path) -> None:
+    before, image = load_occupancy_map(saved), saved.with_suffix('.pgm')
+    cells = image.read_bytes()[-77:]
+    image.write_bytes(b'P5 # by hand\n# wide\n11 # and high\n7\n# white\n255\n' + cells)
+    np.testing.assert_array_equal(load_occupancy_map(saved).occupancy, before.occupancy)
+    image.write_bytes(image.read_bytes()[:-5])
+    with pytest.raises(RewardPlannerError, match='11 x 7 cells need 77'):
+        load_occupancy_map(saved)
+
+
+@pytest.mark.parametrize('name', ['map.pgm', 'map', 'map.png', 'map.yaml.bak'])
+def test_a_map_is_not_saved_under_another_ending(saved: Path, name: str) -> None:
+    there = {path.name: path.read_bytes() for path in saved.parent.iterdir()}
+    with pytest.raises(RewardPlannerError, match=f'{name}: is no name for the YAML'):
+        save_occupancy_map(saved.with_name(name), load_occupancy_map(saved))
+    assert {path.name: path.read_bytes() for path in saved.parent.iterdir()} == there
 
 
 @pytest.mark.parametrize('text', ['[', 'image', '\x00'])

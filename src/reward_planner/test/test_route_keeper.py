@@ -8,8 +8,9 @@ import pytest
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.route_keeper import RouteKeeper, length_of
 from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED
 from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.local_map import FREE, OCCUPIED, LocalMap
+from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.route.route import NoRouteReason

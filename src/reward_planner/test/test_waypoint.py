@@ -8,8 +8,9 @@ import pytest
 from reward_planner.core.driving.drivable_area import DrivableArea
 from reward_planner.core.driving.waypoint import free_ahead, next_waypoint
 from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED
 from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.local_map import FREE, OCCUPIED, LocalMap
+from reward_planner.core.mapping.local_map import LocalMap
 from shirube_geometry import PlanarPose
 
 CORNER = np.array([(0.1 * k, 0.0) for k in range(11)] + [(1.0, 0.1 * k) for k in range(1, 11)])

@@ -21,6 +21,7 @@ WARM_UP_PARTS = ('dots', 'search')
 PROGRAMS = (
     *(f'from floor_localizer.core.warm_up import PARTS; PARTS[{part!r}]()' for part in WARM_UP_PARTS),
     'from stereo_landmark.core.warm_up import warm_up; warm_up()',
+    'from reward_planner.core.warm_up import warm_up_defaults; warm_up_defaults()',
 )
 """Each compiles its share of the loops."""
 _COMPILED = re.compile(rb'^@njit', re.MULTILINE)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from reward_planner.core.driving.drivable_area import needed_frame
 from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.pilot import Pilot
@@ -100,11 +101,23 @@ class Navigator:
         """Go on with a map that was made before; from now on goals must be on it, or where something was seen since.
 
         Raises:
-            MappingError: its cells have another size.
+            MappingError: its cells have another size, or there is no room for it and the strip around it.
         """
         observed = known.occupancy != UNKNOWN
         self.mapper.map.write(LocalMap(known.frame, known.occupancy, observed))
+        self._refuse_too_large(known.frame)
         self._known_frame = known.frame
+
+    def _refuse_too_large(self, frame: GridFrame) -> None:
+        """Refuse a known map that was cut off, or on which no route could be sought."""
+        settings, kept = self._settings, self.mapper.map
+        keep_away = settings.planner.robot_radius + settings.driving.clearance_margin
+        area = needed_frame(kept, frame.centre_of([(0, 0)]), keep_away)
+        if kept.refused or area.columns * area.rows > kept.cells_max:
+            raise MappingError(
+                f'the known map has {frame.columns} x {frame.rows} cells, with the room around it more than cells_max '
+                f'{kept.cells_max}; raise cells_max, cut the map or take a larger resolution'
+            )
 
     def set_goal(self, T_map_goal: PlanarPose) -> None:
         """Take a goal; the one before is forgotten, also if this one is refused.
@@ -152,22 +165,23 @@ class Navigator:
         self.frames.put(stamp, now, frame)
 
     def work(self, now: float) -> list[MappedFrame]:
-        """Map the frames whose poses are known by now [s]; a frame without one finite point is none.
+        """Map the frames whose poses are known by now [s]; a blind one, see `PointTally.is_blind`, is none.
 
         Raises:
-            MappingError: a frame has no finite point; the others are mapped.
+            MappingError: a frame is blind, and no other came with it.
         """
         mapped, is_blind = [], False
         for stamp, frame, T_map_base in self.frames.take(now, self._trail):
-            if not np.isfinite(frame.points).all(axis=1).any():
+            local, tally = self.mapper.add(stamp, frame.points, T_map_base, frame.focal_length)
+            if tally.is_blind:
                 is_blind = True
                 continue
-            local, tally = self.mapper.add(stamp, frame.points, T_map_base, frame.focal_length)
             self.pilot.map_changed(stamp, local.frame)
             mapped.append(MappedFrame(stamp, local, tally))
         if is_blind and not mapped:
             raise MappingError(
-                'a frame has no finite point; check the depth camera, the robot stands meanwhile'
+                'a frame has no finite point, or nearly all are nearer than range_min; check that nothing covers the '
+                'camera, the robot stands meanwhile'
             )
         return mapped
 

@@ -5,23 +5,55 @@ from __future__ import annotations
 import numpy as np
 
 from reward_planner.core.depth.depth_points import points_from_depth_image
+from reward_planner.core.depth.trinocular_depth import fuse_disparities
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED
+from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
+from reward_planner.core.voxels.point_density import focal_length_of_cloud
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
 _CAMERA = PinholeCamera(16, 12, 12.0, 12.0, 7.5, 5.5)
+_GOAL = PlanarPose(-1.0, 0.3, 0.0)
 
 
 def warm_up(mount: CameraMount, settings: NavigatorSettings) -> None:
-    """Map a frame and plan a route with these settings, for nothing.
+    """Map a frame, plan a route, and mend it, with these settings, for nothing; join the depths of two pairs.
 
     Raises:
         VoxelError: settings that leave no voxels.
     """
     navigator = Navigator(mount, settings)
-    depth = np.full((_CAMERA.height, _CAMERA.width), 2.0, dtype=np.float32)
-    for focal_length in (0.0, _CAMERA.fx):
-        navigator.add_frame(1.0, 1.0, SensorFrame(points_from_depth_image(depth, _CAMERA), focal_length))
+    middle = 0.5 * (settings.voxels.range_min + settings.voxels.range_max)
+    depth = np.full((_CAMERA.height, _CAMERA.width), middle, dtype=np.float32)
+    points = points_from_depth_image(depth, _CAMERA)
+    for focal_length in (0.0, focal_length_of_cloud(points)):
+        navigator.add_frame(1.0, 1.0, SensorFrame(points, focal_length))
     navigator.add_pose(1.0, PlanarPose(0.0, 0.0, 0.0))
-    navigator.pilot.set_goal(PlanarPose(-1.0, 0.3, 0.0))
+    navigator.pilot.set_goal(_GOAL)
     navigator.work(1.0)
+    way = _on_the_way(settings.voxels.resolution)
+    _write(navigator, 1.0, way, FREE)
     navigator.pilot.step(1.0)
+    later = 1.1 + settings.driving.replan_period
+    _write(navigator, later, way, OCCUPIED)
+    navigator.add_pose(later, PlanarPose(-settings.voxels.resolution, 0.0, 0.0))
+    navigator.pilot.step(later)
+    fuse_disparities(depth, depth, (1.0, 1.0), 1.0, True)
+
+
+def warm_up_defaults() -> None:
+    """Compile all loops, as they are used with the default settings."""
+    warm_up(CameraMount(), NavigatorSettings())
+
+
+def _on_the_way(resolution: float) -> GridFrame:
+    """Return a cell half way to the goal."""
+    column, row = (round(0.5 * number / resolution) for number in (_GOAL.x, _GOAL.y))
+    return GridFrame(column * resolution, row * resolution, resolution, 1, 1)
+
+
+def _write(navigator: Navigator, stamp: float, frame: GridFrame, value: int) -> None:
+    cells = np.full(frame.shape, value, dtype=np.int8)
+    navigator.mapper.map.write(LocalMap(frame, cells, cells == value))
+    navigator.pilot.map_changed(stamp, frame)

@@ -27,7 +27,9 @@ from shirube_files import write_text, written_beside
 # Free, unknown and occupied. map_saver's 205 for what is unknown would be read as free with its threshold of 0.25.
 _WHITE, _GREY, _BLACK = 254, 128, 0
 _NEEDED = ('image', 'resolution', 'origin', 'occupied_thresh', 'free_thresh')
-_PGM_HEADER = re.compile(rb'P5(?:\s+|\s*#[^\n]*\n)+(\d+)\s+(\d+)\s+(\d+)\s')
+_GAP = rb'(?:\s|#[^\n]*\n)+'
+_PGM_HEADER = re.compile(rb'P5' + _GAP + rb'(\d+)' + _GAP + rb'(\d+)' + _GAP + rb'(\d+)\s')
+_YAML = ('.yaml', '.yml')
 
 
 def load_occupancy_map(path: Path, resolution: float | None = None) -> OccupancyMap:
@@ -57,8 +59,10 @@ def save_occupancy_map(path: Path, grid: OccupancyMap) -> None:
     """Write a map as a YAML file and a PGM file of the same name, each whole or not at all.
 
     Raises:
+        RewardPlannerError: the name has another ending than that of a YAML file.
         OSError: the place cannot be written to.
     """
+    refuse_other_endings(path)
     image = path.with_suffix('.pgm')
     occupied, free = grid.occupied(), (grid.occupancy >= 0) & (grid.occupancy < FREE_BELOW)
     shades = np.select([occupied, free], [_BLACK, _WHITE], _GREY).astype(np.uint8)
@@ -75,6 +79,16 @@ def save_occupancy_map(path: Path, grid: OccupancyMap) -> None:
         'free_thresh': FREE_BELOW / 100,
     }
     write_text(path, yaml.safe_dump(fields, sort_keys=False))
+
+
+def refuse_other_endings(path: Path) -> None:
+    """Refuse to write a map's YAML under a name that may be that of its image.
+
+    Raises:
+        RewardPlannerError: the name does not end with .yaml or .yml.
+    """
+    if path.suffix not in _YAML:
+        raise RewardPlannerError(f'{path}: is no name for the YAML of a map; let it end with .yaml')
 
 
 def _read_fields(path: Path) -> dict[str, Any]:

@@ -23,7 +23,12 @@ class PointsInput:
     """Takes ``points`` (PointCloud2) in the camera's optical frame or in ``base_frame``."""
 
     def __init__(
-        self, node: Node, guard: MessageGuard, mount: CameraMount, base_frame: str, on_frame: FrameCallback
+        self,
+        node: Node,
+        guard: MessageGuard,
+        mount: CameraMount,
+        frames: tuple[str, str],
+        on_frame: FrameCallback,
     ) -> None:
         """Subscribe.
 
@@ -31,10 +36,11 @@ class PointsInput:
             node: the node that subscribes.
             guard: counts the messages and catches their errors.
             mount: where the camera sits; what it sees starts there also if points are in the base frame.
-            base_frame: name of the robot's frame.
+            frames: name of the robot's frame, and of the camera's optical frame; empty is the first one that comes.
             on_frame: called for each good cloud.
         """
-        self._mount, self._base_frame, self._on_frame = mount, base_frame, on_frame
+        self._mount, self._on_frame = mount, on_frame
+        self._base_frame, self._camera_frame = frames
         node.create_subscription(
             PointCloud2,
             _TOPIC,
@@ -45,13 +51,26 @@ class PointsInput:
 
     def _take(self, message: PointCloud2) -> None:
         frame = message.header.frame_id
-        if frame != self._base_frame and not frame.endswith(_OPTICAL):
+        self._check_frame(frame)
+        points = points_from_cloud(message, _TOPIC)
+        if frame != self._base_frame:
+            self._camera_frame = frame  # the mount is that of one camera
+        else:
+            shifted = points - np.asarray(self._mount.xyz, dtype=np.float32)
+            points = shifted @ self._mount.rotation.astype(np.float32)
+        self._on_frame(message.header, SensorFrame(points, focal_length_of_cloud(points)))
+
+    def _check_frame(self, frame: str) -> None:
+        """Refuse a cloud of another camera than the one whose mount is known."""
+        if frame and frame in (self._base_frame, self._camera_frame):
+            return
+        if self._camera_frame:
+            raise PointCloudError(
+                f'{_TOPIC} is in the frame {frame!r}, the camera with this mount is {self._camera_frame!r}; '
+                f'send one camera only, or transform the others to {self._base_frame!r}'
+            )
+        if not frame.endswith(_OPTICAL):
             raise PointCloudError(
                 f'{_TOPIC} is in the frame {frame!r}, which is not known; '
                 f'send it in {self._base_frame!r} or in the camera\'s frame, whose name ends with "{_OPTICAL}"'
             )
-        points = points_from_cloud(message, _TOPIC)
-        if frame == self._base_frame:
-            shifted = points - np.asarray(self._mount.xyz, dtype=np.float32)
-            points = shifted @ self._mount.rotation.astype(np.float32)
-        self._on_frame(message.header, SensorFrame(points, focal_length_of_cloud(points)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from reward_planner.core.depth.depth_error import DepthError
 from shirube_settings import setting
 
 
@@ -34,3 +35,16 @@ class DepthSettings:
     agreement: float = setting(
         1.0, 'two pairs agree if their disparities differ by no more', unit='px', minimum=0.1, maximum=10.0
     )
+
+
+def refuse_unmatchable(settings: DepthSettings) -> None:
+    """Refuse settings that OpenCV has no matcher for.
+
+    Raises:
+        DepthError: disparities that are no multiple of 16, or an even block.
+    """
+    if settings.disparities % 16 or settings.block % 2 == 0:
+        raise DepthError(
+            f'disparities is {settings.disparities} and block {settings.block}; '
+            'give a multiple of 16 and an odd number'
+        )

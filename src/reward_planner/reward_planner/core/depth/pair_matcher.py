@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.depth.depth_error import DepthError
-from reward_planner.core.depth.depth_settings import DepthSettings
+from reward_planner.core.depth.depth_settings import DepthSettings, refuse_unmatchable
 from reward_planner.core.depth.stereo_pair import StereoPair
 
 _SMOOTH = (
@@ -30,11 +30,7 @@ class PairMatcher:
         Raises:
             DepthError: disparities or block that OpenCV has no matcher for.
         """
-        if settings.disparities % 16 or settings.block % 2 == 0:
-            raise DepthError(
-                f'disparities is {settings.disparities} and block {settings.block}; '
-                'give a multiple of 16 and an odd number'
-            )
+        refuse_unmatchable(settings)
         self._pair = pair
         self._speckle = settings.speckle
         self._matcher = _matcher_of(settings)

@@ -73,7 +73,7 @@ class TrinocularDepth:
         first, second = self._matchers[0].match(left, right), self._matchers[1].match(left, top)
         scales = (self._pairs[0].focal_baseline, self._pairs[1].focal_baseline)
         union = self._settings.fusion == 'union'
-        return DepthImage(*_fuse(first, second, scales, self._settings.agreement, union))
+        return DepthImage(*fuse_disparities(first, second, scales, self._settings.agreement, union))
 
 
 def depth_of_pair(disparity: NDArray[np.float32], pair: StereoPair) -> NDArray[np.float32]:
@@ -82,7 +82,7 @@ def depth_of_pair(disparity: NDArray[np.float32], pair: StereoPair) -> NDArray[n
 
 
 @njit(cache=True)
-def _fuse(
+def fuse_disparities(
     first: NDArray[np.float32],
     second: NDArray[np.float32],
     scales: tuple[float, float],

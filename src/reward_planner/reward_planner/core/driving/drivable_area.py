@@ -15,7 +15,6 @@ from reward_planner.core.mapping.global_map import GlobalMap
 
 _STEP = 64
 """The area grows by so many cells, so that it does not change with each cell that is seen."""
-_CELLS_MAX = 16_000_000
 
 
 class DrivableArea:
@@ -46,6 +45,8 @@ class DrivableArea:
     def cover(self, known: GlobalMap, points_map: ArrayLike) -> bool:
         """Make the area large enough for a map and some points, and return whether it had to change.
 
+        It keeps what it covered before as long as cells_max of the map allows.
+
         Args:
             known: the map.
             points_map: array-like, shape (n, 2), n at least 1 [m].
@@ -53,14 +54,17 @@ class DrivableArea:
         Raises:
             DrivingError: the area would be too large.
         """
-        frame = self._needed(known, np.asarray(points_map, dtype=np.float64))
+        frame = needed_frame(known, points_map, self.keep_away)
         if _contains(self.frame, frame):
             return False
-        if frame.rows * frame.columns > _CELLS_MAX:
+        if frame.rows * frame.columns > known.cells_max:
             raise DrivingError(
-                f'the map and the goal need {frame.columns} x {frame.rows} cells, more than {_CELLS_MAX}; '
+                f'the map and the goal need {frame.columns} x {frame.rows} cells, cells_max is {known.cells_max}; '
                 'give a nearer goal or a larger resolution'
             )
+        both = _union(self.frame, frame)
+        if both.rows * both.columns <= known.cells_max:
+            frame = both
         self.frame = frame
         self.clearance = np.full(frame.shape, self.reach, dtype=np.float32)
         self.blocked = np.zeros(frame.shape, dtype=np.bool_)
@@ -116,19 +120,41 @@ class DrivableArea:
         distances = np.minimum(clearance(occupied, resolution), np.float32(self.reach))
         return distances[pad : rows - pad, pad : columns - pad]
 
-    def _needed(self, known: GlobalMap, points: NDArray[np.float64]) -> GridFrame:
-        """Return the smallest frame that will do."""
-        low, high = points.min(axis=0), points.max(axis=0)
-        known_frame = known.frame()
-        if known_frame is not None:
-            corner = np.array([known_frame.origin_x, known_frame.origin_y])
-            size = known.resolution * np.array([known_frame.columns, known_frame.rows])
-            low, high = np.minimum(low, corner), np.maximum(high, corner + size)
-        strip = self.keep_away + 2.0 * known.resolution
-        step = _STEP * known.resolution
-        first, last = np.floor((low - strip) / step), np.ceil((high + strip) / step)
-        columns, rows = (_STEP * int(n) for n in last - first)
-        return GridFrame(float(first[0] * step), float(first[1] * step), known.resolution, columns, rows)
+
+def needed_frame(known: GlobalMap, points_map: ArrayLike, keep_away: float) -> GridFrame:
+    """Return the smallest frame for an area around a map and some points, arguments as of `DrivableArea`."""
+    points = np.asarray(points_map, dtype=np.float64)
+    low, high = points.min(axis=0), points.max(axis=0)
+    known_frame = known.frame()
+    if known_frame is not None:
+        corner, end = _corners(known_frame)
+        low, high = np.minimum(low, corner), np.maximum(high, end)
+    strip = keep_away + 2.0 * known.resolution
+    step = _STEP * known.resolution
+    return _frame_of_steps(np.floor((low - strip) / step), np.ceil((high + strip) / step), known.resolution)
+
+
+def _union(frame: GridFrame, other: GridFrame) -> GridFrame:
+    """Return the smallest frame around both; the other one alone where their cells differ in size."""
+    if frame.resolution != other.resolution:
+        return other
+    step = _STEP * frame.resolution
+    (low, high), (other_low, other_high) = _corners(frame), _corners(other)
+    first, last = np.minimum(low, other_low) / step, np.maximum(high, other_high) / step
+    return _frame_of_steps(np.round(first), np.round(last), frame.resolution)
+
+
+def _frame_of_steps(first: NDArray[np.float64], last: NDArray[np.float64], resolution: float) -> GridFrame:
+    """Return the frame between corners that are counted in steps of the area."""
+    step = _STEP * resolution
+    columns, rows = (_STEP * int(n) for n in last - first)
+    return GridFrame(float(first[0] * step), float(first[1] * step), resolution, columns, rows)
+
+
+def _corners(frame: GridFrame) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the lowest and the highest corner of a frame, x and y [m]."""
+    corner = np.array([frame.origin_x, frame.origin_y])
+    return corner, corner + frame.resolution * np.array([frame.columns, frame.rows])
 
 
 def _contains(frame: GridFrame, other: GridFrame) -> bool:

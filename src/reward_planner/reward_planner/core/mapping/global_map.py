@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.mapping.local_map import UNKNOWN, LocalMap
+from reward_planner.core.grid.occupancy_map import UNKNOWN
+from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.mapping.mapping_error import MappingError
 
 _BLOCK = 64
@@ -21,6 +22,7 @@ class GlobalMap:
 
     Attributes:
         resolution: side of a cell [m]; cell borders lie at its multiples.
+        cells_max: so many cells are kept at most, and no part in which routes are sought may have more.
         refused: cells that were not written because the map would have become too large.
     """
 
@@ -33,7 +35,7 @@ class GlobalMap:
         """
         self.resolution = resolution
         self.refused = 0
-        self._cells_max = cells_max
+        self.cells_max = cells_max
         self._blocks: dict[tuple[int, int], NDArray[np.int8]] = {}
         self._low = self._high = (0, 0)
 
@@ -43,7 +45,7 @@ class GlobalMap:
         return len(self._blocks) * _BLOCK**2
 
     def write(self, local: LocalMap) -> None:
-        """Overwrite the cells for which a local map has evidence.
+        """Overwrite the cells that a local map observed; all others stay what they were, whatever the time.
 
         Cells of a known map that are not in step with this map's cells go to the nearest ones.
 
@@ -80,9 +82,9 @@ class GlobalMap:
         frame = self.frame()
         if frame is None:
             return None
-        if frame.rows * frame.columns > self._cells_max:
+        if frame.rows * frame.columns > self.cells_max:
             raise MappingError(
-                f'the map is {frame.columns} x {frame.rows} cells large, cells_max is {self._cells_max}; '
+                f'the map is {frame.columns} x {frame.rows} cells large, cells_max is {self.cells_max}; '
                 'raise it or take a part of the map'
             )
         return frame, self.occupancy_in(frame)
@@ -117,7 +119,7 @@ class GlobalMap:
 
     def _add_block(self, place: tuple[int, int]) -> bool:
         """Make a block with nothing known; return whether there was room for it."""
-        if (len(self._blocks) + 1) * _BLOCK**2 > self._cells_max:
+        if (len(self._blocks) + 1) * _BLOCK**2 > self.cells_max:
             return False
         low, high = place, (place[0] + 1, place[1] + 1)
         if self._blocks:

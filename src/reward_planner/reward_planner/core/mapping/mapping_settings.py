@@ -35,5 +35,8 @@ class MappingSettings:
         maximum=60.0,
     )
     cells_max: int = setting(
-        64_000_000, 'the map keeps so many cells, and is given out whole up to as many', minimum=10_000
+        16_000_000,
+        'the map keeps so many cells, routes are sought on so many; one that is larger is refused',
+        minimum=1_000_000,
+        maximum=32_000_000,  # lengths of routes through more do not fit into the keys of the incremental search
     )

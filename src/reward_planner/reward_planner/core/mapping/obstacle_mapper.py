@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.local_map import LocalMap, project_around
+from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
+from reward_planner.core.mapping.projection import project_around
 from reward_planner.core.voxels.count_points import PointTally
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
@@ -54,7 +55,7 @@ class ObstacleMapper:
         """
         view = SensorView(_matrix_of_pose(T_map_base) @ self._T_base_sensor, focal_length)
         tally = self.voxels.add(stamp, points, view).tally
-        local = project_around(self.voxels, view)
+        local = project_around(self.voxels, view, self.map)
         self.map.write(local)
         return local, tally
 

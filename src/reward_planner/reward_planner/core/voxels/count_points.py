@@ -9,6 +9,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+_COVERED_SHARE = 0.8
+"""Of the points that are finite; a wall close ahead fills the middle of a wide view, not so much."""
+
 
 class PointTally(NamedTuple):
     """What became of the points of a frame.
@@ -26,6 +29,12 @@ class PointTally(NamedTuple):
     too_near: int
     too_far: int
     too_low_or_high: int
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether the frame tells nothing of what is ahead: its sensor is covered, or something stands before it."""
+        finite = self.too_near + self.counted + self.too_far + self.too_low_or_high
+        return self.too_near >= _COVERED_SHARE * finite
 
 
 @njit(cache=True, fastmath={'contract'})
@@ -110,9 +119,10 @@ def count_open_ends(
         rise = zx * x + zy * y + zz * z
         share = 1.0 if squared <= far else ranges[1] / math.sqrt(squared)
         height = z0 + share * rise
-        if 0.0 <= height < top:
-            if squared <= far:
-                continue
+        is_inside = 0.0 <= height < top
+        if (is_inside and squared <= far) or (not is_inside and rise == 0.0):
+            continue
+        if is_inside:
             layer = int(height)
         else:
             border = 0.0 if height < 0.0 else top

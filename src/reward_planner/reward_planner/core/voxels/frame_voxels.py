@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -76,7 +76,20 @@ class FrameCounter:
         nor passed, and what lies behind them is not free because of them.
         """
         cloud, window = _as_points(points), window_around(view, self._settings)
-        frame = self._count(cloud, view, window)
+        try:
+            return self._trace(cloud, view, self._count(cloud, view, window))
+        except BaseException:  # what is left in the work space would be taken for the next frame's
+            self._counts.fill(0)
+            self._marks.fill(0)
+            raise
+
+    @property
+    def _ranges(self) -> tuple[float, float]:
+        return self._settings.range_min, self._settings.range_max
+
+    def _trace(self, cloud: NDArray[np.float32], view: SensorView, frame: FrameVoxels) -> FrameVoxels:
+        """Return the frame with what rays passed."""
+        window = frame.window
         hits = is_hit(frame, self._settings.hit_share_min)
         T = _window_from_sensor(view, window)
         opened = count_open_ends(cloud, T, self._ranges, self._counts, self._cells)
@@ -93,11 +106,7 @@ class FrameCounter:
         passed = self._passed[:count].copy()
         marks[frame.cells] = 0
         marks[passed] = 0
-        return FrameVoxels(window, frame.cells, frame.counts, frame.expected, passed, frame.tally)
-
-    @property
-    def _ranges(self) -> tuple[float, float]:
-        return self._settings.range_min, self._settings.range_max
+        return replace(frame, passed=passed)
 
     def _count(self, cloud: NDArray[np.float32], view: SensorView, window: FrameWindow) -> FrameVoxels:
         T = _window_from_sensor(view, window)

@@ -11,10 +11,14 @@ from numpy.typing import NDArray
 
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_error import VoxelError
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.voxels.voxel_settings import VoxelSettings, refuse_contradictions
 
 TILE = 16
 """Voxels along each side of a tile."""
+
+
+_VOXELS_MAX = 2**31 - 1
+"""Cells of a window are counted in 32 bits."""
 
 
 class FrameWindow(NamedTuple):
@@ -68,18 +72,20 @@ def window_shape(settings: VoxelSettings) -> tuple[int, int]:
     """Return the voxels along x or y, and along z, of every window.
 
     Raises:
-        VoxelError: the heights leave no layer, or there are fewer tiles than one frame touches.
+        VoxelError: settings that contradict each other, fewer tiles than one frame touches, or too many voxels.
     """
-    if settings.height_max <= settings.height_min:
-        raise VoxelError(
-            f'height_max is {settings.height_max} m and height_min {settings.height_min} m, it must be higher'
-        )
+    refuse_contradictions(settings)
     tiles = math.ceil((2.0 * settings.range_max / settings.resolution + 2.0) / TILE) + 1
     if settings.tiles_max < tiles**2:
         raise VoxelError(
             f'tiles_max is {settings.tiles_max}, one frame alone reaches {tiles**2}; raise it or resolution'
         )
     layers = math.ceil((settings.height_max - settings.height_min) / settings.resolution - 1e-6)
+    if (TILE * tiles) ** 2 * layers > _VOXELS_MAX:
+        raise VoxelError(
+            f'one frame reaches {TILE * tiles} x {TILE * tiles} x {layers} voxels, more than {_VOXELS_MAX}; '
+            'raise resolution or lower range_max'
+        )
     return TILE * tiles, layers
 
 

@@ -18,7 +18,7 @@ class TileStore:
         values: shape (slots, TILE, TILE, layers), along x, y and z.
         frames: shape (slots,), frames with points in the tile.
         stamps: shape (slots,), when the tile was last brought up to date [s].
-        places: shape (slots, 2), indices of the tile along x and y; tile (0, 0) begins at the map's origin.
+        held: shape (slots, TILE, TILE), columns with an obstacle that points showed and rays have not taken back.
     """
 
     def __init__(self, layers: int, tiles_max: int) -> None:
@@ -30,11 +30,10 @@ class TileStore:
         """
         self._tiles_max = tiles_max
         self._slots: dict[tuple[int, int], int] = {}
-        self.dropped = 0
         self.values = np.empty((0, TILE, TILE, layers), dtype=np.float32)
         self.frames = np.empty(0, dtype=np.float32)
         self.stamps = np.empty(0)
-        self.places = np.empty((0, 2), dtype=np.int64)
+        self.held = np.empty((0, TILE, TILE), dtype=np.bool_)
         self._grow(min(_FIRST_TILES, tiles_max))
 
     def __len__(self) -> int:
@@ -44,7 +43,7 @@ class TileStore:
     @property
     def bytes(self) -> int:
         """Memory of the slots, used and free."""
-        return self.values.nbytes + self.frames.nbytes + self.stamps.nbytes + self.places.nbytes
+        return self.values.nbytes + self.frames.nbytes + self.stamps.nbytes + self.held.nbytes
 
     def slots_of(self, window: FrameWindow) -> NDArray[np.int64]:
         """Return the slots of a window's tiles, shape (tiles, tiles) along x and y, NO_TILE where there is none."""
@@ -73,8 +72,8 @@ class TileStore:
         for (i, j), slot in zip(missing.tolist(), free.tolist(), strict=False):
             place = (window.tile_x + i, window.tile_y + j)
             self._slots[place] = slots[i, j] = slot
-            self.values[slot], self.frames[slot] = 0.0, 0.0
-            self.stamps[slot], self.places[slot] = stamp, place
+            self.values[slot], self.frames[slot], self.held[slot] = 0.0, 0.0, False
+            self.stamps[slot] = stamp
 
     def clear(self) -> None:
         """Forget all tiles; the memory stays reserved."""
@@ -93,11 +92,10 @@ class TileStore:
         farthest = np.argsort(np.abs(kept - middle).max(axis=1))[::-1][:excess]
         for place in kept[farthest].tolist():
             del self._slots[place[0], place[1]]
-        self.dropped += excess
 
     def _grow(self, slots: int) -> None:
         extra = slots - len(self.values)
         self.values = np.concatenate([self.values, np.zeros((extra, *self.values.shape[1:]), np.float32)])
         self.frames = np.concatenate([self.frames, np.zeros(extra, np.float32)])
         self.stamps = np.concatenate([self.stamps, np.zeros(extra)])
-        self.places = np.concatenate([self.places, np.zeros((extra, 2), np.int64)])
+        self.held = np.concatenate([self.held, np.zeros((extra, TILE, TILE), np.bool_)])

@@ -26,6 +26,7 @@ from reward_planner.core.voxels.voxel_values import (
 )
 
 _FORGET_STEPS = 32  # tiles are brought up to date this often in a half-life
+_TRACE = np.float32(1e-6)  # what was hit keeps so much: rays take it back, time does not
 
 
 class VoxelMap:
@@ -47,7 +48,7 @@ class VoxelMap:
         self.tiles = TileStore(window_shape(settings)[1], settings.tiles_max)
 
     def add(self, stamp: float, points: ArrayLike, view: SensorView) -> FrameVoxels:
-        """Take a frame and return its voxels.
+        """Take a frame and return its voxels; a blind one, see `PointTally.is_blind`, adds nothing.
 
         Args:
             stamp: of the frame [s]; when time jumps back nothing is forgotten for it.
@@ -63,6 +64,8 @@ class VoxelMap:
             frame = self._counter.count_and_trace(points, view)
         else:
             frame = self._counter.count(points, view)
+        if frame.tally.is_blind:
+            return frame
         slots = self._slots_for(frame, stamp)
         if self.settings.rule == 'log_odds':
             self._add_log_odds(frame, slots)
@@ -99,7 +102,8 @@ class VoxelMap:
         if len(due) == 0:
             return
         kept = np.exp2((self.tiles.stamps[due] - stamp) / self.settings.half_life).astype(np.float32)
-        self.tiles.values[due] *= kept[:, None, None, None]
+        values = self.tiles.values[due]
+        self.tiles.values[due] = np.maximum(values * kept[:, None, None, None], np.minimum(values, _TRACE))
         self.tiles.frames[due] *= kept
         self.tiles.stamps[due] = stamp
 

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from reward_planner.core.voxels.voxel_error import VoxelError
 from shirube_settings import setting
+
+FREE_SHARE = 0.5
+"""Of what a ray takes, a voxel must have lost so much to be free; less has faded."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +53,7 @@ class VoxelSettings:
     )
     half_life: float = setting(
         300.0,
-        'after this time half of what is no longer seen is forgotten',
+        'after this time half of the value of voxels that are no longer seen is forgotten; cells of the map stay',
         unit='s',
         minimum=1.0,
         maximum=1e6,
@@ -57,3 +61,26 @@ class VoxelSettings:
     tiles_max: int = setting(
         2048, 'so many tiles of 16 x 16 voxels are kept, the nearest ones', minimum=16, maximum=1_000_000
     )
+
+
+def refuse_contradictions(settings: VoxelSettings) -> None:
+    """Refuse settings under which no voxel could ever be occupied, or none free.
+
+    A voxel that is hit in every frame is never passed, so hits need no relation to passes: it climbs to log_odds_max,
+    which must be that of an obstacle; one that is only passed sinks to log_odds_min, which must be that of free space.
+
+    Raises:
+        VoxelError: names the two settings.
+    """
+    s = settings
+    taken = FREE_SHARE * s.log_odds_pass
+    for low, high, what, is_wrong in (
+        ('height_min', 'height_max', 'must be lower', s.height_min >= s.height_max),
+        ('range_min', 'range_max', 'must be less', s.range_min >= s.range_max),
+        ('log_odds_occupied', 'log_odds_max', 'may not be more', s.log_odds_occupied > s.log_odds_max),
+        ('log_odds_min', 'log_odds_pass', f'must be {-taken:g} or less', -s.log_odds_min < taken),
+    ):
+        if is_wrong:
+            raise VoxelError(
+                f'{low} is {getattr(s, low):g}, it {what}; {high} is {getattr(s, high):g}, change one of them'
+            )

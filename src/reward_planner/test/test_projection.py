@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scipy.ndimage import minimum_filter
 
-from reward_planner.core.mapping.local_map import FREE, OCCUPIED, UNKNOWN, project_around
+from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, UNKNOWN
+from reward_planner.core.mapping.global_map import GlobalMap
+from reward_planner.core.mapping.projection import project_around
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
@@ -27,7 +29,7 @@ def project(boxes, settings=SETTINGS, yaw=0.0, frames=5):
     voxels = VoxelMap(settings)
     for k in range(frames):
         voxels.add(0.1 * k, points, view)
-    local = project_around(voxels, view)
+    local = project_around(voxels, view, GlobalMap(settings.resolution, 1_000_000))
     frame = local.frame
     corner = (frame.origin_x, frame.origin_y)
     solid = room.solid_cells(
@@ -47,7 +49,7 @@ def test_only_solid_cells_are_occupied(rule):
     local, solid = project((BOX, OVERHANG), settings)
     assert solid[local.occupancy == OCCUPIED].all()
     assert (local.occupancy == OCCUPIED).sum() >= 5
-    assert local.observed[local.occupancy != UNKNOWN].all()
+    np.testing.assert_array_equal(local.observed, local.occupancy != UNKNOWN)
 
 
 def test_the_face_of_a_box_is_occupied_and_the_floor_before_it_free():
@@ -86,7 +88,7 @@ def test_what_lies_behind_a_high_box_stays_unknown():
 def test_one_hit_is_no_obstacle_yet():
     local, _ = project((BOX,), frames=1)
     assert cell(local, 1.55, 0.5) == UNKNOWN
-    assert local.observed[tuple(local.frame.cell_of((1.55, 0.5)))]
+    assert not local.observed[tuple(local.frame.cell_of((1.55, 0.5)))]
     local, _ = project((BOX,), frames=2)
     assert cell(local, 1.55, 0.5) == OCCUPIED
 
@@ -97,3 +99,18 @@ def test_the_map_turns_with_the_view():
     assert cell(ahead, 1.55, 0.5) == OCCUPIED
     assert not aside.observed[tuple(aside.frame.cell_of((1.55, 0.5)))]
     assert cell(aside, -2.0, 0.0) == FREE
+
+
+@pytest.mark.parametrize(
+    'rule',
+    [
+        {'log_odds_occupied': 3.3, 'log_odds_max': 3.3},
+        {'log_odds_pass': 1.4, 'log_odds_min': -0.7},
+        {'log_odds_hit': 0.06, 'log_odds_pass': 5.0, 'log_odds_min': -2.5},
+    ],
+)
+def test_at_the_limits_of_the_rule_there_are_still_obstacles_and_free_cells(rule):
+    settings = VoxelSettings(resolution=0.1, range_max=3.0, **rule)
+    local, _ = project((BOX,), settings, frames=20)
+    assert cell(local, 1.55, 0.5) == OCCUPIED
+    assert cell(local, 1.25, 0.5) == FREE

@@ -1,0 +1,93 @@
+"""Voxels with a high value projected to the floor, as a local map (2.2.3, step 1)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, OCCUPIED_FROM, UNKNOWN
+from reward_planner.core.mapping.global_map import GlobalMap
+from reward_planner.core.mapping.local_map import LocalMap
+from reward_planner.core.voxels.frame_window import TILE
+from reward_planner.core.voxels.sensor_view import SensorView
+from reward_planner.core.voxels.tile_store import NO_TILE
+from reward_planner.core.voxels.voxel_map import VoxelMap
+from reward_planner.core.voxels.voxel_settings import FREE_SHARE
+
+_FREE_LAYERS = 0.5
+
+
+def project_around(voxels: VoxelMap, view: SensorView, known: GlobalMap) -> LocalMap:
+    """Project the voxels within reach of a view to the floor.
+
+    A cell is occupied if any voxel over it has the value of an obstacle. It is free if none leans to occupied and rays
+    passed the voxels from the lowest up without a gap, half of them at least: not where they only pass over a box, or
+    under and over a shelf. The rules without rays find no cell free.
+
+    An obstacle that points showed is taken back once rays passed all that was hit of it, be the rest of the cell seen
+    or not: what stood close to the robot must not stay for want of a look at the floor. One that was known before, by
+    a map file or by voxels that were given up, goes only when its cell is found free.
+    """
+    settings = voxels.settings
+    window, slots = voxels.slots_around(view)
+    is_mean = settings.rule != 'log_odds'
+    least = settings.value_min if is_mean else settings.log_odds_occupied
+    x, y, _ = window.corner
+    frame = GridFrame(float(x), float(y), window.resolution, window.side, window.side)
+    occupancy, observed = _project(
+        voxels.tiles.values,
+        voxels.tiles.frames if is_mean else np.ones(len(voxels.tiles.frames), dtype=np.float32),
+        slots,
+        (float(np.float32(least)), float(np.float32(-FREE_SHARE * settings.log_odds_pass))),  # as values are
+        known.occupancy_in(frame) >= OCCUPIED_FROM,
+        voxels.tiles.held,
+    )
+    return LocalMap(frame, occupancy, observed)
+
+
+@njit(cache=True)
+def _project(
+    values: NDArray[np.float32],
+    frames: NDArray[np.float32],
+    slots: NDArray[np.int64],
+    limits: tuple[float, float],
+    known: NDArray[np.bool_],
+    held: NDArray[np.bool_],
+) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
+    """Return occupancy and what was observed of the window's cells; rows along y.
+
+    Args:
+        values: shape (slots, TILE, TILE, layers).
+        frames: shape (slots,), by which they are divided.
+        slots: shape (tiles, tiles) along x and y.
+        limits: lowest value of an obstacle, highest of free space.
+        known: shape (rows, columns), cells that are occupied already.
+        held: shape (slots, TILE, TILE), columns whose obstacle rays may take back; brought up to date.
+    """
+    side = TILE * len(slots)
+    occupancy = np.full((side, side), UNKNOWN, dtype=np.int8)
+    observed = np.zeros((side, side), dtype=np.bool_)
+    for i, j in np.ndindex(slots.shape):
+        slot = slots[i, j]
+        if slot == NO_TILE:
+            continue
+        divisor = max(float(frames[slot]), 1.0)
+        for column in range(TILE):
+            for row in range(TILE):
+                highest, passed, gapless = np.float32(0.0), 0, 0
+                for layer, value in enumerate(values[slot, column, row]):
+                    highest = max(highest, value)
+                    passed += value <= limits[1]
+                    gapless += passed == layer + 1
+                cell = (j * TILE + row, i * TILE + column)
+                if highest >= limits[0] * divisor:
+                    occupancy[cell], observed[cell] = OCCUPIED, True
+                    held[slot, column, row] |= not known[cell]
+                elif highest <= 0.0:
+                    is_free = passed == gapless >= _FREE_LAYERS * values.shape[3]
+                    occupancy[cell] = FREE if is_free else UNKNOWN
+                    observed[cell] = is_free or held[slot, column, row]
+                    held[slot, column, row] = False
+    return occupancy, observed

@@ -1,0 +1,66 @@
+"""Warms up, drives a little, and writes the compiled loops that were compiled only while driving; for a fresh process.
+
+A frame of a room, a goal, an obstacle in the way that appears and disappears: the robot maps, plans, replans and
+drives. Then three pictures become depth. The argument names the mode of the planner.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+from l_rig import BASELINE, CAMERA, picture, projection
+from numba.core.dispatcher import Dispatcher
+from test_navigator import MOUNT, ROOMS, SETTINGS, RoomDrive
+
+from reward_planner.core.depth.depth_points import points_from_depth_image
+from reward_planner.core.depth.depth_settings import DepthSettings
+from reward_planner.core.depth.trinocular_rig import TrinocularRig
+from reward_planner.core.planner_settings import PlannerSettings
+from reward_planner.core.warm_up import warm_up
+from scene_simulator.box_room import BoxRoom
+from shirube_geometry import PlanarPose
+
+
+def signatures():
+    """How many kinds of arguments each compiled loop of the package is ready for."""
+    return {
+        f'{name}.{key}': len(value.signatures)
+        for name, module in list(sys.modules.items())
+        if name.startswith('reward_planner')
+        for key, value in vars(module).items()
+        if isinstance(value, Dispatcher)
+    }
+
+
+def drive(settings):
+    """Drive towards a goal; a box comes into the way and leaves it."""
+    robot = RoomDrive((), settings)
+    robot.navigator.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    for boxes in ((), ROOMS['box'], ()):
+        robot.room = BoxRoom(robot.room.size, boxes)
+        for _ in range(15):
+            robot.tick()
+
+
+def see():
+    """Compute the depth of three pictures, and its points."""
+    places = ((0.0, 0.0), (BASELINE, 0.0), (0.0, -BASELINE))
+    rig = TrinocularRig(np.array([projection(CAMERA, *place) for place in places]), DepthSettings())
+    depth = rig.compute(*(picture(*place) for place in places)).depth
+    points_from_depth_image(depth, CAMERA)
+
+
+def main(mode):
+    """Write the loops that gained a kind of arguments."""
+    settings = replace(SETTINGS, planner=PlannerSettings(mode))
+    warm_up(MOUNT, settings)
+    before = signatures()
+    drive(settings)
+    see()
+    gained = (name for name, count in signatures().items() if count > before.get(name, 0))
+    sys.stdout.write('\n'.join(gained))
+
+
+main(sys.argv[1])
