@@ -81,3 +81,24 @@ def test_an_area_lets_go_of_what_it_covered_rather_than_be_too_large():
     assert area.cover(known, [(5e4, 5e4)])
     assert area.clearance_at((5e4, 5e4)) == pytest.approx(0.6)
     assert area.frame.rows * area.frame.columns <= known.cells_max
+
+
+def test_of_a_map_that_is_too_large_it_covers_the_part_around_robot_and_goal():
+    known = GlobalMap(0.1, 400_000)
+    rng = np.random.default_rng(3)
+    near = seen(rng, 10, 10, 0.05)
+    for part in (near, seen(rng, 2000, 1500, 0.05)):
+        known.write(part)
+    area = DrivableArea(0.3, 0.6)
+    assert area.cover(known, [(0.0, 0.0), (3.0, 0.0)])
+    assert area.frame.rows * area.frame.columns <= 400_000
+    whole = GlobalMap(0.1, 400_000)
+    whole.write(near)
+    alone = DrivableArea(0.3, 0.6)
+    alone.cover(whole, [(0.0, 0.0), (3.0, 0.0)])
+    places = rng.uniform(0.0, 4.0, (500, 2))
+    np.testing.assert_allclose(area.clearance_at(places), alone.clearance_at(places), atol=1e-6)
+    assert not area.cover(known, [(1.0, 2.0), (3.0, 0.0)])
+    assert area.cover(known, [(198.0, 148.0), (201.0, 150.0)])
+    assert not area.cover(known, [(199.0, 149.0), (201.0, 150.0)])
+    assert area.clearance_at(200.05 + 0.1 * np.arange(29)[:, None] * (1.0, 0.0) + (0.0, -50.0)).min() < 0.6

@@ -15,12 +15,15 @@ from reward_planner.core.mapping.global_map import GlobalMap
 
 _STEP = 64
 """The area grows by so many cells, so that it does not change with each cell that is seen."""
+_WINDOW_STRIP = 5.0
+"""Of a map that is too large the area covers at least this much around robot and goal [m]."""
 
 
 class DrivableArea:
     """A rectangle around all that is known, the robot and the goal; what is unknown is free.
 
-    Around it lies a strip that a robot can drive along, so no route is missed that leads outside around what is known.
+    Around it lies a strip that a robot can drive along, so no route is missed that leads outside around what is known;
+    but for maps with more than cells_max cells, of which routes use a part only.
 
     Attributes:
         frame: where the cells are.
@@ -45,26 +48,32 @@ class DrivableArea:
     def cover(self, known: GlobalMap, points_map: ArrayLike) -> bool:
         """Make the area large enough for a map and some points, and return whether it had to change.
 
-        It keeps what it covered before as long as cells_max of the map allows.
+        It keeps what it covered before as long as cells_max of the map allows. Of a map that is larger than that it
+        covers a part around the points.
 
         Args:
             known: the map.
             points_map: array-like, shape (n, 2), n at least 1 [m].
 
         Raises:
-            DrivingError: the area would be too large.
+            DrivingError: the points lie too far apart.
         """
         frame = needed_frame(known, points_map, self.keep_away)
-        if _contains(self.frame, frame):
+        if _count(frame) > known.cells_max:
+            least = _frame_around(*_ends(points_map), _WINDOW_STRIP, known.resolution)
+            if _count(least) > known.cells_max:
+                raise DrivingError(
+                    f'the way to the goal needs {least.columns} x {least.rows} cells, cells_max is {known.cells_max}; '
+                    'give a nearer goal or a larger resolution'
+                )
+            if _contains(self.frame, least):
+                return False
+            frame = _grown(least, known.cells_max)
+        elif _contains(self.frame, frame):
             return False
-        if frame.rows * frame.columns > known.cells_max:
-            raise DrivingError(
-                f'the map and the goal need {frame.columns} x {frame.rows} cells, cells_max is {known.cells_max}; '
-                'give a nearer goal or a larger resolution'
-            )
-        both = _union(self.frame, frame)
-        if both.rows * both.columns <= known.cells_max:
-            frame = both
+        else:
+            both = _union(self.frame, frame)
+            frame = both if _count(both) <= known.cells_max else frame
         self.frame = frame
         self.clearance = np.full(frame.shape, self.reach, dtype=np.float32)
         self.blocked = np.zeros(frame.shape, dtype=np.bool_)
@@ -123,15 +132,39 @@ class DrivableArea:
 
 def needed_frame(known: GlobalMap, points_map: ArrayLike, keep_away: float) -> GridFrame:
     """Return the smallest frame for an area around a map and some points, arguments as of `DrivableArea`."""
-    points = np.asarray(points_map, dtype=np.float64)
-    low, high = points.min(axis=0), points.max(axis=0)
+    low, high = _ends(points_map)
     known_frame = known.frame()
     if known_frame is not None:
         corner, end = _corners(known_frame)
         low, high = np.minimum(low, corner), np.maximum(high, end)
-    strip = keep_away + 2.0 * known.resolution
-    step = _STEP * known.resolution
-    return _frame_of_steps(np.floor((low - strip) / step), np.ceil((high + strip) / step), known.resolution)
+    return _frame_around(low, high, keep_away + 2.0 * known.resolution, known.resolution)
+
+
+def _ends(points_map: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    points = np.asarray(points_map, dtype=np.float64)
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _frame_around(
+    low: NDArray[np.float64], high: NDArray[np.float64], strip: float, resolution: float
+) -> GridFrame:
+    """Return the frame between two corners [m] with a strip around them [m], in steps of the area."""
+    step = _STEP * resolution
+    return _frame_of_steps(np.floor((low - strip) / step), np.ceil((high + strip) / step), resolution)
+
+
+def _grown(frame: GridFrame, cells_max: int) -> GridFrame:
+    """Return a frame grown on all sides to about half of the cells that are allowed."""
+    # (columns + 2 g) (rows + 2 g) = cells_max / 2
+    columns, rows = frame.columns, frame.rows
+    half = 0.25 * (columns + rows)
+    grow = math.sqrt(max(half**2 - 0.25 * (columns * rows - 0.5 * cells_max), half**2)) - half
+    low, high = _corners(frame)
+    return _frame_around(low, high, max(grow - _STEP, 0.0) * frame.resolution, frame.resolution)
+
+
+def _count(frame: GridFrame) -> int:
+    return frame.rows * frame.columns
 
 
 def _union(frame: GridFrame, other: GridFrame) -> GridFrame:
