@@ -4,4 +4,4 @@ from reward_planner.core.reward_planner_error import RewardPlannerError
 
 
 class DrivingError(RewardPlannerError):
-    """A command of a lamp that cannot be read, a goal that is not finite or off the map, or an area that is too large."""
+    """A command of a lamp that cannot be read, a goal that is not finite or off the map, or too large an area."""
