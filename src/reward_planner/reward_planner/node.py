@@ -41,6 +41,7 @@ from shirube_ros.parameters import declare_parameters, refuse_misspelled_paramet
 from shirube_ros.pose_conversion import planar_pose, pose_stamped
 from shirube_ros.quality_of_service import map_profile, overridable, pose_profile
 from shirube_ros.safe_main import run_node
+from shirube_ros.stamp_groups import StampGroups
 from shirube_ros.stamp_order import StampOrder
 
 _DRIVE_PERIOD = 0.05  # between velocities [s]
@@ -104,6 +105,7 @@ class RewardPlannerNode(Node):
         self._told: tuple[DriveState, str] | None = None
         self._plan_number: tuple[int, int] | None = None
         self._goal_yaw = 0.0
+        self._groups: StampGroups[Any] | None = None
         self._has_new_map = bool(self._settings.map_file)
         self._stamps = StampOrder(self._start_again)
         self._guard = MessageGuard(self, (RewardPlannerError,))
@@ -133,6 +135,7 @@ class RewardPlannerNode(Node):
                 transport = settings.image_transport
                 three = TrinocularInput(self, self._guard, transport, settings.depth, self._take_frame)
                 self._report.watch(three.groups)
+                self._groups = three.groups
             case _:
                 frames = (settings.base_frame, settings.camera_frame)
                 PointsInput(self, self._guard, settings.mount, frames, self._take_frame)
@@ -280,6 +283,8 @@ class RewardPlannerNode(Node):
             'time jumped back: poses, waiting frames and the goal are forgotten, the robot stands; the map stays'
         )
         self._navigator.time_jumped()
+        if self._groups is not None:
+            self._groups.clear()
 
 
 def main() -> int:

@@ -58,7 +58,7 @@ def test_an_area_beyond_all_memory_is_refused():
     area = DrivableArea(0.3, 0.6)
     with pytest.raises(DrivingError, match='give a nearer goal or a larger resolution'):
         area.cover(known, [(0.0, 0.0), (1e5, 1e5)])
-    with pytest.raises(DrivingError, match='need 1088 x 1088 cells, cells_max is 1000000'):
+    with pytest.raises(DrivingError, match='cells_max is 1000000'):
         area.cover(known, [(0.5, 0.5), (102.0, 102.0)])
     assert area.cover(known, [(0.5, 0.5), (95.0, 95.0)])
 

@@ -9,10 +9,11 @@ import sys
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 from node_robot import START, Robot
 from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import String
+from std_msgs.msg import Header, String
 
 from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.grid.occupancy_map import OccupancyMap
@@ -125,6 +126,15 @@ def test_when_time_jumps_back_the_robot_stands_without_a_goal(graph, capfd):
     robot.send('pose', pose_stamped(START, robot.header(ago=49.9)))
     assert robot.node._navigator.pilot.keeper is None
     assert capfd.readouterr().err.count('time jumped back') == 1
+
+
+def test_when_time_jumps_back_images_of_both_runs_are_not_mixed(graph):
+    node = graph.add(RewardPlannerNode, source='trinocular')
+    for name in ('left', 'right'):
+        assert node._groups.put(name, 5.0, 'old') is None
+    for sec in (9, 5):
+        node._take_pose(pose_stamped(START, Header(stamp=Time(sec=sec), frame_id='map')))
+    assert node._groups.put('top', 5.0, 'new') is None
 
 
 def test_goals_that_cannot_be_reached_are_told(graph):

@@ -79,13 +79,6 @@ def test_poses_that_jump_all_over_are_never_believed():
     assert trail.at(2.0) is NoPose.NOT_YET
 
 
-def test_time_that_jumps_back_starts_the_trail_anew():
-    trail = driven()
-    assert trail.add(1.0, PlanarPose(40.0, 0.0, 0.0)) is PoseVerdict.TIME_BACK
-    assert trail.at(1.0).x == pytest.approx(40.0)
-    assert trail.at(3.0) is NoPose.NOT_YET
-
-
 def test_a_pose_that_comes_late_is_told():
     trail = driven()
     assert trail.add(4.9, PlanarPose(4.9, 2.0, 0.0)) is PoseVerdict.OUT_OF_ORDER

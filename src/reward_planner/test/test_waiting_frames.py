@@ -76,15 +76,6 @@ def test_the_queue_is_bounded():
     assert frames.dropped == {DropReason.TOO_MANY: 68}
 
 
-def test_frames_from_before_a_jump_of_time_are_dropped():
-    trail, frames = PoseTrail(MappingSettings()), WaitingFrames[str](0.5)
-    frames.put(100.0, 100.0, 'old')
-    frames.put(1.0, 1.0, 'new')
-    drive(trail, 0.0, 2.0)
-    assert [frame for _, frame, _ in frames.take(1.1, trail)] == ['new']
-    assert frames.dropped == {DropReason.TIME_BACK: 1}
-
-
 def test_a_clock_that_jumps_back_keeps_no_frame_for_ever():
     trail, frames = PoseTrail(MappingSettings()), WaitingFrames[str](0.5)
     frames.put(100.0, 100.0, 'old')

@@ -151,9 +151,6 @@ class Navigator:
         """Take the robot's pose at a time [s], and say what became of it; while poses jump the robot stands."""
         verdict = self._trail.add(stamp, T_map_base)
         self.verdicts[verdict] += 1
-        if verdict is PoseVerdict.TIME_BACK:
-            self.time_jumped()
-            self._trail.add(stamp, T_map_base)
         if verdict in (PoseVerdict.TAKEN, PoseVerdict.RELOCATED):
             self.pilot.robot_at(stamp, T_map_base)
         elif self._trail.has_jumped:
@@ -222,7 +219,7 @@ class Navigator:
         self.pilot.map_cleared()
 
     def time_jumped(self) -> None:
-        """Time jumped back: forget poses, frames and the goal; the map stays."""
+        """Forget poses, frames and the goal; to be called by whoever watches the stamps; the map stays."""
         self._trail = PoseTrail(self._settings.mapping)
         dropped = self.frames.dropped
         dropped[DropReason.TIME_BACK] += len(self.frames)

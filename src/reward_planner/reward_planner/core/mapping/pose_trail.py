@@ -11,7 +11,6 @@ from shirube_geometry import PlanarPose, wrap_angle
 
 _HISTORY = 10.0  # poses that are older than the newest by more are of no use [s]
 _POSES_MAX = 5000
-_OUT_OF_ORDER = 1.0  # older poses are late up to this, beyond it time has jumped back [s]
 _NOISE = (0.3, 0.3)  # by so much poses may differ besides the robot's motion [m, rad]
 
 
@@ -23,7 +22,6 @@ class PoseVerdict(Enum):
     OUT_OF_ORDER = 'the pose is older than the one before'
     JUMPED = 'the pose jumped; the map waits until poses agree'
     RELOCATED = 'poses agree again after a jump'
-    TIME_BACK = 'time jumped back; older poses are forgotten'
 
 
 class NoPose(Enum):
@@ -49,7 +47,7 @@ class PoseTrail:
         return bool(self._elsewhere)
 
     def add(self, stamp: float, T_map_base: PlanarPose) -> PoseVerdict:
-        """Take a pose, and say whether it is believed.
+        """Take a pose, and say whether it is believed; when time jumps back a new trail is needed.
 
         Args:
             stamp: of the pose [s].
@@ -57,11 +55,7 @@ class PoseTrail:
         """
         if not all(math.isfinite(v) for v in (stamp, T_map_base.x, T_map_base.y, T_map_base.yaw)):
             return PoseVerdict.NOT_FINITE
-        newest = self._newest_stamp()
-        if stamp < newest - _OUT_OF_ORDER:
-            self._restart(stamp, T_map_base)
-            return PoseVerdict.TIME_BACK
-        if stamp <= newest:
+        if stamp <= self._newest_stamp():
             return PoseVerdict.OUT_OF_ORDER
         if not self._poses or self._may_follow(stamp, T_map_base, self._stamps[-1], self._poses[-1]):
             self._elsewhere.clear()

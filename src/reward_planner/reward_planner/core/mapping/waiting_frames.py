@@ -10,7 +10,6 @@ from reward_planner.core.mapping.pose_trail import NoPose, PoseTrail
 from shirube_geometry import PlanarPose
 
 _FRAMES_MAX = 32
-_OUT_OF_ORDER = 1.0  # a frame that is older than the one before by more shows that time jumped back [s]
 
 Frame = TypeVar('Frame')
 
@@ -47,9 +46,6 @@ class WaitingFrames(Generic[Frame]):
 
     def put(self, stamp: float, now: float, frame: Frame) -> None:
         """Take a frame with its stamp, and the time at which it came [s]."""
-        if self._frames and stamp < self._frames[-1][0] - _OUT_OF_ORDER:
-            self.dropped[DropReason.TIME_BACK] += len(self._frames)
-            self._frames.clear()
         if len(self._frames) == _FRAMES_MAX:
             self._frames.popleft()
             self.dropped[DropReason.TOO_MANY] += 1
