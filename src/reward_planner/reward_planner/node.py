@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.node import Node
 from std_msgs.msg import Header, String
@@ -41,6 +41,7 @@ from shirube_ros.pose_conversion import planar_pose, pose_stamped
 from shirube_ros.quality_of_service import map_profile, overridable, pose_profile
 from shirube_ros.safe_main import run_node
 from shirube_ros.stamp_order import StampOrder
+from shirube_ros.velocity_output import VelocityOutput
 
 _DRIVE_PERIOD = 0.05  # between velocities [s]
 _MAP_PERIOD = 1.0  # between maps [s]
@@ -119,7 +120,7 @@ class RewardPlannerNode(Node):
         self._waypoint = self.create_publisher(PoseStamped, '~/next_waypoint', pose_profile())
         self._cmd_vel = None
         if self._settings.drive:
-            self._cmd_vel = self.create_publisher(TwistStamped, 'cmd_vel', pose_profile())
+            self._cmd_vel = VelocityOutput(self, 'cmd_vel', self._settings.base_frame)
         self.create_service(Trigger, '~/clear_map', self._clear_map)
         self.create_service(Trigger, '~/save_map', self._save_map)
 
@@ -217,13 +218,13 @@ class RewardPlannerNode(Node):
             self._send(drive.velocity)
 
     def _send(self, velocity: Velocity) -> None:
-        if self._cmd_vel is None:
-            return
-        stamp = self.get_clock().now().to_msg()
-        message = TwistStamped(header=Header(stamp=stamp, frame_id=self._settings.base_frame))
-        message.twist.linear.x = velocity.forward
-        message.twist.angular.z = velocity.turn_rate
-        self._cmd_vel.publish(message)
+        if self._cmd_vel is not None:
+            self._cmd_vel.send(velocity.forward, velocity.turn_rate)
+
+    def stop(self) -> None:
+        """Stop the robot, as the node ends."""
+        if self._cmd_vel is not None:
+            self._cmd_vel.stop()
 
     def _tell(self, drive: Drive) -> None:
         """Say a line when what the robot does changes."""
