@@ -9,7 +9,6 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.node import Node
 from std_msgs.msg import Header, String
-from std_srvs.srv import Trigger
 
 from reward_planner.compute_path_server import offer_compute_path
 from reward_planner.core.driving.drive import Drive, DriveState
@@ -41,6 +40,7 @@ from shirube_ros.pose_conversion import planar_pose, pose_stamped
 from shirube_ros.quality_of_service import map_profile, overridable, pose_profile
 from shirube_ros.safe_main import run_node
 from shirube_ros.stamp_order import StampOrder
+from shirube_ros.trigger_service import offer_trigger
 from shirube_ros.velocity_output import VelocityOutput
 
 _DRIVE_PERIOD = 0.05  # between velocities [s]
@@ -121,8 +121,8 @@ class RewardPlannerNode(Node):
         self._cmd_vel = None
         if self._settings.drive:
             self._cmd_vel = VelocityOutput(self, 'cmd_vel', self._settings.base_frame)
-        self.create_service(Trigger, '~/clear_map', self._clear_map)
-        self.create_service(Trigger, '~/save_map', self._save_map)
+        offer_trigger(self, self._guard, '~/clear_map', self._clear_map)
+        offer_trigger(self, self._guard, '~/save_map', self._save_map)
 
     def _subscribe(self) -> None:
         settings = self._settings
@@ -256,21 +256,15 @@ class RewardPlannerNode(Node):
         if known is not None:
             self._map.show(*known, self._map_header())
 
-    def _clear_map(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _clear_map(self) -> str:
         self._navigator.clear_map()
         self._has_new_map = False
         for shown in (self._map, self._local_map):
             shown.wipe(self._map_header())
-        response.success, response.message = True, 'the map is forgotten'
-        return response
+        return 'the map is forgotten'
 
-    def _save_map(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        try:
-            response.message = f'saved to {save_known_map(self._navigator, self._settings)}'
-            response.success = True
-        except RewardPlannerError as fault:
-            response.success, response.message = False, str(fault)
-        return response
+    def _save_map(self) -> str:
+        return f'saved to {save_known_map(self._navigator, self._settings)}'
 
     def _start_again(self) -> None:
         self.get_logger().warning(

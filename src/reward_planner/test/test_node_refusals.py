@@ -187,6 +187,17 @@ def test_a_goal_outside_of_the_known_map_is_refused_and_the_robot_stands(graph, 
     assert robot.node._navigator.pilot.keeper is None
 
 
+@pytest.mark.parametrize('name', ['/', '/proc/hall.yaml'])
+def test_a_map_that_cannot_be_saved_is_an_answer_and_the_node_goes_on(graph, name):
+    robot = Robot(graph, save_file=name)
+    robot.drive(0.3)
+    for _ in range(2):
+        answer = robot.call('save_map')
+        assert not answer.success
+        assert answer.message
+        assert '\n' not in answer.message
+
+
 def test_a_bad_start_is_one_line_and_exit_code_1():
     program = subprocess.run(
         [sys.executable, '-m', 'reward_planner.node', '--ros-args', '-p', 'map_file:=/no/such/map.yaml'],
