@@ -105,7 +105,7 @@ class RewardPlannerNode(Node):
         self._plan_number: tuple[int, int] | None = None
         self._goal_yaw = 0.0
         self._has_new_map = bool(self._settings.map_file)
-        self._stamps = StampOrder(self._start_again)
+        self._stamps = StampOrder(self._start_again, self._now)
         self._guard = MessageGuard(self, (RewardPlannerError,))
         self._report = PlannerReport(self._navigator)
         self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)

@@ -127,6 +127,20 @@ def test_when_time_jumps_back_the_robot_stands_without_a_goal(graph, capfd):
     assert capfd.readouterr().err.count('time jumped back') == 1
 
 
+@pytest.mark.parametrize('ago', [None, -50.0])
+def test_a_pose_that_is_not_of_now_does_not_stop_the_robot(graph, ago):
+    robot = Robot(graph, drive=True)
+    robot.drive(0.3)
+    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.drive(1.5)
+    bad = pose_stamped(START, robot.header(ago=robot.now if ago is None else ago))
+    robot.send('pose', bad)
+    robot.drive(0.5)
+    assert robot.speed > 0.0
+    (line,) = robot.refusals('pose')
+    assert line.startswith('pose has a stamp')
+
+
 def test_goals_that_cannot_be_reached_are_told(graph):
     robot = Robot(graph, drive=True)
     robot.drive(1.0)

@@ -19,8 +19,8 @@ class TrinocularRig:
     Calibrations differ in the sign of the vertical baseline: P[1, 3] is -fy B with B along y, which points down, but
     B is written as a positive number for a camera above as well. Only one of both makes the pairs see the same.
 
-    Where too few pixels are seen by both pairs to tell whether these belong together (a black or a covered camera, noise,
-    swapped images), only what both see alike is believed.
+    Where too few pixels are seen by both pairs to tell whether these belong together (a covered camera, noise, swapped
+    images), only what both see alike is believed.
 
     Attributes:
         is_mirrored: whether the images show the top camera on the other side than its calibration says.
