@@ -100,6 +100,7 @@ class RewardPlannerNode(Node):
         check_rule_fits_source(method.voxels, self._settings)
         self._navigator = Navigator(self._settings.mount, method)
         load_known_map(self._navigator, self._settings)
+        self.get_logger().info('preparing; the very first start compiles the loops, for about a minute')
         warm_up(self._settings.mount, method)
         self._told: tuple[DriveState, str] | None = None
         self._plan_number: tuple[int, int] | None = None
@@ -107,7 +108,7 @@ class RewardPlannerNode(Node):
         self._has_new_map = bool(self._settings.map_file)
         self._stamps = StampOrder(self._start_again, self._now)
         self._guard = MessageGuard(self, (RewardPlannerError,))
-        self._report = PlannerReport(self._navigator)
+        self._report = PlannerReport(self._navigator, self._now, method.driving.map_timeout)
         self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
         self._advertise()
         self._subscribe()

@@ -212,6 +212,11 @@ def test_a_map_that_cannot_be_saved_is_an_answer_and_the_node_goes_on(graph, nam
         assert '\n' not in answer.message
 
 
+def test_what_takes_long_at_the_start_is_told_before(graph, capfd):
+    Robot(graph)
+    assert 'preparing; the very first start compiles the loops' in capfd.readouterr().err
+
+
 def test_a_bad_start_is_one_line_and_exit_code_1():
     program = subprocess.run(
         [sys.executable, '-m', 'reward_planner.node', '--ros-args', '-p', 'map_file:=/no/such/map.yaml'],
