@@ -41,6 +41,9 @@ def plan(options: argparse.Namespace) -> int:
     reward = RewardSettings(visits=options.visits)
     check_settings(settings)
     check_settings(reward)
+    for path in filter(None, (options.png, options.csv)):
+        if not path.parent.is_dir():
+            raise RewardPlannerError(f'{path}: there is no such folder; make it, or choose another')
     grid = load_occupancy_map(options.map, options.resolution)
     route = plan_on_map(grid, options.start, options.goal, settings, reward)
     cells = np.empty((0, 2), dtype=np.int64) if isinstance(route, NoRoute) else route.cells
