@@ -99,7 +99,9 @@ class RewardPlannerNode(Node):
         refuse_misspelled_parameters(self)
         check_rule_fits_source(method.voxels, self._settings)
         self._navigator = Navigator(self._settings.mount, method)
-        load_known_map(self._navigator, self._settings)
+        warning = load_known_map(self._navigator, self._settings)
+        if warning:
+            self.get_logger().warning(warning)
         self.get_logger().info('preparing; the very first start compiles the loops, for about a minute')
         warm_up(self._settings.mount, method)
         self._told: tuple[DriveState, str] | None = None
