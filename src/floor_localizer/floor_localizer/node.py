@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from rclpy.node import Node
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
-from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from floor_localizer.core.fix import Fix, NoFix
@@ -45,6 +44,7 @@ from shirube_ros.pose_conversion import (
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
 from shirube_ros.safe_main import run_node
 from shirube_ros.stamp_order import StampOrder
+from shirube_ros.trigger_service import offer_trigger
 
 _TELL_INTERVAL = 1.0  # between lines about found and lost poses [s]
 
@@ -124,7 +124,7 @@ class FloorLocalizerNode(Node):
         )
         self._dots = self.create_publisher(MarkerArray, '~/dots', pose_profile())
         self._debug_image = self.create_publisher(Image, '~/debug_image', pose_profile())
-        self.create_service(Trigger, '~/relocalize', self._relocalize)
+        offer_trigger(self, self._guard, '~/relocalize', self._relocalize)
 
     def _subscribe(self) -> None:
         transport = self._settings.image_transport
@@ -199,10 +199,9 @@ class FloorLocalizerNode(Node):
             raise PoseError(f'initialpose is in {message.header.frame_id!r}, it must be in {map_frame!r}')
         self._tracker.set_area(*planar_pose_with_covariance(message.pose, 'initialpose'))
 
-    def _relocalize(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _relocalize(self) -> str:
         self._tracker.relocalize()
-        response.success, response.message = True, 'the next image is searched in the whole map'
-        return response
+        return 'the next image is searched in the whole map'
 
     def _start_again(self) -> None:
         self.get_logger().warning('time jumped back: the pose and the odometry so far are forgotten')

@@ -14,9 +14,11 @@ from reward_planner.files.occupancy_map_file import (
 )
 from reward_planner.node_settings import NodeSettings
 
+_SHIFT_MIN = 0.01  # smaller ones are no more than the rounding of the file [cells]
 
-def load_known_map(navigator: Navigator, settings: NodeSettings) -> None:
-    """Let a navigator begin with the map that is set, if one is.
+
+def load_known_map(navigator: Navigator, settings: NodeSettings) -> str:
+    """Let a navigator begin with the map that is set, if one is; return a line that warns of a shift, empty if none.
 
     Raises:
         RewardPlannerError: the file is missing or damaged, has cells of another size or too many, or the map could not
@@ -24,9 +26,18 @@ def load_known_map(navigator: Navigator, settings: NodeSettings) -> None:
     """
     if settings.save_file:
         refuse_other_endings(Path(settings.save_file))
-    if settings.map_file:
-        resolution = navigator.mapper.map.resolution
-        navigator.use_map(load_occupancy_map(Path(settings.map_file), resolution))
+    if not settings.map_file:
+        return ''
+    grid = load_occupancy_map(Path(settings.map_file), navigator.mapper.map.resolution)
+    navigator.use_map(grid)
+    side = grid.frame.resolution
+    dx, dy = (side * (round(at / side) - at / side) for at in (grid.frame.origin_x, grid.frame.origin_y))
+    if max(abs(dx), abs(dy)) < _SHIFT_MIN * side:
+        return ''
+    return (
+        f'{settings.map_file}: its origin is no multiple of its resolution; the map is shifted by '
+        f'{1e3 * dx:.0f} mm in x and {1e3 * dy:.0f} mm in y'
+    )
 
 
 def save_known_map(navigator: Navigator, settings: NodeSettings) -> str:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.node import Node
 from rclpy.time import Time
 from std_msgs.msg import Header, String
-from std_srvs.srv import Trigger
 
 from reward_planner.compute_path_server import offer_compute_path
 from reward_planner.core.driving.drive import Drive, DriveState
@@ -43,6 +42,8 @@ from shirube_ros.quality_of_service import map_profile, overridable, pose_profil
 from shirube_ros.safe_main import run_node
 from shirube_ros.stamp_groups import StampGroups
 from shirube_ros.stamp_order import StampOrder
+from shirube_ros.trigger_service import offer_trigger
+from shirube_ros.velocity_output import VelocityOutput
 
 _DRIVE_PERIOD = 0.05  # between velocities [s]
 _MAP_PERIOD = 1.0  # between maps [s]
@@ -100,16 +101,19 @@ class RewardPlannerNode(Node):
         refuse_misspelled_parameters(self)
         check_source(method.voxels, self._settings)
         self._navigator = Navigator(self._settings.mount, method)
-        load_known_map(self._navigator, self._settings)
+        warning = load_known_map(self._navigator, self._settings)
+        if warning:
+            self.get_logger().warning(warning)
+        self.get_logger().info('preparing; the very first start compiles the loops, for about a minute')
         warm_up(self._settings.mount, method)
         self._told: tuple[DriveState, str] | None = None
         self._plan_number: tuple[int, int] | None = None
         self._goal_yaw = 0.0
         self._groups: StampGroups[Any] | None = None
         self._has_new_map = bool(self._settings.map_file)
-        self._stamps = StampOrder(self._start_again)
+        self._stamps = StampOrder(self._start_again, self._now)
         self._guard = MessageGuard(self, (RewardPlannerError,))
-        self._report = PlannerReport(self._navigator)
+        self._report = PlannerReport(self._navigator, self._now, method.driving.map_timeout)
         self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
         self._advertise()
         self._subscribe()
@@ -122,9 +126,9 @@ class RewardPlannerNode(Node):
         self._waypoint = self.create_publisher(PoseStamped, '~/next_waypoint', pose_profile())
         self._cmd_vel = None
         if self._settings.drive:
-            self._cmd_vel = self.create_publisher(TwistStamped, 'cmd_vel', pose_profile())
-        self.create_service(Trigger, '~/clear_map', self._clear_map)
-        self.create_service(Trigger, '~/save_map', self._save_map)
+            self._cmd_vel = VelocityOutput(self, 'cmd_vel', self._settings.base_frame)
+        offer_trigger(self, self._guard, '~/clear_map', self._clear_map)
+        offer_trigger(self, self._guard, '~/save_map', self._save_map)
 
     def _subscribe(self) -> None:
         settings = self._settings
@@ -222,13 +226,13 @@ class RewardPlannerNode(Node):
             self._send(drive.velocity)
 
     def _send(self, velocity: Velocity) -> None:
-        if self._cmd_vel is None:
-            return
-        stamp = self.get_clock().now().to_msg()
-        message = TwistStamped(header=Header(stamp=stamp, frame_id=self._settings.base_frame))
-        message.twist.linear.x = velocity.forward
-        message.twist.angular.z = velocity.turn_rate
-        self._cmd_vel.publish(message)
+        if self._cmd_vel is not None:
+            self._cmd_vel.send(velocity.forward, velocity.turn_rate)
+
+    def stop(self) -> None:
+        """Stop the robot, as the node ends."""
+        if self._cmd_vel is not None:
+            self._cmd_vel.stop()
 
     def _tell(self, drive: Drive) -> None:
         """Say a line when what the robot does changes."""
@@ -262,21 +266,15 @@ class RewardPlannerNode(Node):
         if known is not None:
             self._map.show(*known, self._map_header())
 
-    def _clear_map(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _clear_map(self) -> str:
         self._navigator.clear_map()
         self._has_new_map = False
         for shown in (self._map, self._local_map):
             shown.wipe(self._map_header())
-        response.success, response.message = True, 'the map is forgotten'
-        return response
+        return 'the map is forgotten'
 
-    def _save_map(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        try:
-            response.message = f'saved to {save_known_map(self._navigator, self._settings)}'
-            response.success = True
-        except RewardPlannerError as fault:
-            response.success, response.message = False, str(fault)
-        return response
+    def _save_map(self) -> str:
+        return f'saved to {save_known_map(self._navigator, self._settings)}'
 
     def _start_again(self) -> None:
         self.get_logger().warning(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from typing import Any
 
 from reward_planner.core.driving.drive import Drive, DriveState
@@ -15,9 +16,17 @@ from shirube_ros.stamp_groups import StampGroups
 class PlannerReport:
     """Remembers what the robot did last, and counts."""
 
-    def __init__(self, navigator: Navigator) -> None:
-        """Start without counts; ``navigator`` is asked for the rest."""
-        self._navigator = navigator
+    def __init__(self, navigator: Navigator, now: Callable[[], float], frame_period_max: float) -> None:
+        """Start without counts.
+
+        Args:
+            navigator: is asked for the rest.
+            now: the time [s], 0 while simulated time has not begun.
+            frame_period_max: frames are late if none came into the map for so long [s].
+        """
+        self._navigator, self._now, self._frame_period_max = navigator, now, frame_period_max
+        self._waits_since: float | None = None
+        self._groups_before = 0
         self._drive: Drive | None = None
         self._frames = 0
         self._points: Counter[str] = Counter()
@@ -30,6 +39,8 @@ class PlannerReport:
     def add_frame(self, frame: MappedFrame) -> None:
         """Take a frame that is in the map."""
         self._frames += 1
+        self._waits_since = self._now()
+        self._groups_before = 0 if self._groups is None else self._groups.formed
         self._points.update(frame.tally._asdict())
 
     def add_drive(self, drive: Drive) -> None:
@@ -55,7 +66,25 @@ class PlannerReport:
         keeper = navigator.pilot.keeper
         if keeper is not None:
             values['routes taken'] = str(keeper.plans)
-        if self._drive is None:
-            return Status(Level.OK, DriveState.IDLE.value, values)
-        level = Level.WARN if self._drive.state.needs_people else Level.OK
-        return Status(level, self._drive.detail, values)
+        is_well = self._drive is None or not self._drive.state.needs_people
+        does = DriveState.IDLE.value if self._drive is None else self._drive.detail
+        late = self._what_is_late()
+        level = Level.OK if is_well and late is None else Level.WARN
+        return Status(level, does if late is None else f'{does}; {late}', values)
+
+    def _what_is_late(self) -> str | None:
+        """Return what keeps the map from growing, None while it does."""
+        now = self._now()
+        if now <= 0.0:
+            return None
+        if self._waits_since is None or now < self._waits_since:
+            self._waits_since = now
+        waits = now - self._waits_since
+        if waits <= self._frame_period_max:
+            return None
+        line = f'no frame in the map since {waits:.1f} s'
+        if self._groups is None or self._groups.formed > self._groups_before:
+            return line
+        if self._groups.lacking:
+            return f'{line}: no images of {" and ".join(self._groups.lacking)}; check the topics'
+        return f'{line}: the stamps of the images differ; trigger the cameras together'

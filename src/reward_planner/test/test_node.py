@@ -160,3 +160,24 @@ def test_a_fault_of_the_driver_stops_the_robot(graph, monkeypatch):
     monkeypatch.setattr(robot.node._navigator.pilot, 'step', fail)
     robot.tick(0.2)
     assert graph.spin_until(lambda: robot.speed == 0.0)
+
+
+def test_the_robot_stands_when_the_node_ends(graph):
+    robot = Robot(graph, drive=True)
+    robot.drive(0.3)
+    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.drive(1.0)
+    assert robot.speed > 0.0
+    robot.node.stop()
+    assert graph.spin_until(lambda: robot.speed == 0.0)
+
+
+def test_the_robot_stands_while_simulated_time_is_paused(graph):
+    robot = Robot(graph, drive=True)
+    robot.drive(0.3)
+    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.drive(1.0)
+    assert robot.speed > 0.0
+    assert graph.spin_until(lambda: robot.speed == 0.0, timeout=3.0)
+    robot.drive(1.0)
+    assert robot.speed > 0.0

@@ -137,6 +137,20 @@ def test_when_time_jumps_back_images_of_both_runs_are_not_mixed(graph):
     assert node._groups.put('top', 5.0, 'new') is None
 
 
+@pytest.mark.parametrize('ago', [None, -50.0])
+def test_a_pose_that_is_not_of_now_does_not_stop_the_robot(graph, ago):
+    robot = Robot(graph, drive=True)
+    robot.drive(0.3)
+    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.drive(1.5)
+    bad = pose_stamped(START, robot.header(ago=robot.now if ago is None else ago))
+    robot.send('pose', bad)
+    robot.drive(0.5)
+    assert robot.speed > 0.0
+    (line,) = robot.refusals('pose')
+    assert line.startswith('pose has a stamp')
+
+
 def test_goals_that_cannot_be_reached_are_told(graph):
     robot = Robot(graph, drive=True)
     robot.drive(1.0)
@@ -199,6 +213,22 @@ def test_a_goal_outside_of_the_known_map_is_refused_and_the_robot_stands(graph, 
     robot.drive(2.5)
     assert graph.spin_until(lambda: abs(robot.speed) < 1e-3)
     assert robot.node._navigator.pilot.keeper is None
+
+
+@pytest.mark.parametrize('name', ['/', '/proc/hall.yaml'])
+def test_a_map_that_cannot_be_saved_is_an_answer_and_the_node_goes_on(graph, name):
+    robot = Robot(graph, save_file=name)
+    robot.drive(0.3)
+    for _ in range(2):
+        answer = robot.call('save_map')
+        assert not answer.success
+        assert answer.message
+        assert '\n' not in answer.message
+
+
+def test_what_takes_long_at_the_start_is_told_before(graph, capfd):
+    Robot(graph)
+    assert 'preparing; the very first start compiles the loops' in capfd.readouterr().err
 
 
 def test_a_bad_start_is_one_line_and_exit_code_1():

@@ -32,7 +32,7 @@ def plan(room: Path, start: str, goal: str, *options: str) -> int:
 def test_the_route_goes_around_the_wall_in_metres(
     room: Path, tmp_path: Path, mode: list[str], capsys
 ) -> None:
-    csv, png = tmp_path / 'out' / 'route.csv', tmp_path / 'out' / 'route.png'
+    csv, png = tmp_path / 'route.csv', tmp_path / 'route.png'
     assert plan(room, '0.04 -1.0', '4.0 -1.0', *mode, '--csv', str(csv), '--png', str(png)) == 0
     points = np.loadtxt(csv, delimiter=',', skiprows=1)
     assert csv.read_text().startswith('x,y\n')
@@ -91,6 +91,7 @@ def test_the_picture_has_north_up(room: Path, tmp_path: Path) -> None:
         ('0 0', '4 0', ['--resolution', '0.05'], '0.05 m is asked for'),
         ('0 0', '4 0', ['--csv', '/dev/null/route.csv'], 'writable place'),
         ('0 0', '4 0', ['--explain', 'why.csv'], 'goes with --mode reward'),
+        ('0 0', '4 0', ['--csv', '/proc/a.csv'], 'plan: /proc/a.csv: '),
     ],
 )
 def test_what_cannot_be_planned_is_told_in_one_line(room, start, goal, options, message, capsys) -> None:

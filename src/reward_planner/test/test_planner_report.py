@@ -10,12 +10,16 @@ from shirube_ros.diagnostics import Level
 from shirube_ros.stamp_groups import StampGroups
 
 
+def a_report(navigator=None, now=lambda: 5.0):
+    return PlannerReport(navigator or a_navigator(), now, 1.0)
+
+
 def a_navigator():
     return Navigator(CameraMount((0.0, 0.0, 0.3), (0.0, 0.0, 0.0)), NavigatorSettings())
 
 
 def test_a_robot_that_stands_although_it_should_not_is_a_warning():
-    report = PlannerReport(a_navigator())
+    report = a_report()
     assert report.status().level is Level.OK
     for state in DriveState:
         report.add_drive(Drive(state, f'why {state.name}', None))
@@ -27,7 +31,7 @@ def test_a_robot_that_stands_although_it_should_not_is_a_warning():
 
 def test_frames_points_and_what_was_dropped_are_counted():
     navigator = a_navigator()
-    report = PlannerReport(navigator)
+    report = a_report(navigator)
     navigator.add_pose(1.0, PlanarPose(0.0, 0.0, 0.0))
     navigator.add_pose(1.2, PlanarPose(50.0, 0.0, 0.0))
     points = np.array([(0.0, 0.0, 1.0), (np.nan, 0.0, 1.0)], dtype=np.float32)
@@ -45,9 +49,44 @@ def test_frames_points_and_what_was_dropped_are_counted():
 
 def test_images_without_partners_are_counted():
     groups = StampGroups(('left', 'right'), 0.0)
-    report = PlannerReport(a_navigator())
+    report = a_report()
     report.watch(groups)
     groups.put('left', 1.0, None)
     for side in ('left', 'right'):
         groups.put(side, 2.0, None)
     assert report.status().values['images dropped: others of their time did not come'] == '1'
+
+
+def test_frames_that_are_late_are_a_warning_whatever_the_robot_does():
+    navigator, time = a_navigator(), [0.0]
+    report = a_report(navigator, lambda: time[0])
+    levels = []
+    for now in (0.0, 100.0, 101.0, 101.5):
+        time[0] = now
+        levels.append(report.status().level)
+    assert levels == [Level.OK, Level.OK, Level.OK, Level.WARN]
+    assert report.status().message == f'{DriveState.IDLE.value}; no frame in the map since 1.5 s'
+    navigator.add_pose(101.5, PlanarPose(0.0, 0.0, 0.0))
+    navigator.add_frame(101.5, 101.5, SensorFrame(np.array([(0.0, 0.0, 1.0)], dtype=np.float32), 0.0))
+    for frame in navigator.work(101.5):
+        report.add_frame(frame)
+    assert report.status().level is Level.OK
+    time[0] = 3.0
+    assert report.status().level is Level.OK
+
+
+def test_the_camera_whose_images_lack_is_named():
+    time = [100.0]
+    groups = StampGroups(('left', 'right', 'top'), 0.0)
+    report = a_report(now=lambda: time[0])
+    report.watch(groups)
+    report.status()
+    time[0] = 105.0
+    for side in ('left', 'right'):
+        groups.put(side, 2.0, None)
+    assert 'no frame in the map since 5.0 s: no images of top;' in report.status().message
+    groups.put('top', 2.1, None)
+    assert 'the stamps of the images differ' in report.status().message
+    for side in ('left', 'right'):
+        groups.put(side, 2.1, None)
+    assert report.status().message.endswith('since 5.0 s')

@@ -37,6 +37,57 @@ def test_a_frame_without_texture_decides_nothing():
 
 
 def test_a_top_camera_that_sees_something_else_is_refused():
-    turned = np.ascontiguousarray(picture(y=-BASELINE)[:, ::-1])
     with pytest.raises(DepthError, match='contradict each other'):
-        rig(-BASELINE).compute(picture(), picture(x=BASELINE), turned)
+        rig(-BASELINE).compute(picture(), picture(x=BASELINE), turned())
+
+
+def turned():
+    """What a top camera sees that looks elsewhere."""
+    return np.ascontiguousarray(picture(y=-BASELINE)[:, ::-1])
+
+
+def points_of(cameras, *images):
+    """Number of pixels that get a depth; none where the images are refused."""
+    try:
+        return np.isfinite(cameras.compute(*images).depth).sum()
+    except DepthError:
+        return 0
+
+
+@pytest.mark.parametrize('covered', [0, 1, 2])
+def test_what_only_one_pair_sees_is_not_believed_while_the_other_sees_nothing(covered):
+    images = [picture(), picture(x=BASELINE), picture(y=-BASELINE)]
+    images[covered] = np.zeros_like(images[covered])
+    assert points_of(rig(-BASELINE), *images) < 10
+
+
+@pytest.mark.parametrize('mean', [3, 128])
+@pytest.mark.parametrize('noise', [1, 2, 5])
+def test_noise_is_no_depth(mean, noise):
+    rng = np.random.default_rng(mean + noise)
+    images = [rng.normal(mean, noise, picture().shape).clip(0, 255).astype(np.uint8) for _ in range(3)]
+    assert points_of(rig(-BASELINE), *images) < 0.002 * picture().size
+
+
+def test_swapped_images_give_no_depth():
+    assert points_of(rig(-BASELINE), picture(x=BASELINE), picture(), picture(y=-BASELINE)) < 10
+
+
+def test_after_a_contradiction_frames_are_refused_until_one_tells_that_all_is_well():
+    cameras = rig(-BASELINE)
+    blank = np.full(picture().shape, 128, dtype=np.uint8)
+    good = (picture(), picture(x=BASELINE), picture(y=-BASELINE))
+    for images in ((picture(), picture(x=BASELINE), turned()), (blank, blank, blank)):
+        with pytest.raises(DepthError, match='contradict each other'):
+            cameras.compute(*images)
+    assert points_of(cameras, *good) > 0.7 * blank.size
+    cameras.compute(blank, blank, blank)
+    assert points_of(cameras, *good) > 0.7 * blank.size
+
+
+def test_a_frame_that_tells_nothing_does_not_turn_a_rig_whose_side_is_known():
+    cameras = rig(-BASELINE)
+    cameras.compute(picture(), picture(x=BASELINE), picture(y=-BASELINE))
+    covered = np.zeros_like(picture())
+    points_of(cameras, picture(), covered, picture(y=BASELINE))
+    assert not cameras.is_mirrored

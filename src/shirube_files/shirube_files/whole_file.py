@@ -18,19 +18,29 @@ def written_beside(path: Path) -> Iterator[BinaryIO]:
     Its folder is made if needed. A file that stood there before keeps its permissions.
 
     Raises:
-        OSError: the place cannot be written to.
+        OSError: the place cannot be written to; it names ``path``.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f'.{path.name}.', dir=path.parent)
+    try:
+        handle, name = tempfile.mkstemp(prefix=f'.{path.name}.', dir=path.parent)
+    except OSError as fault:
+        raise OSError(fault.errno, fault.strerror, str(path)) from fault
     beside = Path(name)
     try:
         with os.fdopen(handle, 'wb') as file:
             yield file
         beside.chmod(_mode_of(path))
-        beside.replace(path)
+        _rename(beside, path)
     except BaseException:
         beside.unlink(missing_ok=True)
         raise
+
+
+def _rename(beside: Path, path: Path) -> None:
+    try:
+        beside.replace(path)
+    except OSError as fault:
+        raise OSError(fault.errno, fault.strerror, str(path)) from fault
 
 
 def _mode_of(path: Path) -> int:

@@ -33,3 +33,13 @@ def test_a_file_keeps_its_permissions(tmp_path):
     write_text(path, 'two')
     assert path.read_text() == 'two'
     assert path.stat().st_mode & 0o777 == 0o600
+
+
+@pytest.mark.parametrize('name', ['/proc/a.txt', 'folder'])
+def test_an_error_names_the_file_that_was_wanted(tmp_path, name):
+    path = tmp_path / name
+    if name == 'folder':
+        path.mkdir()
+    with pytest.raises(OSError, match=f": '{path}'$") as caught:
+        write_text(path, 'x')
+    assert caught.value.filename == str(path)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import yaml
-
+from shirube_files import YamlFileError, is_number, read_yaml, shown
 from shirube_geometry import PinholeCamera
 from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.file_errors import CalibrationError
@@ -23,7 +21,10 @@ def load_calibration(path: Path) -> PinholeCamera:
     Raises:
         CalibrationError: a file that is missing, no YAML, lacks a field or holds impossible numbers.
     """
-    content = _read_yaml(path)
+    try:
+        content = read_yaml(path)
+    except YamlFileError as fault:
+        raise CalibrationError(f'{fault}; {_REMEDY}') from fault
     model = content.get('distortion_model', '')
     camera_info = SimpleNamespace(
         width=_size(path, content, 'image_width'),
@@ -42,22 +43,10 @@ def load_calibration(path: Path) -> PinholeCamera:
         raise CalibrationError(str(fault)) from fault
 
 
-def _read_yaml(path: Path) -> dict[str, Any]:
-    try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except OSError as fault:
-        raise CalibrationError(f'{path}: cannot be read ({fault.strerror}); {_REMEDY}') from fault
-    except (UnicodeDecodeError, yaml.YAMLError) as fault:
-        raise CalibrationError(f'{path}: is no YAML; {_REMEDY}') from fault
-    if not isinstance(content, dict):
-        raise CalibrationError(f'{path}: holds no fields; {_REMEDY}')
-    return content
-
-
 def _size(path: Path, content: dict[str, Any], field: str) -> int:
     value = content.get(field)
     if isinstance(value, bool) or not isinstance(value, int):
-        raise CalibrationError(f'{path}: {field} is {value!r}, no number of pixels; {_REMEDY}')
+        raise CalibrationError(f'{path}: {field} is {shown(value)}, no number of pixels; {_REMEDY}')
     return value
 
 
@@ -67,9 +56,6 @@ def _numbers(path: Path, content: dict[str, Any], field: str) -> list[float]:
     data = matrix.get('data') if isinstance(matrix, dict) else None
     if not isinstance(data, list):
         raise CalibrationError(f'{path}: {field} with its data is missing; {_REMEDY}')
-    if any(
-        isinstance(each, bool) or not isinstance(each, int | float) or not math.isfinite(each)
-        for each in data
-    ):
+    if not all(is_number(each) for each in data):
         raise CalibrationError(f'{path}: {field} holds what is no finite number; {_REMEDY}')
     return [float(each) for each in data]

@@ -63,22 +63,33 @@ class MessageGuard:
             callback: a subscription's callback. A MessageError or an error of the package is the message's
                 fault; any other error is a fault of the program and is logged with its traceback.
         """
-        count = self.counts.setdefault(topic, TopicCount())
+        self.counts.setdefault(topic, TopicCount())
 
         def guarded(message: object) -> None:
-            count.received += 1
-            try:
-                callback(message)
-            except self._input_errors as error:
-                if count.refuse(str(error)):
-                    self._node.get_logger().warning(f'message refused: {error}')
-            except Exception as error:  # noqa: BLE001 a fault of ours must not end the robot's node
-                if not self._node.context.ok():
-                    return  # the program is ending and publishers are gone
-                if count.refuse(f'{type(error).__name__} in {topic}'):
-                    self._log_fault(topic)
+            self.run(topic, lambda: callback(message))
 
         return guarded
+
+    def run(self, topic: str, work: Callable[[], None]) -> str | None:
+        """Do some work as `guard` does; return None if it went well, else one line that says why not.
+
+        Args:
+            topic: name under which the work is counted.
+            work: to be done.
+        """
+        count = self.counts.setdefault(topic, TopicCount())
+        count.received += 1
+        try:
+            work()
+        except self._input_errors as error:
+            if count.refuse(str(error)):
+                self._node.get_logger().warning(f'message refused: {error}')
+            return str(error)
+        except Exception as error:  # noqa: BLE001 a fault of ours must not end the robot's node
+            if self._node.context.ok() and count.refuse(f'{type(error).__name__} in {topic}'):
+                self._log_fault(topic)  # else the program is ending and publishers are gone
+            return ' '.join(f'{type(error).__name__}: {error}'.split())
+        return None
 
     def _log_fault(self, topic: str) -> None:
         self._node.get_logger().error(f'fault while working on {topic}:\n{traceback.format_exc()}')

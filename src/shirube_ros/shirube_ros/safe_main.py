@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import signal
+import socket
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Thread
 from types import FrameType
-from typing import Self
+from typing import Protocol, Self, runtime_checkable
 
 import rclpy
 from rclpy._rclpy_pybind11 import InvalidHandle, RCLError
@@ -14,6 +17,7 @@ from rclpy.exceptions import NameValidationException, ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos_overriding_options import InvalidQosOverridesError
+from rclpy.signals import SignalHandlerOptions
 
 from shirube_settings import SettingsError
 
@@ -30,10 +34,18 @@ _END_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _LONGEST_WAIT = 0.5  # a signal whose waking call was lost is seen after this time [s]
 
 
+@runtime_checkable
+class StoppableNode(Protocol):
+    """A node with last words, such as a velocity of zero."""
+
+    def stop(self) -> None:
+        """Say them; called once, whatever ends the node, while its publishers still work."""
+
+
 def run_node(
     name: str, create_node: Callable[[], Node], start_errors: tuple[type[Exception], ...] = ()
 ) -> int:
-    """Run a node until it is told to end.
+    """Run a node until it is told to end; a `StoppableNode` is stopped then.
 
     Args:
         name: the node's name, for the error line.
@@ -45,7 +57,8 @@ def run_node(
     """
     with _EndSignals() as signals:
         try:
-            rclpy.init()
+            # rclpy's own handlers would shut the context down before the node can say its last words.
+            rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         except RCLError as error:
             return _refuse(name, error)
         try:
@@ -63,8 +76,8 @@ def run_node(
 class _EndSignals:
     """Turns the first signal into a KeyboardInterrupt, which ends long work at once, and notes the others.
 
-    rclpy calls this handler after its own, which shuts the context down. Once the node ends, signals only
-    count: a second Ctrl-C must not strike in the middle of the ending and spoil the exit code.
+    Once the node ends, signals only count: a second Ctrl-C must not strike in the middle of the ending and spoil the
+    exit code.
     """
 
     def __init__(self) -> None:
@@ -87,20 +100,47 @@ class _EndSignals:
             raise KeyboardInterrupt
 
 
+@contextmanager
+def _woken_by_signals(executor: SingleThreadedExecutor) -> Iterator[None]:
+    """Let a signal end the executor's wait, after which Python calls the handler."""
+    heard, told = socket.socketpair()
+    told.setblocking(False)
+
+    def wake() -> None:
+        while heard.recv(1):
+            executor.wake()
+
+    waker = Thread(target=wake, daemon=True)
+    waker.start()
+    signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(-1)
+        told.close()
+        waker.join()
+        heard.close()
+
+
 def _spin(node: Node, signals: _EndSignals) -> None:
     try:
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        while not signals.received and rclpy.ok():
-            executor.spin_once(timeout_sec=_LONGEST_WAIT)
+        with _woken_by_signals(executor):
+            while not signals.received and rclpy.ok():
+                executor.spin_once(timeout_sec=_LONGEST_WAIT)
     except ExternalShutdownException:
         pass
     except (RCLError, InvalidHandle):
         if rclpy.ok():
-            raise  # else a signal took the context away in the middle of a call
+            raise  # else the context was taken away in the middle of a call
     finally:
         signals.may_interrupt = False
-        node.destroy_node()
+        try:
+            if isinstance(node, StoppableNode) and rclpy.ok():
+                node.stop()
+        finally:
+            node.destroy_node()
 
 
 def _refuse(name: str, error: Exception) -> int:

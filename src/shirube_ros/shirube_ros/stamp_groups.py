@@ -14,6 +14,7 @@ class StampGroups(Generic[Item]):
     """Gathers one item of each topic.
 
     Attributes:
+        formed: groups that became whole.
         dropped: items whose partners did not come.
     """
 
@@ -24,7 +25,7 @@ class StampGroups(Generic[Item]):
             topics: whose items make a group.
             tolerance: stamps of a group differ by no more [s].
         """
-        self.dropped = 0
+        self.formed = self.dropped = 0
         self._topics = tuple(topics)
         self._tolerance = tolerance
         self._waiting: dict[str, list[tuple[float, Item]]] = {topic: [] for topic in topics}
@@ -45,7 +46,13 @@ class StampGroups(Generic[Item]):
             group.append(self._waiting[other][place][1])
             self.dropped += place
             del self._waiting[other][: place + 1]
+        self.formed += 1
         return tuple(group)
+
+    @property
+    def lacking(self) -> tuple[str, ...]:
+        """The topics of which nothing waits; none where all wait but their stamps differ."""
+        return tuple(topic for topic in self._topics if not self._waiting[topic])
 
     def clear(self) -> None:
         """Forget what waits."""

@@ -38,7 +38,17 @@ class MinimalNode(Node):
             sys.stdout.write('alive\n')
             sys.stdout.flush()
             time.sleep(60.0)
-        self.create_timer(0.05, lambda: sys.stdout.write('alive\n') and sys.stdout.flush())
+        self._fault = settings.fault
+        self.create_timer(0.05, self._live)
+
+    def _live(self) -> None:
+        sys.stdout.write('alive\n')
+        sys.stdout.flush()
+        if self._fault == 'later':
+            raise ZeroDivisionError('a mistake')
+
+    def stop(self) -> None:
+        sys.stdout.write('stopped while publishers work\n' if self.context.ok() else 'stopped too late\n')
 
 
 if __name__ == '__main__':

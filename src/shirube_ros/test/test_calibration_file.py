@@ -58,6 +58,7 @@ def test_the_file_of_camera_calibration_is_read(tmp_path: Path) -> None:
         ('camera_matrix', {'data': [1.0, 2.0]}, 'camera_matrix has 2 numbers'),
         ('camera_matrix', {'data': [0.0] * 9}, 'is not calibrated'),
         ('camera_matrix', {'data': [float('nan')] * 9}, 'no finite number'),
+        ('camera_matrix', {'data': [10**400] * 9}, 'no finite number'),
         ('camera_matrix', {'data': [-1.0, 0, 1, 0, -1.0, 1, 0, 0, 1]}, 'must be positive'),
         (
             'distortion_coefficients',
@@ -79,6 +80,7 @@ def test_a_bad_field_is_named(tmp_path: Path, field: str, value: object, part: s
         (b'- 1\n', 'holds no fields'),
         (b'a: [1', 'is no YAML'),
         (b'\xff\xfe\x00', 'is no YAML'),
+        (b'a: ' + b'[' * 20000, 'is no YAML'),
     ],
 )
 def test_what_is_no_calibration_is_refused(tmp_path: Path, content: bytes, part: str) -> None:

@@ -50,6 +50,28 @@ def test_a_signal_ends_the_node_cleanly_also_while_it_starts(
     assert 'Traceback' not in errors
 
 
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_node_may_say_its_last_words_while_publishers_work(
+    environment: dict[str, str], number: int
+) -> None:
+    program = start(environment)
+    assert program.stdout is not None
+    assert program.stdout.readline() == 'alive\n'
+    os.killpg(program.pid, number)
+    words, errors = program.communicate(timeout=20)
+    assert program.returncode == 0, errors
+    assert words.splitlines()[-1] == 'stopped while publishers work'
+    assert words.count('stopped') == 1
+
+
+def test_a_fault_that_ends_the_node_leaves_it_its_last_words(environment: dict[str, str]) -> None:
+    program = start(environment, '--ros-args', '-p', 'fault:=later')
+    words, errors = program.communicate(timeout=20)
+    assert program.returncode == 1
+    assert 'ZeroDivisionError: a mistake' in errors
+    assert words.splitlines()[-1] == 'stopped while publishers work'
+
+
 @pytest.mark.parametrize(
     ('arguments', 'line'),
     [

@@ -24,3 +24,16 @@ def test_items_without_partners_are_dropped_and_counted() -> None:
     assert groups.dropped == 2 + 20
     groups.clear()
     assert groups.put('b', 39.0, 9) is None
+
+
+def test_the_topics_that_lack_are_named() -> None:
+    groups: StampGroups[int] = StampGroups(('left', 'right', 'top'), 0.01)
+    assert groups.lacking == ('left', 'right', 'top')
+    groups.put('left', 1.0, 1)
+    groups.put('right', 1.0, 2)
+    assert groups.lacking == ('top',)
+    groups.put('top', 1.5, 3)
+    assert groups.lacking == ()
+    assert groups.formed == 0
+    groups.put('top', 1.0, 4)
+    assert (groups.formed, groups.dropped) == (1, 1)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 from builtin_interfaces.msg import Time
 from std_msgs.msg import Header
@@ -14,9 +16,9 @@ def header(stamp: float) -> Header:
 
 
 class Watched:
-    def __init__(self) -> None:
+    def __init__(self, now: Callable[[], float] | None = None) -> None:
         self.jumps = 0
-        self.order = StampOrder(self._count)
+        self.order = StampOrder(self._count, now)
 
     def _count(self) -> None:
         self.jumps += 1
@@ -49,4 +51,33 @@ def test_a_jump_back_is_reported_once_and_starts_all_topics_again() -> None:
     watched.take('odom', 3.0)
     watched.take('image', 3.0, 3.1)
     watched.take('odom', 3.2)
+    assert watched.jumps == 1
+
+
+@pytest.mark.parametrize(
+    ('stamp', 'words'), [(0.0, 'has a stamp of 0'), (151.0, 'has a stamp in the future')]
+)
+def test_a_stamp_that_is_no_time_of_now_is_refused_and_the_order_goes_on(stamp: float, words: str) -> None:
+    watched = Watched(lambda: 101.0)
+    watched.take('pose', 100.0)
+    with pytest.raises(StampError, match=f'pose {words}'):
+        watched.order.check(header(stamp), 'pose')
+    watched.take('pose', 100.1, 101.9)
+    assert watched.jumps == 0
+
+
+def test_before_simulated_time_begins_there_is_no_now_to_compare_with() -> None:
+    watched = Watched(lambda: 0.0)
+    watched.take('pose', 0.0, 100.0, 5000.0)
+    assert watched.jumps == 0
+
+
+def test_a_simulation_that_begins_again_is_a_jump_back_although_old_messages_come_late() -> None:
+    now = [100.0]
+    watched = Watched(lambda: now[0])
+    watched.take('pose', 100.0)
+    now[0] = 0.5
+    with pytest.raises(StampError):
+        watched.order.check(header(100.1), 'pose')
+    watched.take('pose', 0.5, 0.6)
     assert watched.jumps == 1

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from rclpy.node import Node
 from sensor_msgs.msg import Image, Imu
 from std_msgs.msg import Header
-from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from shirube_ros.diagnostics import Diagnostics
@@ -28,6 +27,7 @@ from shirube_ros.quality_of_service import odometry_profile, overridable, pose_p
 from shirube_ros.safe_main import run_node
 from shirube_ros.stamp_order import StampOrder
 from shirube_ros.tilt_conversion import tilt_of_imu
+from shirube_ros.trigger_service import offer_trigger
 from shirube_settings import SettingsError
 from stereo_landmark.calibration_message import calibration_from_camera_info
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
@@ -119,7 +119,7 @@ class StereoLandmarkNode(Node):
         )
         self._targets = self.create_publisher(MarkerArray, '~/targets', pose_profile())
         self._debug_image = self.create_publisher(Image, '~/debug_image', pose_profile())
-        self.create_service(Trigger, '~/relocalize', self._relocalize)
+        offer_trigger(self, self._guard, '~/relocalize', self._relocalize)
 
     def _subscribe(self) -> None:
         for side in Side:
@@ -192,10 +192,9 @@ class StereoLandmarkNode(Node):
             line = f'at no place: {answer.reason} ({answer.detail})'
         self.get_logger().info(line, throttle_duration_sec=_TELL_INTERVAL)
 
-    def _relocalize(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _relocalize(self) -> str:
         self._stream.forget()
-        response.success, response.message = True, 'the place of late is forgotten; all are tried'
-        return response
+        return 'the place of late is forgotten; all are tried'
 
     def _start_again(self) -> None:
         self.get_logger().warning('time jumped back: images that wait and the place of late are forgotten')

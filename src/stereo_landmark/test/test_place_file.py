@@ -1,5 +1,6 @@
 """Taught places come back from their files as they went, and files that are wrong are refused in one line."""
 
+import copy
 import dataclasses
 
 import numpy as np
@@ -88,7 +89,7 @@ def first_of(content):
 
 
 def doubled(content):
-    content['targets']['wanted'].append(first_of(content))
+    content['targets']['wanted'].append(copy.deepcopy(first_of(content)))
 
 
 def without_coordinates(content):

@@ -16,6 +16,7 @@ from geometry_msgs.msg import (
     PoseWithCovarianceStamped,
     Quaternion,
     QuaternionStamped,
+    Twist,
     TwistStamped,
 )
 from nav_msgs.msg import Odometry
@@ -210,6 +211,11 @@ def test_the_robot_drives_within_the_speed_limit_and_base_frame(
     speeds = [message.twist.linear.x for message in velocities]
     assert 0.0 < max(speeds) <= 0.02
     assert velocities[0].header.frame_id == 'body'
+    robot.send_image(now + 0.05 * (step + 1))
+    velocities.clear()
+    robot.node.stop()
+    robot.wait_for(velocities)
+    assert velocities[0].twist == Twist()
 
 
 def test_the_node_survives_every_bad_message(graph: IsolatedGraph, beacons_file: Path) -> None:

@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, QuaternionStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, QuaternionStamped
 from nav_msgs.msg import Odometry
 from numpy.typing import NDArray
 from rclpy.node import Node
@@ -29,6 +29,7 @@ from shirube_ros.quality_of_service import odometry_profile, overridable, pose_p
 from shirube_ros.safe_main import run_node
 from shirube_ros.stamp_order import StampOrder
 from shirube_ros.tilt_conversion import tilt_of_imu, tilt_of_quaternion
+from shirube_ros.velocity_output import VelocityOutput
 from vlc_beacon.beacon_markers import beacon_markers
 from vlc_beacon.core.drive.command_executor import CommandExecutor
 from vlc_beacon.core.packet.operation import Operation
@@ -117,8 +118,6 @@ class VlcBeaconNode(Node):
         self._guard = MessageGuard(self, (VlcBeaconError,))
         self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
         self._advertise()
-        if self._settings.drive:
-            self._drive()
         self._subscribe()
         standing = self._judge.standing_refusal
         if standing is not None:
@@ -142,21 +141,22 @@ class VlcBeaconNode(Node):
         self._command = self.create_publisher(String, '~/command', pose_profile())
         self._markers = self.create_publisher(MarkerArray, '~/beacons', pose_profile())
         self._debug_image = self.create_publisher(Image, '~/debug_image', pose_profile())
+        self._cmd_vel = None
+        if self._settings.drive:
+            self._cmd_vel = VelocityOutput(self, '~/cmd_vel', self._settings.base_frame)
+            self.create_timer(_DRIVE_PERIOD, self._drive)
 
     def _drive(self) -> None:
-        publisher = self.create_publisher(TwistStamped, '~/cmd_vel', pose_profile())
+        """Publish what the executor of commands decides."""
+        executor = self._executor_of_commands
+        velocity = None if executor is None else executor.velocity(self.get_clock().now().nanoseconds * 1e-9)
+        if velocity is not None and self._cmd_vel is not None:
+            self._cmd_vel.send(velocity.forward, velocity.turn_rate)
 
-        def publish() -> None:
-            executor, now = self._executor_of_commands, self.get_clock().now()
-            velocity = None if executor is None else executor.velocity(now.nanoseconds * 1e-9)
-            if velocity is None:
-                return
-            message = TwistStamped(header=Header(stamp=now.to_msg(), frame_id=self._settings.base_frame))
-            message.twist.linear.x = velocity.forward
-            message.twist.angular.z = velocity.turn_rate
-            publisher.publish(message)
-
-        self.create_timer(_DRIVE_PERIOD, publish)
+    def stop(self) -> None:
+        """Stop the robot, as the node ends."""
+        if self._cmd_vel is not None:
+            self._cmd_vel.stop()
 
     def _subscribe(self) -> None:
         transport = self._settings.image_transport

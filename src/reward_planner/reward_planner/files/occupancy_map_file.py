@@ -22,10 +22,11 @@ from reward_planner.core.grid.occupancy_map import (
     OccupancyMap,
 )
 from reward_planner.core.reward_planner_error import RewardPlannerError
-from shirube_files import write_text, written_beside
+from shirube_files import YamlFileError, is_number, read_yaml, shown, write_text, written_beside
 
 # Free, unknown and occupied. map_saver's 205 for what is unknown would be read as free with its threshold of 0.25.
 _WHITE, _GREY, _BLACK = 254, 128, 0
+_NAME_MAX = 1000  # of an image, with its folders
 _NEEDED = ('image', 'resolution', 'origin', 'occupied_thresh', 'free_thresh')
 _GAP = rb'(?:\s|#[^\n]*\n)+'
 _PGM_HEADER = re.compile(rb'P5' + _GAP + rb'(\d+)' + _GAP + rb'(\d+)' + _GAP + rb'(\d+)\s')
@@ -49,7 +50,7 @@ def load_occupancy_map(path: Path, resolution: float | None = None) -> Occupancy
             f'{path}: resolution is {side:g} m, {resolution:g} m is asked for; give such a map'
         )
     origin_x, origin_y = _read_origin(path, fields['origin'])
-    shades = _read_image(path.parent / str(fields['image']))
+    shades = _read_image(path.parent / fields['image'])
     rows, columns = shades.shape
     frame = GridFrame(origin_x, origin_y, side, columns, rows)
     return OccupancyMap(frame, _occupancy_of(path, fields, shades))
@@ -93,26 +94,25 @@ def refuse_other_endings(path: Path) -> None:
 
 def _read_fields(path: Path) -> dict[str, Any]:
     try:
-        fields = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except OSError as fault:
-        raise RewardPlannerError(
-            f'{path}: cannot be read ({fault.strerror}); give the YAML file of a map'
-        ) from fault
-    except (UnicodeDecodeError, yaml.YAMLError) as fault:
-        raise RewardPlannerError(f'{path}: is no YAML; give the YAML file of a map') from fault
-    missing = [name for name in _NEEDED if not isinstance(fields, dict) or name not in fields]
+        fields = read_yaml(path)
+    except YamlFileError as fault:
+        raise RewardPlannerError(f'{fault}; give the YAML file of a map') from fault
+    missing = [name for name in _NEEDED if name not in fields]
     if missing:
         raise RewardPlannerError(f'{path}: {missing[0]} is missing; a map has {", ".join(_NEEDED)}')
     if fields.get('mode', 'trinary') != 'trinary':
-        raise RewardPlannerError(f'{path}: mode is {fields["mode"]!r}; save the map with mode trinary')
+        raise RewardPlannerError(f'{path}: mode is {shown(fields["mode"])}; save the map with mode trinary')
     if fields.get('negate', 0) not in (0, 1):
-        raise RewardPlannerError(f'{path}: negate is {fields["negate"]!r}, it must be 0 or 1')
-    return dict(fields)
+        raise RewardPlannerError(f'{path}: negate is {shown(fields["negate"])}, it must be 0 or 1')
+    image = fields['image']
+    if not isinstance(image, str) or not 0 < len(image) <= _NAME_MAX or '\0' in image:
+        raise RewardPlannerError(f'{path}: image is {shown(image)}, it must be the name of a PGM or PNG file')
+    return fields
 
 
 def _read_origin(path: Path, origin: object) -> tuple[float, float]:
-    if not isinstance(origin, list) or len(origin) != 3 or not all(_is_finite(value) for value in origin):
-        raise RewardPlannerError(f'{path}: origin is {origin!r}, it must be [x, y, yaw]')
+    if not isinstance(origin, list) or len(origin) != 3 or not all(is_number(value) for value in origin):
+        raise RewardPlannerError(f'{path}: origin is {shown(origin)}, it must be [x, y, yaw]')
     if origin[2] != 0:
         raise RewardPlannerError(f'{path}: origin is turned by {origin[2]} rad; save the map with a yaw of 0')
     return float(origin[0]), float(origin[1])
@@ -120,13 +120,11 @@ def _read_origin(path: Path, origin: object) -> tuple[float, float]:
 
 def _number(path: Path, fields: dict[str, Any], name: str, low: float, high: float) -> float:
     value = fields[name]
-    if not _is_finite(value) or not low <= value <= high:
-        raise RewardPlannerError(f'{path}: {name} is {value!r}, it must be a number from {low:g} to {high:g}')
+    if not is_number(value) or not low <= value <= high:
+        raise RewardPlannerError(
+            f'{path}: {name} is {shown(value)}, it must be a number from {low:g} to {high:g}'
+        )
     return float(value)
-
-
-def _is_finite(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _occupancy_of(path: Path, fields: dict[str, Any], shades: NDArray[np.uint8]) -> NDArray[np.int8]:

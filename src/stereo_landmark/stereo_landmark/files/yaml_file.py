@@ -6,9 +6,10 @@ import math
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+import shirube_files
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+_BYTES_MAX = 1 << 24  # a place with many targets is long
 
 
 class LandmarkFileError(StereoLandmarkError):
@@ -26,16 +27,9 @@ def read_yaml(path: Path, remedy: str) -> dict[str, Any]:
         LandmarkFileError: the file is missing or damaged, or holds no fields or a number that is not finite.
     """
     try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except OSError as fault:
-        raise LandmarkFileError(f'{path}: cannot be read ({fault.strerror}); {remedy}') from fault
-    except yaml.MarkedYAMLError as fault:
-        line = '' if fault.problem_mark is None else f' in line {fault.problem_mark.line + 1}'
-        raise LandmarkFileError(f'{path}: is no YAML ({fault.problem}{line}); {remedy}') from fault
-    except (UnicodeDecodeError, yaml.YAMLError) as fault:
-        raise LandmarkFileError(f'{path}: is no YAML; {remedy}') from fault
-    if not isinstance(content, dict):
-        raise LandmarkFileError(f'{path}: holds no fields; {remedy}')
+        content = shirube_files.read_yaml(path, _BYTES_MAX)
+    except shirube_files.YamlFileError as fault:
+        raise LandmarkFileError(f'{fault}; {remedy}') from fault
     endless = first_not_finite(content)
     if endless is not None:
         raise LandmarkFileError(f'{path}: {endless} is no finite number; {remedy}')

@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from shirube_files import write_text
+from shirube_files import YamlFileError, read_yaml, write_text
 from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
@@ -63,20 +63,17 @@ def save_beacons(path: Path, beacons: Sequence[Beacon]) -> None:
     write_text(path, yaml.safe_dump({'beacons': entries}, sort_keys=False, default_flow_style=None))
 
 
+_BYTES_MAX = 1 << 20
+"""A packet has room for more lamps than 64 kB have."""
 _HUGE = 1e15
 """Numbers that are larger are not worth telling, and whole ones may be too long for it."""
 
 
 def _read_yaml(path: Path) -> dict[str, Any]:
     try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except OSError as fault:
-        raise BeaconsFileError(f'{path}: cannot be read ({fault.strerror}); {_REMEDY}') from fault
-    except (ValueError, RecursionError, yaml.YAMLError) as fault:
-        raise BeaconsFileError(f'{path}: is no YAML; {_REMEDY}') from fault
-    if not isinstance(content, dict):
-        raise BeaconsFileError(f'{path}: holds no fields; {_REMEDY}')
-    return content
+        return read_yaml(path, _BYTES_MAX)
+    except YamlFileError as fault:
+        raise BeaconsFileError(f'{fault}; {_REMEDY}') from fault
 
 
 def _check_fields(

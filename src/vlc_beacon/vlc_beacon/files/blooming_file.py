@@ -8,7 +8,7 @@ from pathlib import Path
 
 import yaml
 
-from shirube_files import write_text
+from shirube_files import YamlFileError, read_yaml, write_text
 from vlc_beacon.core.lamp_image.blooming import BloomingCalibration
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
@@ -34,12 +34,9 @@ def load_blooming(path: Path) -> BloomingCalibration:
         VlcBeaconError: the file is missing, no YAML, lacks a field or holds a value that is no number.
     """
     try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except OSError as fault:
-        raise VlcBeaconError(f'{path}: cannot be read ({fault.strerror}); {_REMEDY}') from fault
-    except (ValueError, RecursionError, yaml.YAMLError) as fault:
-        raise VlcBeaconError(f'{path}: is no YAML; {_REMEDY}') from fault
-    entries = content.get('blooming') if isinstance(content, dict) else None
+        entries = read_yaml(path).get('blooming')
+    except YamlFileError as fault:
+        raise VlcBeaconError(f'{fault}; {_REMEDY}') from fault
     if not isinstance(entries, dict) or set(entries) != set(_NAMES):
         raise VlcBeaconError(f'{path}: blooming must have {", ".join(_NAMES)}; {_REMEDY}')
     for name, value in entries.items():

@@ -38,6 +38,14 @@ class DepthImage:
             return None
         return contradicted / (agreed + contradicted)
 
+    def agreed(self) -> DepthImage:
+        """Return only what both pairs see alike."""
+        alike = self.source == BOTH
+        depth = np.where(alike, self.depth, np.float32(np.nan))
+        return DepthImage(
+            depth, np.where(alike | (self.source == CONTRADICTED), self.source, np.uint8(NOWHERE))
+        )
+
 
 class TrinocularDepth:
     """Matches the left camera with two others, usually the right and the top one."""

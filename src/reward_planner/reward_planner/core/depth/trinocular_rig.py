@@ -19,6 +19,9 @@ class TrinocularRig:
     Calibrations differ in the sign of the vertical baseline: P[1, 3] is -fy B with B along y, which points down, but
     B is written as a positive number for a camera above as well. Only one of both makes the pairs see the same.
 
+    Where too few pixels are seen by both pairs to tell whether these belong together (a covered camera, noise, swapped
+    images), only what both see alike is believed.
+
     Attributes:
         is_mirrored: whether the images show the top camera on the other side than its calibration says.
     """
@@ -36,6 +39,7 @@ class TrinocularRig:
         left, right, top = projections
         beside, above = pair_from_projections(left, right), pair_from_projections(left, top)
         self.is_mirrored = False
+        self._is_confirmed: bool | None = None  # by the latest frame that told
         self._as_told = TrinocularDepth(beside, above, settings)
         self._mirrored = TrinocularDepth(beside, above.mirrored(), settings)
 
@@ -45,17 +49,30 @@ class TrinocularRig:
         """Return the depth; arguments as of `TrinocularDepth.compute`.
 
         Raises:
-            DepthError: images that do not fit, or pairs that contradict each other on either side.
+            DepthError: images that do not fit, pairs that contradict each other on either side, or that did in the
+                latest frame that told.
         """
-        told, other = (self._mirrored, self._as_told) if self.is_mirrored else (self._as_told, self._mirrored)
-        seen = told.compute(left, right, top)
-        if seen.contradiction is None or seen.contradiction <= _CONTRADICTION_MAX:
+        seen = self._pairs(self.is_mirrored).compute(left, right, top)
+        if _belong_together(seen):
+            self._is_confirmed = True
             return seen
-        seen = other.compute(left, right, top)
-        if seen.contradiction is not None and seen.contradiction <= _CONTRADICTION_MAX:
-            self.is_mirrored = not self.is_mirrored
-            return seen
-        raise DepthError(
-            'the depths of left-right and left-top contradict each other; check that the topics are those of these '
-            'cameras, and calibrate them together'
-        )
+        if seen.contradiction is not None or self._is_confirmed is None:
+            other = self._pairs(not self.is_mirrored).compute(left, right, top)
+            if _belong_together(other):
+                self.is_mirrored, self._is_confirmed = not self.is_mirrored, True
+                return other
+        if seen.contradiction is not None:
+            self._is_confirmed = False
+        if self._is_confirmed is False:
+            raise DepthError(
+                'the depths of left-right and left-top contradict each other; check that the topics are those of these '
+                'cameras, and calibrate them together'
+            )
+        return seen.agreed()
+
+    def _pairs(self, is_mirrored: bool) -> TrinocularDepth:
+        return self._mirrored if is_mirrored else self._as_told
+
+
+def _belong_together(seen: DepthImage) -> bool:
+    return seen.contradiction is not None and seen.contradiction <= _CONTRADICTION_MAX

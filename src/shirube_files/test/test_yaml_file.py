@@ -1,0 +1,74 @@
+"""YAML that is read, and YAML that is refused in one short line, soon."""
+
+import math
+
+import pytest
+
+from shirube_files import YamlFileError, is_number, read_yaml, shown
+
+BOMB = 'a: &a [x, x, x, x, x, x, x, x, x]\n' + ''.join(
+    f'{name}: &{name} [{", ".join(["*" + before] * 9)}]\n' for before, name in zip('abcdefgh', 'bcdefghi')
+)
+
+
+def test_fields_are_read(tmp_path):
+    path = tmp_path / 'a.yaml'
+    path.write_text('image: µ.pgm\norigin: [0.5, 1, -2]\n', encoding='utf-8')
+    assert read_yaml(path) == {'image': 'µ.pgm', 'origin': [0.5, 1, -2]}
+
+
+@pytest.mark.parametrize(
+    ('data', 'words'),
+    [
+        (b'', 'holds no fields'),
+        (b'[1, 2]', 'holds no fields'),
+        (b'a: [1', 'is no YAML'),
+        (b'a: "\\q"', 'in line 1'),
+        (b'\x00', 'is no YAML'),
+        (b'\xff\xfe', 'is no YAML'),
+        (b'a: ' + b'[' * 20000, 'is no YAML'),
+        (b'a: ' + b'9' * 5000, 'is no YAML'),
+        (b'a: 2024-13-45', 'is no YAML'),
+        (b'a: !!python/object:os.system {}', 'is no YAML'),
+        (BOMB.encode(), 'an alias, which is not allowed in line 2'),
+        (b'a: ' + b'x' * 70000, 'holds more than 64 kB'),
+    ],
+)
+def test_what_cannot_be_read_is_told_in_one_line(tmp_path, data, words):
+    path = tmp_path / 'a.yaml'
+    path.write_bytes(data)
+    with pytest.raises(YamlFileError) as caught:
+        read_yaml(path)
+    assert words in str(caught.value)
+    assert str(caught.value).startswith(f'{path}: ')
+    assert '\n' not in str(caught.value)
+    assert len(str(caught.value)) < len(str(path)) + 200
+
+
+def test_a_larger_file_may_be_asked_for(tmp_path):
+    path = tmp_path / 'a.yaml'
+    path.write_text('a: ' + 'x' * 70000)
+    assert len(read_yaml(path, 1 << 20)['a']) == 70000
+
+
+def test_a_file_that_is_not_there_is_told(tmp_path):
+    with pytest.raises(YamlFileError, match=r'cannot be read \(No such file'):
+        read_yaml(tmp_path / 'none.yaml')
+    with pytest.raises(YamlFileError, match='cannot be read'):
+        read_yaml(tmp_path / 'a\0b')
+
+
+def test_long_values_are_shown_in_part():
+    assert shown('raw') == "'raw'"
+    assert shown([1.5, None]) == '[1.5, None]'
+    assert len(shown('x' * 1000)) == 80
+
+
+@pytest.mark.parametrize('value', [0, -1.5, 10**300])
+def test_numbers_are_numbers(value):
+    assert is_number(value)
+
+
+@pytest.mark.parametrize('value', [True, None, '1', [1], math.nan, -math.inf, 10**400])
+def test_the_rest_is_not(value):
+    assert not is_number(value)
