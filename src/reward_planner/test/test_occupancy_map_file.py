@@ -80,6 +80,7 @@ def test_the_depot_of_nav2_is_read() -> None:
         ({'origin': [0.0, float('nan'), 0.0]}, 'origin is'),
         ({'origin': [0.0, 0.0, 0.5]}, 'turned'),
         ({'origin': [10**400, 0.0, 0.0]}, 'origin is'),
+        ({'origin': [0.0, 1e308, 0.0]}, 'origin is'),
         ({'resolution': 10**400}, 'resolution is'),
         ({'mode': 'raw'}, 'mode'),
         ({'mode': ['x' * 1000] * 9}, 'mode'),

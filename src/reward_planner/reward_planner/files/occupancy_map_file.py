@@ -27,6 +27,7 @@ from shirube_files import YamlFileError, is_number, read_yaml, shown, write_text
 # Free, unknown and occupied. map_saver's 205 for what is unknown would be read as free with its threshold of 0.25.
 _WHITE, _GREY, _BLACK = 254, 128, 0
 _NAME_MAX = 1000  # of an image, with its folders
+_FAR_MAX = 1e8  # of an origin; no place on Earth is farther [m]
 _NEEDED = ('image', 'resolution', 'origin', 'occupied_thresh', 'free_thresh')
 _GAP = rb'(?:\s|#[^\n]*\n)+'
 _PGM_HEADER = re.compile(rb'P5' + _GAP + rb'(\d+)' + _GAP + rb'(\d+)' + _GAP + rb'(\d+)\s')
@@ -115,6 +116,8 @@ def _read_origin(path: Path, origin: object) -> tuple[float, float]:
         raise RewardPlannerError(f'{path}: origin is {shown(origin)}, it must be [x, y, yaw]')
     if origin[2] != 0:
         raise RewardPlannerError(f'{path}: origin is turned by {origin[2]} rad; save the map with a yaw of 0')
+    if max(abs(origin[0]), abs(origin[1])) > _FAR_MAX:
+        raise RewardPlannerError(f'{path}: origin is {shown(origin)}, it must be within {_FAR_MAX:g} m')
     return float(origin[0]), float(origin[1])
 
 
