@@ -220,7 +220,7 @@ def test_on_the_largest_known_map_routes_are_found():
     settings = NavigatorSettings(VoxelSettings(resolution=0.1), MappingSettings(cells_max=1_000_000))
     navigator = Navigator(MOUNT, settings)
     navigator.use_map(OccupancyMap(GridFrame(0.0, 0.0, 0.1, 830, 830), np.zeros((830, 830), dtype=np.int8)))
-    assert len(navigator.route_between(PlanarPose(0.0, 0.0, 0.0), PlanarPose(82.9, 82.9, 0.0))) > 800
+    assert len(navigator.route_between(PlanarPose(0.0, 0.0, 0.0), PlanarPose(82.9, 82.9, 0.0), 0.0)) > 800
 
 
 @pytest.mark.parametrize('bad', [np.nan, np.inf, -np.inf])
