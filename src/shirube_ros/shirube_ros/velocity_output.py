@@ -44,9 +44,10 @@ class VelocityOutput:
         self._publisher.publish(message)
 
     def stop(self) -> None:
-        """Publish a velocity of zero, and wait a little until it is received: the node ends."""
-        self.send(0.0, 0.0)
-        self._publisher.wait_for_all_acked(_LAST_WORD)
+        """Publish a velocity of zero if another one stands, and wait a little until it is received: the node ends."""
+        if self._is_moving:
+            self.send(0.0, 0.0)
+            self._publisher.wait_for_all_acked(_LAST_WORD)
 
     def _look(self) -> None:
         now = self._clock.now()
