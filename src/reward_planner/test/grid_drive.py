@@ -108,3 +108,22 @@ def roomy_place(walls, x, y, resolution=0.1):
     cells = np.argwhere(room > 0.5)
     places = resolution * (cells[:, ::-1] + 0.5)
     return tuple(places[np.hypot(*(places - (x, y)).T).argmin()].tolist())
+
+
+def hall(rows=60, columns=100):
+    """A closed hall of 6 x 10 m."""
+    walls = np.zeros((rows, columns), dtype=bool)
+    walls[[0, -1]] = walls[:, [0, -1]] = True
+    return walls
+
+
+def wall_with_door():
+    """The hall with a wall across, and a door at its upper end."""
+    walls = hall()
+    walls[:45, 50:52] = True
+    return walls
+
+
+def is_standing(drive):
+    velocity = drive.velocity
+    return velocity is None or max(abs(velocity.forward), abs(velocity.turn_rate)) < 1e-3

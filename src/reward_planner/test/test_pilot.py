@@ -6,38 +6,26 @@ import math
 
 import numpy as np
 import pytest
-from grid_drive import RADIUS, TICK, GridDrive, coarse, goal_at, roomy_place
+from grid_drive import (
+    RADIUS,
+    TICK,
+    GridDrive,
+    coarse,
+    goal_at,
+    hall,
+    is_standing,
+    roomy_place,
+    wall_with_door,
+)
 
 from reward_planner.core.driving.drive import DriveState
 from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.driving.light_command import LightCommand
-from reward_planner.core.driving.velocity_ramp import Velocity
 from reward_planner.core.grid.footprint import clearance
 from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.route.shortest_route import shortest_route
 from scene_simulator.grid_maps import maze, random_field, rooms, warehouse
 from shirube_geometry import PlanarPose
-
-
-def hall(rows=60, columns=100):
-    """A closed hall of 6 x 10 m."""
-    walls = np.zeros((rows, columns), dtype=bool)
-    walls[[0, -1]] = walls[:, [0, -1]] = True
-    return walls
-
-
-def wall_with_door():
-    """The hall with a wall across, and a door at its upper end."""
-    walls = hall()
-    walls[:45, 50:52] = True
-    return walls
-
-
-def is_standing(drive):
-    velocity = drive.velocity
-    return velocity is None or max(abs(velocity.forward), abs(velocity.turn_rate)) < 1e-3
-
 
 WORLDS = {
     'rooms': coarse(rooms(24, 2, room=8, door=3, closed=0.0)),
@@ -146,65 +134,6 @@ def test_a_goal_that_is_not_finite_is_refused():
         drive.pilot.set_goal(goal_at(math.nan, 0.0))
 
 
-@pytest.mark.parametrize(
-    ('sense', 'state'), [('senses_pose', DriveState.LOST), ('senses_map', DriveState.BLIND)]
-)
-def test_without_poses_or_frames_the_robot_stops_and_goes_on_with_them(sense, state):
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(9.0, 3.0))
-    drive.run(4.0)
-    setattr(drive, sense, False)
-    last = drive.run(4.0)
-    assert last.state is state
-    assert is_standing(last)
-    lost_at = drive.pose
-    drive.run(1.0)
-    assert drive.pose.distance_to(lost_at) < 1e-6
-    setattr(drive, sense, True)
-    assert drive.run(60.0).state is DriveState.REACHED
-
-
-def test_before_the_first_pose_and_frame_nothing_moves():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.senses_pose = drive.senses_map = False
-    drive.pilot.set_goal(goal_at(9.0, 3.0))
-    assert 'there is no pose' in drive.run(0.5).detail
-    drive.senses_pose = True
-    assert 'no frame came yet' in drive.run(0.5).detail
-    assert drive.way() == 0.0
-
-
-def test_poses_that_jump_stop_the_robot():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(9.0, 3.0))
-    drive.run(4.0)
-    drive.senses_pose = False
-    drive.pilot.robot_at(drive.robot.time, None)
-    last = drive.run(3.0)
-    assert (last.state, last.detail) == (DriveState.LOST, 'the pose is not known: poses jump')
-    assert is_standing(last)
-
-
-def test_the_lamps_slow_stop_and_turn_the_robot():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(9.0, 3.0))
-    drive.run(3.0)
-    drive.pilot.obey(LightCommand('slow', 0.15))
-    drive.run(2.0)
-    assert drive.run(0.5).velocity.forward == pytest.approx(0.15, abs=0.01)
-    drive.pilot.obey(LightCommand('turn', math.pi))
-    before = drive.pose.yaw
-    drive.run(0.5)
-    assert drive.drives[-1].state is DriveState.TURNING
-    drive.run(5.0, until=(DriveState.DRIVING,))
-    assert abs(drive.pose.yaw - before) == pytest.approx(math.pi, abs=0.06)
-    drive.pilot.obey(LightCommand('stop', 0.0))
-    assert drive.run(2.0).state is DriveState.HELD
-    assert is_standing(drive.drives[-1])
-    drive.pilot.obey(LightCommand('resume', 0.0))
-    assert drive.run(60.0).state is DriveState.REACHED
-
-
 def test_a_robot_too_near_to_a_wall_leaves_by_the_way_of_growing_clearance():
     drive = GridDrive(hall(), PlanarPose(1.0, 0.34, 0.0))
     drive.pilot.set_goal(goal_at(5.0, 3.0))
@@ -240,17 +169,6 @@ def test_a_known_map_is_used_before_anything_is_seen():
     assert drive.pilot.keeper.plans == 1
 
 
-def test_when_time_jumps_back_the_robot_stands_without_a_goal():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(9.0, 3.0))
-    drive.run(3.0)
-    drive.pilot.time_jumped()
-    assert drive.run(3.0).state is DriveState.IDLE
-    assert drive.drives[-1].velocity is None
-    last_given = [d.velocity for d in drive.drives if d.velocity is not None][-1]
-    assert last_given == Velocity()
-
-
 def test_the_robot_does_not_overshoot_its_goal():
     drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
     drive.pilot.set_goal(goal_at(5.0, 3.0))
@@ -272,33 +190,6 @@ def test_the_speed_allows_to_stop_before_what_lies_straight_ahead():
     assert 0.1 < speed < math.sqrt(2.0 * settings.max_linear_acceleration * to_wall) * (1.0 - 0.2 / 0.6)
 
 
-def test_after_the_goal_is_reached_no_push_makes_the_robot_drive_again():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(3.0, 3.0))
-    drive.run(60.0)
-    drive.run(0.5, until=())
-    for place in (PlanarPose(4.0, 3.0, 2.0), None):
-        drive.pilot.robot_at(drive.robot.time, place)
-        done = drive.pilot.step(drive.robot.time + 100.0)
-        assert (done.state, done.velocity) == (DriveState.REACHED, None)
-    drive.pilot.set_goal(goal_at(6.0, 3.0))
-    assert drive.run(60.0).state is DriveState.REACHED
-    assert drive.pose.x > 5.8
-
-
-def test_a_turn_that_nobody_could_make_is_not_made_later():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.run(1.0)
-    drive.pilot.obey(LightCommand('turn', 3.0))
-    drive.pilot.set_goal(goal_at(3.0, 3.0))
-    drive.run(3.0)
-    assert DriveState.TURNING not in {each.state for each in drive.drives}
-    drive.pilot.obey(LightCommand('turn', 3.0))
-    drive.pilot.robot_at(drive.robot.time, None)
-    drive.run(2.0)
-    assert DriveState.TURNING not in {each.state for each in drive.drives}
-
-
 @pytest.mark.parametrize('resolution', [0.05, 0.1, 0.2])
 @pytest.mark.parametrize('start', [(1.0, 2.93), (1.07, 3.1), (1.13, 2.97)])
 def test_no_passage_is_entered_that_is_too_narrow_for_cells_so_large(resolution, start):
@@ -311,56 +202,6 @@ def test_no_passage_is_entered_that_is_too_narrow_for_cells_so_large(resolution,
     drive.pilot.set_goal(goal_at(8.0, 3.1))
     last = drive.run(60.0, until=(DriveState.REACHED, DriveState.UNREACHABLE))
     assert last.state in (DriveState.REACHED, DriveState.UNREACHABLE), last.detail
-
-
-def test_a_robot_that_cannot_go_on_says_so(monkeypatch):
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(8.0, 3.0))
-    drive.run(2.0)
-    monkeypatch.setattr(drive.pilot, '_speed', lambda *_: 0.0)
-    assert drive.run(4.0).state is DriveState.DRIVING
-    assert drive.run(4.0).state is DriveState.STUCK
-    monkeypatch.undo()
-    assert drive.run(60.0).state is DriveState.REACHED
-
-
-def test_a_lamp_that_leaves_no_speed_holds_the_robot():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(8.0, 3.0))
-    drive.run(2.0)
-    drive.pilot.obey(LightCommand('slow', 0.0))
-    assert drive.run(2.0).state is DriveState.HELD
-    assert is_standing(drive.drives[-1])
-
-
-def test_the_robot_turns_for_a_lamp_once_it_stands():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(8.0, 3.0))
-    drive.run(3.0)
-    begun = len(drive.drives)
-    drive.pilot.obey(LightCommand('turn', 1.0))
-    drive.run(3.0)
-    turning = [each.velocity for each in drive.drives[begun:] if each.state is DriveState.TURNING]
-    spins = [each.forward for each in turning if abs(each.turn_rate) > 0.3]
-    assert spins
-    assert max(spins) < 0.02
-
-
-@pytest.mark.parametrize('what', ['pose', 'frame'])
-def test_what_comes_from_the_future_is_not_believed_for_ever(what):
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(8.0, 3.0))
-    drive.run(2.0)
-    ahead = drive.robot.time + 30.0
-    if what == 'pose':
-        drive.pilot.robot_at(ahead, drive.pose)
-        drive.senses_pose = False
-    else:
-        drive.pilot.map_changed(ahead, drive.frame)
-        drive.senses_map = False
-    last = drive.run(3.0)
-    assert last.state is (DriveState.LOST if what == 'pose' else DriveState.BLIND)
-    assert is_standing(last)
 
 
 def test_a_cleared_map_forgets_its_obstacles():
