@@ -99,7 +99,7 @@ class RewardPlannerNode(Node):
             declare_parameters(self, DrivingSettings),
         )
         refuse_misspelled_parameters(self)
-        check_source(method.voxels, self._settings)
+        check_source(self._settings)
         self._navigator = Navigator(self._settings.mount, method)
         warning = load_known_map(self._navigator, self._settings)
         if warning:

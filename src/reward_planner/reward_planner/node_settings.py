@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass, field
 
 from reward_planner.core.depth.depth_settings import DepthSettings, refuse_unmatchable
-from reward_planner.core.reward_planner_error import RewardPlannerError
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from shirube_ros.camera_settings import CameraSettings
 from shirube_settings import setting
 
@@ -46,17 +44,11 @@ class NodeSettings(CameraSettings):
     depth: DepthSettings = field(default_factory=DepthSettings)
 
 
-def check_source(voxels: VoxelSettings, node: NodeSettings) -> None:
+def check_source(node: NodeSettings) -> None:
     """Refuse settings that do not fit the source, before its first message comes.
 
     Raises:
-        RewardPlannerError: ``range_normalised``, which needs the density of the points, with point clouds, under which
-            each single point were an obstacle; or matching of three cameras that OpenCV cannot do.
+        DepthError: matching of three cameras that OpenCV cannot do.
     """
     if node.source == 'trinocular':
         refuse_unmatchable(node.depth)
-    if voxels.rule == 'range_normalised' and node.source == 'points':
-        raise RewardPlannerError(
-            'rule range_normalised needs the focal length of a camera, which source points does not tell; '
-            'set rule to log_odds or count, or source to depth or trinocular'
-        )

@@ -171,7 +171,6 @@ def test_goals_that_cannot_be_reached_are_told(graph):
         ({'save_file': 'hall.pgm'}, 'hall.pgm: is no name for the YAML of a map'),
         ({'height_min': 2.0}, 'height_min is 2, it must be lower'),
         ({'log_odds_occupied': 4.0}, 'log_odds_occupied is 4, it may not be more; log_odds_max is 3.5'),
-        ({'rule': 'range_normalised'}, 'range_normalised needs the focal length'),
         ({'source': 'trinocular', 'depth.disparities': 65}, 'disparities is 65 and block 3'),
         ({'source': 'trinocular', 'depth.block': 4}, 'disparities is 64 and block 4'),
     ],
