@@ -11,6 +11,7 @@ import yaml
 BYTES_MAX = 1 << 16
 """Of a file that people write by hand."""
 _SHOWN_MAX = 80
+_VALUES_MAX = 1_000_000
 
 
 class YamlFileError(ValueError):
@@ -25,8 +26,8 @@ def read_yaml(path: Path, bytes_max: int = BYTES_MAX) -> dict[str, Any]:
         bytes_max: larger files are refused.
 
     Raises:
-        YamlFileError: the file is missing, too large or no YAML, or holds no fields or an alias: a few lines of aliases
-            can stand for more values than fit into memory.
+        YamlFileError: the file is missing, too large or no YAML, or holds no fields, or aliases that stand for more
+            values than fit into memory.
     """
     try:
         with path.open('rb') as file:
@@ -65,11 +66,23 @@ def is_number(value: object) -> bool:
 
 
 class _Loader(yaml.SafeLoader):
-    """A SafeLoader without aliases."""
+    """A SafeLoader of values that fit into memory."""
 
-    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
-        """Compose the next node, unless it is an alias."""
-        if self.check_event(yaml.AliasEvent):
-            mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
-            raise yaml.MarkedYAMLError(problem='an alias, which is not allowed', problem_mark=mark)
-        return super().compose_node(parent, index)
+    def get_single_node(self) -> yaml.Node | None:
+        """Return the document, unless its aliases stand for too much."""
+        node = super().get_single_node()
+        if node is not None and _count(node, {}) > _VALUES_MAX:
+            raise yaml.MarkedYAMLError(problem='its aliases stand for too many values')
+        return node
+
+
+def _count(node: yaml.Node, known: dict[int, int]) -> int:
+    """Return for how many values a node stands; ``known`` tells it of nodes that were counted before."""
+    if id(node) not in known:
+        known[id(node)] = _VALUES_MAX + 1  # for a node that stands in itself
+        if isinstance(node, yaml.MappingNode):
+            parts = [part for pair in node.value for part in pair]
+        else:
+            parts = node.value if isinstance(node, yaml.SequenceNode) else []
+        known[id(node)] = 1 + sum(_count(part, known) for part in parts)
+    return known[id(node)]

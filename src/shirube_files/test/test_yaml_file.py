@@ -30,7 +30,8 @@ def test_fields_are_read(tmp_path):
         (b'a: ' + b'9' * 5000, 'is no YAML'),
         (b'a: 2024-13-45', 'is no YAML'),
         (b'a: !!python/object:os.system {}', 'is no YAML'),
-        (BOMB.encode(), 'an alias, which is not allowed in line 2'),
+        (BOMB.encode(), 'its aliases stand for too many values'),
+        (b'a: &a [1, *a]', 'its aliases stand for too many values'),
         (b'a: ' + b'x' * 70000, 'holds more than 64 kB'),
     ],
 )
@@ -56,6 +57,13 @@ def test_a_file_that_is_not_there_is_told(tmp_path):
         read_yaml(tmp_path / 'none.yaml')
     with pytest.raises(YamlFileError, match='cannot be read'):
         read_yaml(tmp_path / 'a\0b')
+
+
+def test_what_is_written_once_may_be_meant_twice(tmp_path):
+    """As PyYAML writes it where one list is in two places."""
+    path = tmp_path / 'a.yaml'
+    path.write_text('a: &id001 [4.0, 8.0]\nb: *id001\n')
+    assert read_yaml(path) == {'a': [4.0, 8.0], 'b': [4.0, 8.0]}
 
 
 def test_long_values_are_shown_in_part():
