@@ -10,6 +10,8 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 ENVIRONMENT = Path(__file__).resolve().parent
@@ -24,27 +26,42 @@ def main(arguments: list[str]) -> int:
     folder, locks_digest, project_digest = Path(arguments[0]), arguments[1], arguments[2]
     locks = [ENVIRONMENT / name for name in arguments[3:]]
     wanted = [f'{locks_digest} {VERSION} {ROOT}', project_digest]
-    # Two terminals may start at once: the second waits here and then finds everything done.
-    directory = os.open(ENVIRONMENT, os.O_RDONLY)
-    fcntl.flock(directory, fcntl.LOCK_EX)
     try:
-        present = read_stamp(folder) if python_works(folder) else []
-        if present == wanted:
-            return 0
-        if present[:1] != wanted[:1]:
-            make_environment(folder, locks)
-        write_stamp(folder, [wanted[0], 'project not installed yet'])
-        run_pip(folder, ['--no-build-isolation', '--editable', str(ROOT)], 'Installing shirube itself', 1)
-        write_stamp(folder, wanted)
+        # Two terminals may start at once: the second waits here and then finds everything done.
+        with locked(folder.with_name(f'{folder.name}.lock')):
+            complete(folder, locks, wanted)
     except InstallError as error:
         print(f'shirube: {error}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print('\nshirube: stopped; the next call starts the installation again', file=sys.stderr)
         return 130
-    finally:
-        os.close(directory)
     return 0
+
+
+def complete(folder: Path, locks: list[Path], wanted: list[str]) -> None:
+    """Installs what the environment lacks."""
+    present = read_stamp(folder) if python_works(folder) else []
+    if present == wanted:
+        return
+    if present[:1] != wanted[:1]:
+        make_environment(folder, locks)
+    write_stamp(folder, [wanted[0], 'project not installed yet'])
+    # The project's own metadata lies beside its sources: one environment after the other.
+    with locked(ENVIRONMENT.parent / '.venv-project.lock'):
+        run_pip(folder, ['--no-build-isolation', '--editable', str(ROOT)], 'Installing shirube itself', 1)
+    write_stamp(folder, wanted)
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Makes a second process wait that comes here at the same time."""
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
 
 
 class InstallError(RuntimeError):

@@ -4,21 +4,17 @@
 of what a package was built from is kept beside its installation.
 """
 
-import fcntl
 import hashlib
 import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from shirube_cli.error import CommandError
-from shirube_cli.kernel_cache import compile_loops
+from shirube_cli.file_lock import locked
+from shirube_cli.kernel_cache import PYTHON, compiled_loops, files_with_loops, put_beside_installed
 from shirube_cli.project import safe_environment
-
-PYTHON = f'python{sys.version_info.major}.{sys.version_info.minor}'
 
 
 def find_packages(root: Path) -> list[str]:
@@ -32,7 +28,7 @@ def build_workspace(root: Path) -> None:
     Raises:
         CommandError: colcon failed; its output stands above.
     """
-    with _locked(root / 'ros2_ws'):
+    with locked(root / 'ros2_ws'):
         digests = {name: digest_package(root / 'src' / name) for name in find_packages(root)}
         changed = [name for name, digest in digests.items() if not _is_built(root, name, digest)]
         if not changed:
@@ -41,8 +37,8 @@ def build_workspace(root: Path) -> None:
             shutil.rmtree(root / 'ros2_ws' / 'build' / name, ignore_errors=True)
             shutil.rmtree(root / 'ros2_ws' / 'install' / name, ignore_errors=True)
         _run_colcon(root, changed)
-        if 'floor_localizer' in changed:
-            compile_loops(overlay_environment(root))
+        if any(any(files_with_loops(root / 'src' / name)) for name in changed):
+            put_beside_installed(compiled_loops(root), root)
         for name in changed:
             _stamp_path(root, name).write_text(digests[name])
 
@@ -108,14 +104,3 @@ def _run_colcon(root: Path, packages: list[str]) -> None:
     missing = [name for name in packages if not _stamp_path(root, name).parent.is_dir()]
     if built.returncode or missing:
         raise CommandError('colcon build failed in ros2_ws; its messages stand above')
-
-
-@contextmanager
-def _locked(folder: Path) -> Iterator[None]:
-    """Make a second process wait that would build at the same time."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(descriptor)

@@ -1,9 +1,13 @@
 """The loops are compiled in parts that exist, and machine code of other sources goes."""
 
+import os
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 from floor_localizer.core.warm_up import PARTS
-from shirube_cli.kernel_cache import WARM_UP_PARTS, digest_loops, fresh_cache
+from shirube_cli.kernel_cache import PYTHON, WARM_UP_PARTS, digest_loops, fresh_cache, put_beside_installed
 
 
 def test_all_parts_of_the_warm_up_are_compiled() -> None:
@@ -34,3 +38,41 @@ def test_the_digest_sees_loops_and_what_goes_into_them_and_nothing_else(tmp_path
     untouched, loops, constants, words = digests
     assert words == untouched
     assert len({untouched, loops, constants}) == 3
+
+
+LOOP = 'from numba import njit\n\n\n@njit(cache=True)\ndef twice(x):\n    return 2 * x\n'
+
+
+def source_and_copy(root: Path) -> tuple[Path, Path]:
+    """Write a package with a loop and a copy as colcon installs it."""
+    source = root / 'src' / 'probe'
+    (source / 'probe').mkdir(parents=True)
+    (source / 'probe' / 'loops.py').write_text(LOOP)
+    installed = root / 'ros2_ws' / 'install' / 'probe' / 'lib' / PYTHON / 'site-packages'
+    shutil.copytree(source, installed)
+    return source, installed
+
+
+def call_the_loop(packages: Path, **environment: str) -> str:
+    """Import the loop from a folder of packages, call it, and return what numba says of its cache."""
+    command = [sys.executable, '-c', 'from probe.loops import twice; twice(1)']
+    known = {name: value for name, value in os.environ.items() if name != 'NUMBA_CACHE_DIR'}
+    wanted = {**known, 'PYTHONPATH': str(packages), 'NUMBA_DEBUG_CACHE': '1', **environment}
+    return subprocess.run(command, env=wanted, check=True, capture_output=True, text=True).stdout
+
+
+def test_what_is_installed_uses_the_machine_code_of_its_source(tmp_path: Path) -> None:
+    source, installed = source_and_copy(tmp_path)
+    assert 'data saved' in call_the_loop(source, NUMBA_CACHE_DIR=str(tmp_path / 'cache'))
+    put_beside_installed(tmp_path / 'cache', tmp_path)
+    said = call_the_loop(installed)
+    assert 'data loaded' in said
+    assert 'saved' not in said
+
+
+def test_a_copy_of_another_state_gets_no_machine_code(tmp_path: Path) -> None:
+    source, installed = source_and_copy(tmp_path)
+    call_the_loop(source, NUMBA_CACHE_DIR=str(tmp_path / 'cache'))
+    (installed / 'probe' / 'loops.py').write_text(LOOP.replace('2', '3'))
+    put_beside_installed(tmp_path / 'cache', tmp_path)
+    assert not list(installed.rglob('*.nb[ic]'))

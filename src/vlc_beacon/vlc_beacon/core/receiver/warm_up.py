@@ -21,6 +21,12 @@ _SIDE, _RADIUS, _LEVEL = 96, 12.0, 200.0
 _SHUTTERS = ('global', 'rolling')
 
 
+def warm_up_both() -> None:
+    """Read made-up lamps with either shutter."""
+    for shutter in _SHUTTERS:
+        warm_up(ReceiverSettings(shutter))
+
+
 def warm_up(settings: ReceiverSettings) -> None:
     """Read a made-up lamp with the shutter of the settings."""
     receiver = LightReceiver([], ReceiverSettings(settings.shutter))
