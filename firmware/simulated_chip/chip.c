@@ -46,7 +46,7 @@ static void sleep_at_once(avr_t *sleeping, avr_cycle_count_t cycles)
 static void log_to_stderr(avr_t *speaking, const int level, const char *format, va_list arguments)
 {
     (void)speaking;
-    if (level <= LOG_WARNING)
+    if (level <= LOG_ERROR)
         vfprintf(stderr, format, arguments);
 }
 
@@ -69,6 +69,7 @@ avr_t *chip_begin(const char *firmware_path)
     firmware.eesize = 0;
     avr_load_firmware(avr, &firmware);
     avr->sleep = sleep_at_once;
+    avr->vcc = avr->avcc = avr->aref = 5000;
 
     uint32_t flags = 0;
     avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
