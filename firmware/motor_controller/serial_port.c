@@ -58,13 +58,17 @@ bool serial_port_is_free(void)
 
 void serial_port_write(const char *text)
 {
+    if (serial_port_is_free())
+        written_begin = written_end = 0;
+    while (*text && written_end < WRITTEN_MAX) {
+        written[written_end] = *text++;
+        written_end++;
+    }
+    // Short, as a fast encoder does not wait.
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
-        if (serial_port_is_free())
-            written_begin = written_end = 0;
-        while (*text && written_end < WRITTEN_MAX)
-            written[written_end++] = *text++;
-        UCSR0B |= _BV(UDRIE0);
+        if (!serial_port_is_free())
+            UCSR0B |= _BV(UDRIE0);
     }
 }
 
