@@ -143,8 +143,10 @@ def test_reset_of_the_encoders_ends_a_held_speed_but_no_pwm(controller: Simulate
     assert np.subtract(controller.counts(), np.subtract(after, before)) == pytest.approx(0, abs=6)
 
 
-@pytest.mark.parametrize(('full_speed', 'lag'), [(3000.0, 0.1), (1500.0, 0.05), (6000.0, 0.2)])
-@pytest.mark.parametrize('targets', [(20, -20), (3, 30)])
+@pytest.mark.parametrize(
+    ('full_speed', 'lag', 'targets'),
+    [(3000.0, 0.1, (40, -7)), (1500.0, 0.05, (-20, 30)), (6000.0, 0.2, (3, 100))],
+)
 def test_speed_is_held_whatever_the_motor(
     controller: SimulatedMotorController, full_speed: float, lag: float, targets: tuple[int, int]
 ) -> None:
@@ -179,7 +181,7 @@ def test_gains_are_taken(controller: SimulatedMotorController) -> None:
     assert controller.truth().pwm == (90, 90)
 
 
-@pytest.mark.parametrize('wrap', [2**31 - 1, 2**15 - 1, -1])
+@pytest.mark.parametrize('wrap', [2**31 - 1, 2**15 - 1])
 def test_counts_wrap_round_and_the_speed_does_not_notice(
     controller: SimulatedMotorController, wrap: int
 ) -> None:
