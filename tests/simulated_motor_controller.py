@@ -70,9 +70,9 @@ class SimulatedMotorController(SimulatedChip):
     def drive(self, order: str, seconds: float) -> None:
         """Repeat an order as a host does, so that it does not end by itself."""
         end = self.truth().seconds + seconds
-        while (left := end - self.truth().seconds) > 1e-6:
+        while end - self.truth().seconds > 1e-6:
             assert self.ask(order) == 'OK'
-            self.run(min(0.5, max(0.0, end - self.truth().seconds), left))
+            self.run(min(0.5, max(0.0, end - self.truth().seconds)))
 
     def until_pwm(self, *, is_on: bool, within: float) -> float:
         """Let time pass until the motors are on or off, and return when that was [s]."""
