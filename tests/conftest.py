@@ -13,14 +13,25 @@ sys.path[:0] = [str(HERE), str(HERE.parent / 'src/vlc_beacon/test')]
 @pytest.fixture(scope='session')
 def firmware(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of the lamp's firmware and its simulator."""
-    from simulated_lamp import build_firmware, missing_tools  # noqa: PLC0415
+    return built('led_beacon', tmp_path_factory)
+
+
+@pytest.fixture(scope='session')
+def motor_firmware(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the motor controller's firmware and its simulator."""
+    return built('motor_controller', tmp_path_factory)
+
+
+def built(sketch: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Build a firmware, or skip the test where its tools are missing."""
+    from simulated_chip import build_firmware, missing_tools  # noqa: PLC0415
 
     missing = missing_tools()
     if missing and os.environ.get('CI') != 'true':
         packages = 'gcc gcc-avr avr-libc libc6-dev libsimavr-dev make'
         pytest.skip(f'the firmware needs {", ".join(missing)}: apt-get install {packages}')
-    folder = tmp_path_factory.mktemp('firmware')
-    build_firmware(folder)
+    folder = tmp_path_factory.mktemp(sketch)
+    build_firmware(sketch, folder)
     return folder
 
 

@@ -1,41 +1,21 @@
-"""The firmware of the LED beacon in simavr: built, powered, spoken to, and its light recorded."""
+"""The firmware of the LED beacon in simavr: powered, spoken to, and its light recorded."""
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from simulated_chip import SimulatedChip
 
 from light_waveform import Waveform
 from vlc_beacon.core.transmitter.serial_protocol import upload_requests
 
-FIRMWARE = Path(__file__).resolve().parents[1] / 'firmware/led_beacon'
-TOOLS = ('make', 'avr-gcc', 'gcc')
-HEADERS = ('/usr/include/simavr/sim_avr.h', '/usr/lib/avr/include/avr/io.h')
 TICK_RATE = 16_000_000
-ANSWER_US = 3_000_000
 
 
-def missing_tools() -> list[str]:
-    """Return what lacks to build and run the firmware."""
-    return [tool for tool in TOOLS if not shutil.which(tool)] + [h for h in HEADERS if not Path(h).exists()]
-
-
-def build_firmware(folder: Path) -> None:
-    """Build the firmware and its simulator in a folder."""
-    targets = [f'{folder}/{name}' for name in ('led_beacon.hex', 'simulator')]
-    environment = {k: v for k, v in os.environ.items() if k not in ('MAKEFLAGS', 'MAKELEVEL')}
-    make = ['make', '-s', '-C', str(FIRMWARE), f'BUILD={folder}', *targets]
-    built = subprocess.run(make, check=False, capture_output=True, text=True, env=environment)
-    assert built.returncode == 0, built.stderr
-
-
-class SimulatedLamp:
+class SimulatedLamp(SimulatedChip):
     """A lamp from power on to power off; its EEPROM lasts.
 
     Args:
@@ -45,30 +25,12 @@ class SimulatedLamp:
 
     def __init__(self, build: Path, eeprom: Path) -> None:
         self._pins = eeprom.with_suffix('.vcd')
-        command = [build / 'simulator', build / 'led_beacon.elf', eeprom, self._pins]
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-
-    def send(self, data: bytes) -> None:
-        """Send bytes that are not waited for."""
-        self._command(f's {data.hex()}')
-
-    def run(self, seconds: float) -> bytes:
-        """Let time pass and return what the lamp sent."""
-        self._command(f'r {round(seconds * 1e6)}')
-        return self._sent()
+        super().__init__(build, build / 'led_beacon.elf', eeprom, self._pins)
 
     def write_eeprom(self, count: int) -> None:
         """Let time pass until so many bytes of the EEPROM have been written, or a second."""
         self._command(f'e {count}')
         self._sent()
-
-    def ask(self, request: str) -> str:
-        """Send a line and return the lamp's answer."""
-        self.send(request.encode() + b'\r')
-        self._command(f'l {ANSWER_US}')
-        answer = self._sent().decode()
-        assert answer.endswith('\r\n'), f'{request} was answered {answer!r}'
-        return answer.strip()
 
     def load(self, frame: bytes, *, keep: bool = True) -> list[str]:
         """Send a frame and return all answers."""
@@ -76,21 +38,8 @@ class SimulatedLamp:
 
     def power_off(self) -> Light:
         """End it and return how it shone."""
-        assert self._process.stdin is not None
-        self._process.stdin.close()
-        assert self._process.wait(10) == 0
+        self.end()
         return light_of_vcd(self._pins.read_text())
-
-    def _command(self, command: str) -> None:
-        assert self._process.stdin is not None
-        self._process.stdin.write(command + '\n')
-        self._process.stdin.flush()
-
-    def _sent(self) -> bytes:
-        assert self._process.stdout is not None
-        answer = self._process.stdout.readline()
-        assert answer.endswith('\n'), 'the simulator died'
-        return bytes.fromhex(answer)
 
 
 @dataclass(frozen=True)

@@ -1,17 +1,12 @@
 """What the lamp's firmware does when it is asked on its serial line."""
 
-import os
-import pty
-import select
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from simulated_lamp import TICK_RATE, SimulatedLamp
+from simulated_terminal import terminal_of
 
 from vlc_beacon.core.light_code.ufsook_decoder import UfsookDecoder
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
@@ -165,26 +160,3 @@ def test_host_speaks_with_the_lamp(firmware: Path, eeprom: Path) -> None:
         with pytest.raises(VlcBeaconError, match="answers 'ERR crc' to 'k'"):
             port.load(frame[:-1], keep=True)
     assert [tone for tone in lamp.power_off().tones() if tone >= 2000] == [2000, 3000, 4000]
-
-
-@contextmanager
-def terminal_of(lamp: SimulatedLamp) -> Iterator[Path]:
-    """Connect a lamp to a pseudo-terminal."""
-    master, slave = pty.openpty()
-    over = threading.Event()
-
-    def serve() -> None:
-        while not over.is_set():
-            if select.select([master], [], [], 0.001)[0]:
-                lamp.send(os.read(master, 256))
-            os.write(master, lamp.run(0.02))
-
-    thread = threading.Thread(target=serve)
-    thread.start()
-    try:
-        yield Path(os.ttyname(slave))
-    finally:
-        over.set()
-        thread.join()
-        os.close(master)
-        os.close(slave)

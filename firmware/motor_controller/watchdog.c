@@ -1,0 +1,23 @@
+#include "watchdog.h"
+
+#include <avr/io.h>
+#include <avr/wdt.h>
+
+// After its reset the watchdog stays on at its shortest time; it must be off before the memory is prepared.
+static void stop_after_reset(void) __attribute__((naked, used, section(".init3")));
+
+static void stop_after_reset(void)
+{
+    MCUSR = 0;
+    wdt_disable();
+}
+
+void watchdog_begin(void)
+{
+    wdt_enable(WDTO_120MS);
+}
+
+void watchdog_reset(void)
+{
+    wdt_reset();
+}

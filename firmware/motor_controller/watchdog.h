@@ -1,0 +1,7 @@
+// Resets the controller, and with it the motors, when the main loop hangs.
+#pragma once
+
+void watchdog_begin(void);
+
+// To be called more often than every 100 ms.
+void watchdog_reset(void);
