@@ -111,7 +111,7 @@ def _lamps(bag: Path, more: list[str]) -> list[Opinion]:
     beacons = str(bag / 'beacons.yaml')
     arguments = ['--beacons', beacons, '--bag', str(bag), '--camera-xyz', '0', '0', '0', *more]
     return [
-        Opinion(image.stamp_ns, image.fix.T_map_base, _six(image.fix.covariance))
+        Opinion(image.stamp_ns, image.fix.T_map_base, _six(image.fix.planar_covariance))
         for image in locate_lamps(lamp_parser().parse_args(arguments))
         if image.fix is not None
     ]
