@@ -46,7 +46,9 @@ def _names(node: Node) -> list[str]:
     )
     value = node.declare_parameter(_PARAMETER, list(DEFAULT_SOURCES), descriptor).value
     if not isinstance(value, (list, tuple)) or not all(isinstance(name, str) for name in value) or not value:
-        raise SettingsError(f'setting {_PARAMETER} is {value!r}, it must be a list of names, such as [floor, lamps]')
+        raise SettingsError(
+            f'setting {_PARAMETER} is {value!r}, it must be a list of names, such as [floor, lamps]'
+        )
     names = [str(name) for name in value]
     for name in names:
         if not re.fullmatch(r'[a-z][a-z0-9_]*', name):
@@ -54,7 +56,9 @@ def _names(node: Node) -> list[str]:
                 f'setting {_PARAMETER} holds {name!r}; a name has small letters, digits and underscores'
             )
         if names.count(name) > 1:
-            raise SettingsError(f'setting {_PARAMETER} holds {name} twice; give each source a name of its own')
+            raise SettingsError(
+                f'setting {_PARAMETER} holds {name} twice; give each source a name of its own'
+            )
         if node.has_parameter(name):
             raise SettingsError(f'setting {_PARAMETER} holds {name}, which is a parameter; take another name')
     return names

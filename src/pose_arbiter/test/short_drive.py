@@ -36,7 +36,11 @@ def beside(pose, x=0.0, y=0.0, yaw=0.0):
 def messages(seconds, sources, begin=0.0, rate=20.0, odometry_rate=50.0):
     """Return (stamp, source, pose) in order; each source maps seconds to a pose, None where it is silent."""
     said = [
-        (BEGIN + round((begin + k / odometry_rate) * SECOND), ODOMETRY, odometry_pose(begin + k / odometry_rate))
+        (
+            BEGIN + round((begin + k / odometry_rate) * SECOND),
+            ODOMETRY,
+            odometry_pose(begin + k / odometry_rate),
+        )
         for k in range(round(seconds * odometry_rate) + 1)
     ]
     for number, source in enumerate(sources):

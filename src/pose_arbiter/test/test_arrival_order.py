@@ -7,7 +7,18 @@ import random
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from short_drive import BEGIN, ODOMETRY, SECOND, beside, messages, new_arbiter, noisy, numbers, tell, true_pose
+from short_drive import (
+    BEGIN,
+    ODOMETRY,
+    SECOND,
+    beside,
+    messages,
+    new_arbiter,
+    noisy,
+    numbers,
+    tell,
+    true_pose,
+)
 
 from pose_arbiter.core.source_settings import SourceSettings
 from shirube_geometry import PlanarPose

@@ -47,7 +47,9 @@ def run(seconds, sources, **settings):
 def standing(arbiter, seconds, count, **limits):
     stamp = BEGIN + round(seconds * SECOND)
     sources = (SourceSettings(),) * count
-    return standing_of(arbiter.belief_at(stamp), arbiter.estimate_at(stamp), sources, ArbiterSettings(**limits))
+    return standing_of(
+        arbiter.belief_at(stamp), arbiter.estimate_at(stamp), sources, ArbiterSettings(**limits)
+    )
 
 
 def test_a_lone_source_is_followed_from_its_first_pose():

@@ -20,7 +20,9 @@ LIES = {
 
 
 @pytest.mark.parametrize('lie', LIES)
-@pytest.mark.parametrize(('honest', 'speaks_from', 'lies_from'), [(2, 0.0, 0.0), (2, 0.0, 2.0), (1, 2.0, 2.0), (1, 0.0, 2.0)])
+@pytest.mark.parametrize(
+    ('honest', 'speaks_from', 'lies_from'), [(2, 0.0, 0.0), (2, 0.0, 2.0), (1, 2.0, 2.0), (1, 0.0, 2.0)]
+)
 def test_at_most_three_poses_are_wrong(lie, honest, speaks_from, lies_from):
     def liar(seconds):
         if seconds < speaks_from:

@@ -99,7 +99,9 @@ class OdometryTrail:
             return
         between = before.yaw - old.yaw  # odom to trail
         cos, sin = math.cos(between), math.sin(between)
-        self._marks.append(_stepped(before, (cos * dx - sin * dy, sin * dx + cos * dy, turn), way, stamp, settings))
+        self._marks.append(
+            _stepped(before, (cos * dx - sin * dy, sin * dx + cos * dy, turn), way, stamp, settings)
+        )
         self._is_jump.append(False)
 
     def _beyond(self, stamp: int) -> OdometryMark:
