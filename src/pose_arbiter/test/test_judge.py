@@ -85,7 +85,7 @@ def test_at_the_start_the_higher_priority_is_believed_where_it_is_one_to_one():
 def test_one_wild_pose_is_refused():
     wild = BEGIN + SECOND + 1
     arbiter = new_arbiter(1)
-    tell(arbiter, [*[m for m in messages(1.0, [noisy(1)])], (wild, 0, elsewhere(1.0))])
+    tell(arbiter, [*messages(1.0, [noisy(1)]), (wild, 0, elsewhere(1.0))])
     assert max(errors(arbiter, 1.01)) < 0.03
     assert arbiter.counts()[0, Verdict.MOVES_OTHERWISE] == 1
 

@@ -18,6 +18,8 @@ LIES = {
     'jumping': lambda s: beside(true_pose(s), *(random.Random(s).uniform(-1.0, 1.0) for _ in range(3))),
 }
 
+CREWS = [(2, 0.0, 0.0), (2, 0.0, 2.0), (1, 2.0, 2.0), (1, 0.0, 2.0)]
+
 
 @pytest.mark.parametrize('lie', LIES)
 @pytest.mark.parametrize(

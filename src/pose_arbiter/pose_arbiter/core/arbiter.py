@@ -109,7 +109,7 @@ class Arbiter:
             return estimate
         return moved_on(estimate, self._trail.mark_at(stamp), self._settings)
 
-    def T_map_odom(self, estimate: Estimate) -> PlanarPose | None:
+    def T_map_odom(self, estimate: Estimate) -> PlanarPose | None:  # noqa: N802
         """Return the pose of the odometry's frame in the map at an estimate's stamp, None without odometry."""
         T_odom_base = self._trail.odometry_at(estimate.mark.stamp)
         if T_odom_base is None:

@@ -36,7 +36,7 @@ class OdometryTrail:
         return self._stamps[-1] if self._stamps else None
 
     def add(self, stamp: int, T_odom_base: PlanarPose) -> int | None:
-        """Take a message; return from which stamp on [ns] marks have changed, None for a stamp that is there already."""
+        """Take a message; return from which stamp on [ns] marks have changed, None for a stamp that is known."""
         place = len(self._stamps)
         if place and stamp <= self._stamps[-1]:
             place = bisect_left(self._stamps, stamp)
@@ -57,7 +57,7 @@ class OdometryTrail:
                 del rows[:stale]
 
     def mark_at(self, stamp: int) -> OdometryMark:
-        """Return the mark at a stamp [ns]: between two messages a share of the step, a little beyond the last more of it."""
+        """Return the mark at a stamp [ns]: a share of the step between two messages, or a little more of the last."""
         stamps = self._stamps
         if not stamps:
             return OdometryMark(stamp, *(0.0,) * 12, stamp)
