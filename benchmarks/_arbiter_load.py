@@ -29,7 +29,7 @@ _NOISE = np.diag([1e-4, 1e-4, 1e-4])
 
 
 def filter_share() -> float:
-    """Return the processor time of the filter by the time of the drive; poses come late, the pose is asked for at 50 Hz."""
+    """Return the processor time of the filter by the time of the drive: late poses, and 50 questions a second."""
     begin = 1_000_000_000_000
     odometry = [
         (begin + k * 1_000_000_000 // ODOMETRY_RATE, PlanarPose(0.5 * k / ODOMETRY_RATE, 0.0, 0.0))
@@ -45,9 +45,8 @@ def filter_share() -> float:
         for number in range(SOURCES)
     ]
     arrivals = sorted(
-        ((m[0] + (0 if m[1] >= SOURCES else round(DELAY * (1.0 + 0.1 * m[1]))), m) for m in messages_of(opinions, odometry)),
-        key=lambda pair: pair[0],
-    )  # fmt: skip
+        ((m[0] + _delay(m[1]), m) for m in messages_of(opinions, odometry)), key=lambda pair: pair[0]
+    )
     arbiter, due, before = new_arbiter(SOURCES), begin, time.process_time()
     for now, message in arrivals:
         tell(arbiter, message, now)
@@ -55,6 +54,10 @@ def filter_share() -> float:
             arbiter.estimate_at(now)
             due += 20_000_000
     return (time.process_time() - before) / SECONDS
+
+
+def _delay(source: int) -> int:
+    return 0 if source >= SOURCES else round(DELAY * (1.0 + 0.1 * source))
 
 
 def node_share() -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""The same drive through gtsam's fixed-lag smoother, of which the newest state counts: a second opinion on the method."""
+"""The same drive through gtsam's fixed-lag smoother, of which the newest state counts: a second opinion."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The pose arbiter on recorded and simulated drives: `./shirube bench arbiter [PART ...] [--seeds N]`.
 
-Parts: `bags` (fused pose against its source, odometry alone and gtsam), `lies`, `order`, `bad`, `load`; without any, all.
+Parts: `bags` (the fused pose beside its source, odometry alone and gtsam), `lies`, `order`, `bad`, `load`; or all.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def print_bags(drives: list[RecordedDrive]) -> None:
 
 
 def outage_errors(drive: RecordedDrive) -> tuple[np.ndarray, np.ndarray]:
-    """Return the errors, shape (n, 2), through an outage: of the arbiter, and of odometry since the drive's first pose."""
+    """Return the errors, shape (n, 2), through an outage: of the arbiter, and of odometry since the first pose."""
     first, last = drive.opinions[0].stamp, drive.opinions[-1].stamp
     begin, end = (round(first + part * (last - first)) for part in (OUTAGE_FROM, OUTAGE_TO))
     heard = [o for o in drive.opinions if not begin < o.stamp <= end]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import field, make_dataclass, replace
+from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
@@ -33,7 +34,7 @@ def declare_sources(node: Node, map_frame: str) -> dict[str, SourceSettings]:
         [(name, SourceSettings, field(default_factory=SourceSettings)) for name in names],
         frozen=True,
     )
-    settings = declare_parameters(node, groups)
+    settings: Any = declare_parameters(node, groups)
     sources = {name: _filled(name, getattr(settings, name), map_frame) for name in names}
     _refuse_shared_topics(node, sources)
     return sources

@@ -25,8 +25,8 @@ _AHEAD_MAX = 100_000_000  # clocks that are set alike differ by no more [ns]
 class Arbiter:
     """One pose of all sources and odometry.
 
-    What is believed at a stamp depends only on the messages with stamps up to it (and on the odometry just after it), not
-    on the order in which they came, as long as they came within the history.
+    What is believed at a stamp depends only on the messages with stamps up to it (and on the odometry just after it),
+    not on the order in which they came, as long as they came within the history.
     """
 
     def __init__(self, sources: Sequence[SourceSettings], settings: ArbiterSettings) -> None:
