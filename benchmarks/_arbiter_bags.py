@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -71,7 +71,7 @@ class RecordedDrive:
 
 def recorded_drives(names: Sequence[str] = ()) -> list[RecordedDrive]:
     """Return the drives of the bags, all or the named ones."""
-    makers = {
+    makers: dict[str, Callable[[], list[Opinion]]] = {
         'floor_drive': lambda: _floor(BAGS / 'floor_drive'),
         'lamp_drive': lambda: _lamps(BAGS / 'lamp_drive', []),
         'lamp_drive_rolling': lambda: _lamps(

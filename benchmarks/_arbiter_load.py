@@ -95,7 +95,8 @@ def _drive(robot: Node, graph: object, names: list[str], pid: int) -> tuple[floa
     while (elapsed := time.monotonic() - begin) < SECONDS:
         stamp = robot.get_clock().now().to_msg()
         pose = PlanarPose(0.5 * elapsed, 0.0, 0.0)
-        if sent[SOURCES] < elapsed * ODOMETRY_RATE:
+        is_idle = sent[SOURCES] >= elapsed * ODOMETRY_RATE
+        while sent[SOURCES] < elapsed * ODOMETRY_RATE:
             header = Header(stamp=stamp, frame_id='odom')
             odometry.publish(odometry_message(pose, _NOISE, header, 'base_link'))
             sent[SOURCES] += 1
@@ -105,7 +106,8 @@ def _drive(robot: Node, graph: object, names: list[str], pid: int) -> tuple[floa
                     pose_with_covariance_stamped(pose, _NOISE, Header(stamp=stamp, frame_id='map'))
                 )
                 sent[number] += 1
-        robot.executor.spin_once(timeout_sec=2e-4)
+        if is_idle:
+            robot.executor.spin_once(timeout_sec=2e-4)
     share = (_processor_seconds(pid) - used) / elapsed
     print(f'sent a second: odometry {sent[SOURCES] / elapsed:.0f}, each source {sent[0] / elapsed:.0f}')
     spin_until(lambda: False, timeout=1.0)

@@ -27,7 +27,7 @@ def smoothed(
     smoother = gtsam.BatchFixedLagSmoother(_LAG)
     states: list[tuple[int, PlanarPose]] = []
     for number, opinion in enumerate(opinions):
-        graph, guess, times = gtsam.NonlinearFactorGraph(), gtsam.Values(), {}
+        graph, guess = gtsam.NonlinearFactorGraph(), gtsam.Values()
         start = _pose2(opinion.pose)
         graph.add(gtsam.PriorFactorPose2(number, start, _in_its_own_frame(opinion)))
         if number:
@@ -41,8 +41,8 @@ def smoothed(
             graph.add(gtsam.BetweenFactorPose2(number - 1, number, between, noise))
             start = _pose2(pose).compose(between)
         guess.insert(number, start)
-        times[number] = opinion.stamp * 1e-9 - opinions[0].stamp * 1e-9
-        smoother.update(graph, guess, times)
+        seconds = (opinion.stamp - opinions[0].stamp) * 1e-9
+        smoother.update(graph, guess, {number: seconds})
         newest = smoother.calculateEstimatePose2(number)
         states.append((opinion.stamp, PlanarPose(newest.x(), newest.y(), newest.theta())))
     return states

@@ -95,7 +95,9 @@ class Robot:
             for is_heard, say in ((a, self.say_a), (b, self.say_b)):
                 if is_heard:
                     say(is_heard(self.pose) if callable(is_heard) else None)
-        self._graph.spin_until(lambda: bool(self.poses) and seconds_of(self.poses[-1]) > self.now - 0.01, 0.3)
+        self._graph.spin_until(
+            lambda: bool(self.poses) and seconds_of(self.poses[-1]) > self.now - 0.025, 5.0
+        )
 
     def refusals(self, name):
         return list(self.node._guard.counts[name].refused)

@@ -14,6 +14,7 @@ from arbiter_graph import START, Robot, seconds_of
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
+from pose_arbiter.core.standing import Standing
 from shirube_geometry import PlanarPose
 from shirube_ros.isolated_graph import isolated_graph
 from shirube_ros.pose_conversion import pose_with_covariance_stamped
@@ -62,10 +63,11 @@ def test_a_lost_pose_is_said_aloud_and_not_told(graph, capfd):
     robot.drive(1.0)
     for _ in range(30):
         robot.tick(0.1)
-    graph.spin_until(lambda: False, 0.2)
+    assert graph.spin_until(lambda: robot.node._report._standing is Standing.LOST)
+    graph.spin_until(lambda: False, 0.5)
     told = len(robot.poses)
     robot.tick(0.1)
-    graph.spin_until(lambda: False, 0.2)
+    graph.spin_until(lambda: False, 0.5)
     assert len(robot.poses) == told
     report = robot.report()
     assert report.level == DiagnosticStatus.ERROR

@@ -146,6 +146,20 @@ def _share(a: OdometryMark, b: OdometryMark, stamp: int) -> OdometryMark:
     bend = 0.5 * (share - 1.0) * turn  # the chord of the part against that of the whole
     cos, sin = share * math.cos(bend), share * math.sin(bend)
     moved = (cos * dx - sin * dy, sin * dx + cos * dy)
-    sums = [before + share * (after - before) for before, after in zip(a[4:13], b[4:13], strict=True)]
-    blind = a.blind + round(share * (b.blind - a.blind))
-    return OdometryMark(stamp, a.x + moved[0], a.y + moved[1], a.yaw + share * turn, *sums, blind)
+    rest = 1.0 - share
+    return OdometryMark(
+        stamp,
+        a.x + moved[0],
+        a.y + moved[1],
+        a.yaw + share * turn,
+        rest * a.way + share * b.way,
+        rest * a.turn + share * b.turn,
+        rest * a.spread + share * b.spread,
+        rest * a.q + share * b.q,
+        rest * a.qx + share * b.qx,
+        rest * a.qy + share * b.qy,
+        rest * a.qxx + share * b.qxx,
+        rest * a.qxy + share * b.qxy,
+        rest * a.qyy + share * b.qyy,
+        a.blind + round(share * (b.blind - a.blind)),
+    )
