@@ -93,15 +93,16 @@ def _drive(robot: Node, graph: object, names: list[str], pid: int) -> tuple[floa
     begin, sent = time.monotonic(), [0] * (SOURCES + 1)
     used, told = _processor_seconds(pid), len(stamps)
     while (elapsed := time.monotonic() - begin) < SECONDS:
-        stamp = robot.get_clock().now().to_msg()
-        pose = PlanarPose(0.5 * elapsed, 0.0, 0.0)
         is_idle = sent[SOURCES] >= elapsed * ODOMETRY_RATE
         while sent[SOURCES] < elapsed * ODOMETRY_RATE:
-            header = Header(stamp=stamp, frame_id='odom')
+            header = Header(stamp=robot.get_clock().now().to_msg(), frame_id='odom')
+            pose = PlanarPose(0.5 * (time.monotonic() - begin), 0.0, 0.0)
             odometry.publish(odometry_message(pose, _NOISE, header, 'base_link'))
             sent[SOURCES] += 1
         for number, publisher in enumerate(sources):
             if sent[number] < elapsed * SOURCE_RATE:
+                stamp = robot.get_clock().now().to_msg()
+                pose = PlanarPose(0.5 * (time.monotonic() - begin), 0.0, 0.0)
                 publisher.publish(
                     pose_with_covariance_stamped(pose, _NOISE, Header(stamp=stamp, frame_id='map'))
                 )
