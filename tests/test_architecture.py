@@ -21,6 +21,8 @@ ALL_FILES = sorted(
 PURE = (
     'floor_localizer/floor_localizer/core',
     'light_waveform',
+    'motor_bridge/motor_bridge/core',
+    'motor_bridge/motor_bridge/emulator',
     'reward_planner/reward_planner/core',
     'scene_simulator',
     'shirube_geometry',
@@ -41,6 +43,8 @@ PURE = (
     ),
 )
 NOT_PURE = (
+    'motor_bridge/motor_bridge/emulator/pseudo_terminal.py',
+    'motor_bridge/motor_bridge/emulator/real_time.py',
     'scene_simulator/scene_simulator/commands',
     'scene_simulator/scene_simulator/floor_bag.py',
     'scene_simulator/scene_simulator/lamp_bag.py',
@@ -93,6 +97,7 @@ ROSDEP_KEYS = {
     'reedsolo': 'python3-reedsolo',
     'rosbags': 'python3-rosbags-pip',
     'scipy': 'python3-scipy',
+    'serial': 'python3-serial',
     'tqdm': 'python3-tqdm',
     'yaml': 'python3-yaml',
 }

@@ -30,6 +30,9 @@ class CommandReader:
     is the letter. So ``m 1`` without its end, followed by ``m 10 10``, is understood as ``m 1 1010``.
     """
 
+    _letter: str
+    _arguments: list[str]
+
     def __init__(self) -> None:
         """Wait for a command."""
         self._clear()
@@ -53,4 +56,4 @@ class CommandReader:
 
     def _clear(self) -> None:
         self._letter = ''
-        self._arguments: list[str] = []
+        self._arguments = []

@@ -37,7 +37,7 @@ class EmulatedController:
         """
         self._settings = settings
         self._body = DrivenBody(settings, rng, start)
-        self._firmware = Firmware(settings.baud, settings.auto_stop, self._body.read_counts)
+        self._firmware = Firmware(settings, self._body.read_counts)
         self._hears_from = 0.0
         self._times, self._poses = [0.0], [start]
 

@@ -11,7 +11,9 @@ from shirube_settings import setting
 class EmulatorSettings:
     """True dimensions of the robot, its motors, its encoders and how its wheels slip."""
 
-    baud: int = setting(57600, 'what the controller answers to b', unit='baud', minimum=1200, maximum=4_000_000)
+    baud: int = setting(
+        57600, 'what the controller answers to b', unit='baud', minimum=1200, maximum=4_000_000
+    )
     wheel_radius: float = setting(0.033, 'true radius of the wheels', unit='m', minimum=0.005, maximum=1.0)
     wheel_separation: float = setting(
         0.2, 'true distance between the middles of the wheels', unit='m', minimum=0.02, maximum=5.0
@@ -26,9 +28,7 @@ class EmulatorSettings:
     motor_dead_band: int = setting(
         12, 'a motor stands still with so much PWM or less, of 255', minimum=0, maximum=200
     )
-    slip: float = setting(
-        0.0, 'share of its way that a wheel slips, on average', minimum=-0.5, maximum=0.5
-    )
+    slip: float = setting(0.0, 'share of its way that a wheel slips, on average', minimum=-0.5, maximum=0.5)
     slip_sigma: float = setting(
         0.005,
         'noise of the slip: its standard deviation after one metre, as a share',
@@ -37,6 +37,13 @@ class EmulatorSettings:
     )
     encoder_noise: float = setting(
         0.3, 'standard deviation of a read count', unit='ticks', minimum=0.0, maximum=100.0
+    )
+    pid_frame: float = setting(
+        0.0363,
+        'true time between two rounds of the speed control, which counts 33 ms: so it holds 9 % less than it is told',
+        unit='s',
+        minimum=0.005,
+        maximum=0.5,
     )
     auto_stop: float = setting(
         2.0, 'the motors stop so long after the last command', unit='s', minimum=0.05, maximum=60.0

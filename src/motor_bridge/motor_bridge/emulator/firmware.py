@@ -6,10 +6,9 @@ from collections.abc import Callable
 
 from motor_bridge.emulator.c_arithmetic import atoi, wrapped
 from motor_bridge.emulator.command_line import CommandReader, ReceivedCommand
+from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.wheel_pid import PWM_MAX, PidGains, WheelPid
 
-FRAME = 0.033
-"""Period of the speed control [s]: whole milliseconds of 1/30 s."""
 _END = '\r\n'
 
 
@@ -20,17 +19,16 @@ class Firmware:
         time: of the controller [s].
     """
 
-    def __init__(self, baud: int, auto_stop: float, read_counts: Callable[[], tuple[int, int]]) -> None:
+    def __init__(self, settings: EmulatorSettings, read_counts: Callable[[], tuple[int, int]]) -> None:
         """Start with the wheels at rest.
 
         Args:
-            baud: answer to ``b``.
-            auto_stop: the motors stop so long after the last command [s].
+            settings: what is answered to ``b``, the frame of the speed control, the auto-stop.
             read_counts: tells the encoders' counts since power on, left and right.
         """
-        self._baud, self._auto_stop, self._read_counts = baud, auto_stop, read_counts
+        self._settings, self._read_counts = settings, read_counts
         self.time = 0.0
-        self._next_frame = FRAME
+        self._next_frame = settings.pid_frame
         self._last_command = 0.0
         self.reset()
 
@@ -62,17 +60,17 @@ class Firmware:
         """Let time pass up to the next event or less [s]."""
         self.time = time
         if time >= self._next_frame - 1e-9:
-            self._next_frame += FRAME
+            self._next_frame += self._settings.pid_frame
             if self._is_moving:
                 for wheel, count in zip(self._wheels, self._counts(), strict=True):
                     wheel.update(count, self._gains)
-        if time - self._last_command > self._auto_stop:
+        if time - self._last_command > self._settings.auto_stop:
             self._stop()
 
     def _answer(self, command: ReceivedCommand) -> str:
         match command.letter:
             case 'b':
-                return str(self._baud)
+                return str(self._settings.baud)
             case 'e':
                 left, right = self._counts()
                 return f'{left} {right}'
@@ -120,6 +118,7 @@ class Firmware:
 
     def _counts(self) -> tuple[int, int]:
         left, right = (
-            wrapped(count - origin, 32) for count, origin in zip(self._read_counts(), self._origins, strict=True)
+            wrapped(count - origin, 32)
+            for count, origin in zip(self._read_counts(), self._origins, strict=True)
         )
         return left, right
