@@ -1,9 +1,9 @@
 """Leads the velocity to the wanted one within the limits of speed, acceleration and jerk, and keeps the curvature.
 
 Both components are measured by what the motors may change in a second, u = (v / a_v, ω / a_ω), so that the limit of
-acceleration is 1 and that of jerk J = j_v / a_v for both. The velocity moves along the straight line from u to the wanted
-one: the ratio ω / v, the curvature, is kept from rest and down to rest. Time goes in steps of fixed length, for which the
-stopping profile below is exact.
+acceleration is 1 and that of jerk J = j_v / a_v for both. The velocity moves along the straight line from u to the
+wanted one: the ratio ω / v, the curvature, is kept from rest and down to rest. Time goes in steps of fixed length, for
+which the stopping profile below is exact.
 """
 
 from __future__ import annotations

@@ -25,6 +25,9 @@ class WheelReach:
     Every bound is an array, shape (2, 2): the least and the greatest turn (rows) of the left and the right wheel.
     """
 
+    _low: NDArray[np.float64]
+    _high: NDArray[np.float64]
+
     def __init__(self, base: WheelBase, settings: DriveSettings) -> None:
         """Take wheels that stand."""
         self._frame, self._auto_stop = base.frame, settings.auto_stop
