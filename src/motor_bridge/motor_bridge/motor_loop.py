@@ -109,7 +109,7 @@ class MotorLoop:
             try:
                 with self._open_line() as line:
                     self._serve(ControllerLink(line, self._setup))
-            except PortError as fault:
+            except (PortError, LinkError) as fault:
                 self.report.lost(str(fault))
             except Exception as fault:  # noqa: BLE001 a fault of ours must not leave the robot without its driver
                 self.report.faults[f'{type(fault).__name__} in the loop'] += 1

@@ -9,6 +9,7 @@ from typing import Any
 
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 from std_msgs.msg import Bool
 
 from motor_bridge.bridge_report import bridge_status
@@ -102,14 +103,16 @@ class MotorBridgeNode(Node):
 
     def _subscribe(self) -> None:
         if self._settings.stamped:
-            self._listen(TwistStamped, 'cmd_vel', self._take_stamped)
+            self._velocities = self._listen(TwistStamped, 'cmd_vel', self._take_stamped)
         else:
-            self._listen(Twist, 'cmd_vel', self._take_twist)
+            self._velocities = self._listen(Twist, 'cmd_vel', self._take_twist)
         self._listen(Bool, 'estop', self._take_estop)
 
-    def _listen(self, kind: type, topic: str, take: Any) -> None:
+    def _listen(self, kind: type, topic: str, take: Any) -> Subscription:
         guarded = self._guard.guard(topic, take)
-        self.create_subscription(kind, topic, guarded, pose_profile(), qos_overriding_options=overridable())
+        return self.create_subscription(
+            kind, topic, guarded, pose_profile(), qos_overriding_options=overridable()
+        )
 
     def _now(self) -> float:
         """Return the time by which the robot lives [s]; a wall clock that is set must not move it."""
@@ -136,9 +139,12 @@ class MotorBridgeNode(Node):
 
     def _take_twist(self, message: Twist) -> None:
         velocity = finite_velocity(message.linear.x, message.angular.z)
-        if self.count_publishers('cmd_vel') > 1:
+        if self._drivers() > 1:
             raise MotorBridgeError('two nodes publish cmd_vel and none is obeyed; leave one of them')
         self._loop.want(velocity)
+
+    def _drivers(self) -> int:
+        return int(self.count_publishers(self._velocities.topic_name))
 
     def _take_estop(self, message: Bool) -> None:
         self._loop.emergency(is_on=message.data)
@@ -149,7 +155,7 @@ class MotorBridgeNode(Node):
         return 'odometry begins at the origin'
 
     def _status(self) -> Status:
-        return bridge_status(self._loop, self._now(), self.count_publishers('cmd_vel'))
+        return bridge_status(self._loop, self._now(), self._drivers())
 
     def stop(self) -> None:
         """Stop the motors, as the node ends."""

@@ -6,7 +6,7 @@ import errno
 import select
 import termios
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from time import monotonic
 from types import TracebackType
 from typing import Self
@@ -66,7 +66,7 @@ class SerialPort:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Close it, even if it is gone."""
-        with _quietly():
+        with suppress(OSError, termios.error):
             self._serial.close()
 
     def write(self, data: bytes) -> None:
@@ -137,11 +137,3 @@ class SerialPort:
             raise PortError(
                 f'{self._path} is gone or takes no bytes; plug the controller in again'
             ) from fault
-
-
-@contextmanager
-def _quietly() -> Iterator[None]:
-    try:
-        yield
-    except (OSError, termios.error):
-        pass
