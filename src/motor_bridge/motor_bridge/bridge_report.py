@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+from motor_bridge.conversation import Conversation
 from motor_bridge.core.count_watch import CountVerdict
-from motor_bridge.motor_loop import MotorLoop
 from shirube_ros.diagnostics import Level, Status
 
 
-def bridge_status(loop: MotorLoop, now: float, drivers: int) -> Status:
+def bridge_status(talk: Conversation, now: float, drivers: int) -> Status:
     """Return the state of the line, of the wheels and of what drives them.
 
     Args:
-        loop: the conversation with the controller.
+        talk: the conversation with the controller.
         now: the time [s].
         drivers: number of nodes that publish velocities.
     """
-    report = loop.report
-    with loop.lock:
-        velocity = loop.drive.velocity
-        is_stopped, is_silent = loop.drive.is_stopped, loop.drive.is_silent(now)
-        verdicts = dict(loop.odometry.verdicts)
+    report = talk.report
+    with talk.lock:
+        velocity = talk.drive.velocity
+        is_stopped, is_silent = talk.drive.is_stopped, talk.drive.is_silent(now)
+        verdicts = dict(talk.odometry.verdicts)
     level, message = Level.OK, 'drives'
     if not report.is_connected:
         level, message = Level.ERROR, report.state

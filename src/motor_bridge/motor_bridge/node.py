@@ -13,6 +13,7 @@ from rclpy.subscription import Subscription
 from std_msgs.msg import Bool
 
 from motor_bridge.bridge_report import bridge_status
+from motor_bridge.conversation import Conversation
 from motor_bridge.core.base_drive import BaseDrive
 from motor_bridge.core.controller_link import ControllerSetup
 from motor_bridge.core.drive_settings import DriveSettings
@@ -75,31 +76,34 @@ class MotorBridgeNode(Node):
         self._is_simulated = bool(self.get_parameter('use_sim_time').value)
         self._guard = MessageGuard(self, (MotorBridgeError,))
         self._output = OdometryOutput(self, self._settings)
-        self._loop = self._make_loop(drive)
+        self._talk = self._make_conversation(drive)
+        self._loop = self._make_loop()
         self._diagnostics = Diagnostics(self, self._guard.counts, self._status)
         self._subscribe()
         offer_trigger(self, self._guard, '~/reset_odometry', self._reset_odometry)
         self.create_timer(1.0 / self._settings.update_rate, self._loop.cycle)
         self._loop.start()
 
-    def _make_loop(self, drive: DriveSettings) -> MotorLoop:
-        settings = self._settings
+    def _make_conversation(self, drive: DriveSettings) -> Conversation:
         base = WheelBase(drive)
+        return Conversation(
+            BaseDrive(base, drive, 1.0 / self._settings.update_rate),
+            EncoderOdometry(base, drive),
+            self._now,
+            LoopReport(self._say),
+            self._output.show,
+        )
+
+    def _make_loop(self) -> MotorLoop:
+        settings = self._settings
         gains = (
             settings.gain_proportional,
             settings.gain_derivative,
             settings.gain_integral,
             settings.gain_divisor,
         )
-        return MotorLoop(
-            partial(SerialPort, settings.port, settings.baud, settings.reply_timeout),
-            ControllerSetup(settings.baud, gains),
-            BaseDrive(base, drive, 1.0 / settings.update_rate),
-            EncoderOdometry(base, drive),
-            self._now,
-            LoopReport(self._say),
-            self._output.show,
-        )
+        open_line = partial(SerialPort, settings.port, settings.baud, settings.reply_timeout)
+        return MotorLoop(open_line, ControllerSetup(settings.baud, gains), self._talk, self._now)
 
     def _subscribe(self) -> None:
         if self._settings.stamped:
@@ -150,12 +154,12 @@ class MotorBridgeNode(Node):
         self._loop.emergency(is_on=message.data)
 
     def _reset_odometry(self) -> str:
-        with self._loop.lock:
-            self._loop.odometry.reset()
+        with self._talk.lock:
+            self._talk.odometry.reset()
         return 'odometry begins at the origin'
 
     def _status(self) -> Status:
-        return bridge_status(self._loop, self._now(), self._drivers())
+        return bridge_status(self._talk, self._now(), self._drivers())
 
     def stop(self) -> None:
         """Stop the motors, as the node ends."""
