@@ -115,12 +115,10 @@ def _pushed(link: ControllerLink, ask: Callable[[str], str], order: str, questio
 
 
 def _told(calibration: WheelCalibration) -> str:
+    radius_spread, separation_spread = 1e3 * calibration.radius_spread, 1e3 * calibration.separation_spread
     lines = [
-        f'{"wheel_radius":<18}{calibration.radius:.5f} m, single straights within {1e3 * calibration.radius_spread:.2f} mm',
-        (
-            f'{"wheel_separation":<18}{calibration.separation:.4f} m, single turns within '
-            f'{1e3 * calibration.separation_spread:.1f} mm'
-        ),
+        f'wheel_radius      {calibration.radius:.5f} m, single straights within {radius_spread:.2f} mm',
+        f'wheel_separation  {calibration.separation:.4f} m, single turns within {separation_spread:.1f} mm',
     ]
     if abs(calibration.pull) > 0.01:
         lines.append(
@@ -138,10 +136,17 @@ def make_parser() -> argparse.ArgumentParser:
         'and what you measured, or give --port (end the node first) and push the robot when asked.',
     )
     add = parser.add_argument
-    pair = {'nargs': 2, 'type': float, 'action': 'append', 'default': []}
     add('--params', type=Path, required=True, metavar='FILE', help='parameter file of the robot')
-    add('--straight', metavar=('SAID', 'MEASURED'), help='a straight [m]; may be repeated', **pair)
-    add('--turn', metavar=('SAID', 'MEASURED'), help='turns on the spot [degrees]; may be repeated', **pair)
+    for name, meaning in (('--straight', 'a straight [m]'), ('--turn', 'turns on the spot [degrees]')):
+        add(
+            name,
+            nargs=2,
+            type=float,
+            action='append',
+            default=[],
+            metavar=('SAID', 'MEASURED'),
+            help=f'{meaning}; may be repeated',
+        )
     add('--port', metavar='DEVICE', help='read the encoders there while the robot is pushed')
     add('--baud', type=int, default=NodeSettings().baud, help='of that port (default: %(default)s)')
     add('--runs', type=int, default=2, help='straights and turns that are pushed (default: %(default)s)')

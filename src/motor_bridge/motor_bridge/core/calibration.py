@@ -101,7 +101,7 @@ def _check(run: MeasuredRun, ticks: float, name: str) -> None:
         )
     if (run.left * run.right > 0.0) != (name == 'straight'):
         raise MotorBridgeError(
-            f'in a {name} the wheels counted {run.left:.0f} and {run.right:.0f} ticks; drive it anew, or check the encoders'
+            f'in a {name} the wheels counted {run.left:.0f} and {run.right:.0f} ticks; drive anew or check the encoders'
         )
 
 

@@ -15,10 +15,11 @@ from motor_bridge.core.serial_protocol import WheelCounts
 from motor_bridge.core.velocity import Velocity
 from motor_bridge.core.wheel_base import WheelBase
 from motor_bridge.core.wheel_odometry import WheelOdometry, velocity_of_ways
-from motor_bridge.core.wheel_reach import WheelReach, are_within, farthest
+from motor_bridge.core.wheel_reach import NOISE, WheelReach, are_within, farthest
 from shirube_geometry import PlanarPose
 
 _SPEED_TIME_MIN = 0.02  # shorter ones make speeds of single ticks [s]
+_BOOT_MIN = 0.3  # no controller begins anew and answers again in less time [s]
 
 
 @dataclass(frozen=True)
@@ -111,12 +112,11 @@ class EncoderOdometry:
         before, at = self._watch.good
         turns, elapsed = turns_between(before, counts), max(0.0, now - at)
         may_continue = are_within(turns, self.reach.without_word(elapsed))
-        after_reset = self.reach.after_reset()
-        may_be_reset = are_within((counts.left, counts.right), after_reset)
-        was_near_zero = are_within(
-            (before.left, before.right), after_reset / max(1.0, np.abs(after_reset).max() / 4.0)
+        may_be_reset = elapsed > _BOOT_MIN and are_within(
+            (counts.left, counts.right), self.reach.after_reset()
         )
-        if may_continue and (was_near_zero or not may_be_reset):
+        is_the_same = max(map(abs, turns)) <= 2.0 * NOISE  # then it does not matter which of both it is
+        if may_continue and (is_the_same or not may_be_reset):
             self._watch.start(counts, now)
             self._move(turns, elapsed)
             self.verdicts[CountVerdict.TAKEN] += 1

@@ -40,7 +40,7 @@ class WheelOdometry:
         """Add the ways of the wheels [m]: an arc of length (l + r)/2 that turns by (r - l)/b."""
         self._grow(left, right, (self._noise**2 * abs(left), self._noise**2 * abs(right)))
         turn = (right - left) / self._separation
-        chord = 0.5 * (left + right) * float(np.sinc(0.5 * turn / np.pi))
+        chord = 0.5 * (left + right) * (math.sin(0.5 * turn) / (0.5 * turn) if turn else 1.0)
         step = PlanarPose(chord * math.cos(0.5 * turn), chord * math.sin(0.5 * turn), turn)
         self.T_odom_base = self.T_odom_base @ step
 

@@ -47,7 +47,8 @@ class DrivenBody:
     def read_counts(self) -> tuple[int, int]:
         """Return what the encoders show since the start, with their noise."""
         per_radian = self._settings.ticks_per_revolution / math.tau
-        noise = self._rng.normal(0.0, self._settings.encoder_noise, 2)
+        sigma = self._settings.encoder_noise
+        noise = self._rng.normal(0.0, sigma, 2) if sigma else (0.0, 0.0)
         left, right = (round(per_radian * a + n) for a, n in zip(self.wheel_angles, noise, strict=True))
         return left, right
 
@@ -59,12 +60,12 @@ class DrivenBody:
 
     def _roll(self, *ways: float) -> None:
         """Move the body by the ways of its wheels [m], less what they slip."""
-        settings = self._settings
+        settings, sigma = self._settings, self._settings.slip_sigma
         left, right = (
-            (1.0 - settings.slip) * way + settings.slip_sigma * math.sqrt(abs(way)) * self._rng.normal()
+            (1.0 - settings.slip) * way + (sigma * math.sqrt(abs(way)) * self._rng.normal() if sigma else 0.0)
             for way in ways
         )
         forward, turn = 0.5 * (left + right), (right - left) / settings.wheel_separation
-        chord = forward * float(np.sinc(0.5 * turn / np.pi))
+        chord = forward * (math.sin(0.5 * turn) / (0.5 * turn) if turn else 1.0)
         step = PlanarPose(chord * math.cos(0.5 * turn), chord * math.sin(0.5 * turn), turn)
         self.T_world_base = self.T_world_base @ step
