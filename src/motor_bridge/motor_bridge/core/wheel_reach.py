@@ -17,6 +17,7 @@ _OVERSHOOT = 0.25  # the speed control exceeds speeds by this share at most
 _RIPPLE = 3.0  # and by so much, where it counts single ticks [ticks a frame]
 _HASTE = 2.0  # nothing but a push turns wheels so many times faster than they may
 _COAST = 0.5  # motors without voltage come to rest in this time [s]
+_ROLL = 0.25  # and roll meanwhile as far as at full speed in this time [s]
 
 
 class WheelReach:
@@ -67,7 +68,7 @@ class WheelReach:
 
     def after_reset(self) -> NDArray[np.float64]:
         """Return the bounds of the counts themselves if the controller began again: its wheels roll out from 0."""
-        return self._bounds(np.minimum(self._low, 0.0), np.maximum(self._high, 0.0), _COAST)
+        return self._bounds(np.minimum(self._low, 0.0), np.maximum(self._high, 0.0), _ROLL)
 
     def pushed(self, elapsed: float) -> float:
         """Return how far a wheel turns at most, whoever turns it [ticks]."""
