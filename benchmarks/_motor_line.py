@@ -155,7 +155,8 @@ def wire_latency(commands: int) -> Rows:
 
 def killed_bridge(times: int) -> Rows:
     """Kill the bridge's process while it drives; see when the wheels stand."""
-    offs, stops = [], []
+    offs: list[float] = []
+    stops: list[float] = []
     with tempfile.TemporaryDirectory() as folder, isolated_graph() as graph:
         link, log = Path(folder) / 'tty', Path(folder) / 'log'
         driver = Driver(graph)

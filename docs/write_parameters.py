@@ -6,6 +6,8 @@ from pathlib import Path
 
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.node_settings import NodeSettings
+from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.node_settings import NodeSettings as MotorBridgeSettings
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.planner_settings import PlannerSettings
@@ -34,6 +36,10 @@ def parameters_page() -> str:
                 settings_table(NodeSettings).strip(),
                 '## floor_localizer: the method',
                 settings_table(LocalizerSettings).strip(),
+                '## motor_bridge: the node',
+                settings_table(MotorBridgeSettings).strip(),
+                '## motor_bridge: wheels and limits',
+                settings_table(DriveSettings).strip(),
                 '## reward_planner: the node',
                 settings_table(RewardPlannerSettings).strip(),
                 '## reward_planner: obstacles',

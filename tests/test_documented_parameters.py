@@ -8,6 +8,8 @@ import yaml
 
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.node_settings import NodeSettings
+from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.node_settings import NodeSettings as MotorBridgeSettings
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.planner_settings import PlannerSettings
@@ -36,6 +38,7 @@ def test_the_page_of_parameters_is_up_to_date() -> None:
 
 SETTINGS = {
     'floor_localizer': (NodeSettings, LocalizerSettings),
+    'motor_bridge': (MotorBridgeSettings, DriveSettings),
     'reward_planner': (
         RewardPlannerSettings,
         VoxelSettings,

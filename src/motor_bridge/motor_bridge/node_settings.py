@@ -29,7 +29,7 @@ class NodeSettings:
     )
     stamped: bool = setting(True, 'whether cmd_vel is TwistStamped; else it is Twist')
     publish_tf: bool = setting(
-        False, 'whether odom_frame to base_frame is published on /tf, where tf2 is installed'
+        True, 'whether odom_frame to base_frame is published on /tf, where tf2 is installed'
     )
     odom_frame: str = setting('odom', 'frame of odometry')
     base_frame: str = setting('base_link', 'frame of the robot, in the middle between its wheels')

@@ -70,5 +70,5 @@ def _transform_broadcaster(node: Node) -> Any:
     try:
         return importlib.import_module('tf2_ros').TransformBroadcaster(node)
     except ImportError:
-        node.get_logger().warning('tf2_ros is not installed: odometry is not published on /tf')
+        node.get_logger().info('tf2_ros is not installed: odometry is not published on /tf')
         return None
