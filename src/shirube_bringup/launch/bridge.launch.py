@@ -1,7 +1,7 @@
 """Starts motor_bridge with its parameter file.
 
-Arguments: `params_file` (your own copy of config/motor_bridge.yaml), `cmd_vel` (topic of the velocities), `estop` (topic
-of the emergency stop), `use_sim_time` (what the parameter file says of it counts more).
+Arguments: `params_file` (your own copy of config/motor_bridge.yaml), `cmd_vel` (topic of the velocities), `estop`
+(topic of the emergency stop), `use_sim_time` (what the parameter file says of it counts more).
 """
 
 from launch import LaunchDescription
