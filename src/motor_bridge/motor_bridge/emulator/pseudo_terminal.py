@@ -113,7 +113,6 @@ class PseudoTerminal:
 
     def _strike(self, faults: LineFaults, elapsed: float) -> None:
         """Let the faults happen that are no matter of single bytes."""
-        faults.pass_time(elapsed)
         if faults.take('reset'):
             with self._lock:
                 self._controller.reset()
@@ -122,3 +121,4 @@ class PseudoTerminal:
             while faults.is_on('unplug') and not self._is_over.wait(_LOOK):
                 faults.pass_time(_LOOK)
             self._plug()
+        faults.pass_time(elapsed)
