@@ -6,6 +6,8 @@ from pathlib import Path
 
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.node_settings import NodeSettings
+from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.node_settings import NodeSettings as MotorBridgeSettings
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.source_settings import SourceSettings
 from pose_arbiter.node_settings import NodeSettings as PoseArbiterSettings
@@ -37,6 +39,10 @@ def parameters_page() -> str:
                 settings_table(NodeSettings).strip(),
                 '## floor_localizer: the method',
                 settings_table(LocalizerSettings).strip(),
+                '## motor_bridge: the node',
+                settings_table(MotorBridgeSettings).strip(),
+                '## motor_bridge: wheels and limits',
+                settings_table(DriveSettings).strip(),
                 '## pose_arbiter: the node',
                 'And `sources`, the names of the sources of poses; by default the three localizers.',
                 settings_table(PoseArbiterSettings).strip(),

@@ -9,6 +9,8 @@ import yaml
 
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.node_settings import NodeSettings
+from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.node_settings import NodeSettings as MotorBridgeSettings
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.source_settings import SourceSettings
 from pose_arbiter.node_settings import NodeSettings as PoseArbiterSettings
@@ -41,6 +43,7 @@ def test_the_page_of_parameters_is_up_to_date() -> None:
 
 SETTINGS = {
     'floor_localizer': (NodeSettings, LocalizerSettings),
+    'motor_bridge': (MotorBridgeSettings, DriveSettings),
     'pose_arbiter': (PoseArbiterSettings, ArbiterSettings),
     'reward_planner': (
         RewardPlannerSettings,

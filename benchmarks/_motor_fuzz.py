@@ -1,0 +1,172 @@
+"""A drive over a line that spoils replies and commands, in memory and simulated time."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from threading import Event
+
+import numpy as np
+from _spoilt_line import SpoiltLine
+
+from motor_bridge.conversation import Conversation
+from motor_bridge.core.base_drive import BaseDrive
+from motor_bridge.core.controller_link import ControllerLink, ControllerSetup
+from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.encoder_odometry import EncoderOdometry, OdometryState
+from motor_bridge.core.velocity import Velocity
+from motor_bridge.core.wheel_base import WheelBase
+from motor_bridge.emulator.emulated_controller import EmulatedController
+from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.loop_report import LoopReport
+
+PERIOD = 1.0 / 30.0
+ROUNDS = 3
+"""Of speeds and counts in each period, so that a million replies take minutes and not an hour."""
+SETUP = ControllerSetup(57600, (20, 12, 0, 50))
+
+
+@dataclass
+class FuzzTally:
+    """What came of it.
+
+    Attributes:
+        replies: that the controller sent.
+        exceptions: that came out.
+        over_limit: speeds beyond the limits that the wheels were told.
+        wrong_sent: well-formed wrong counts that the line made.
+        wrong_taken: of which odometry took so many.
+        wrong_mm: by how much the taken ones were wrong: ways of a wheel [mm].
+        fastest: speed that a wheel was told, as a share of the limit.
+        jump: by which a step of odometry was longer than the true one [m].
+        path: that the wheels made [m].
+        faults: of the line.
+        verdicts: of counts.
+    """
+
+    replies: int = 0
+    exceptions: int = 0
+    over_limit: int = 0
+    wrong_sent: int = 0
+    wrong_taken: int = 0
+    wrong_mm: list[float] = field(default_factory=list)
+    fastest: float = 0.0
+    jump: float = 0.0
+    path: float = 0.0
+    faults: Counter[str] = field(default_factory=Counter)
+    verdicts: Counter[str] = field(default_factory=Counter)
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return the table."""
+        worst = max(self.wrong_mm, default=0.0)
+        return [
+            ('replies of the controller', f'{self.replies}'),
+            ('spoilt replies and commands', f'{sum(self.faults.values()) - self.wrong_sent}'),
+            ('exceptions out of the conversation', f'{self.exceptions}'),
+            ('commands beyond the limits', f'{self.over_limit}'),
+            ('greatest speed that a wheel was told, share of the limit', f'{self.fastest:.3f}'),
+            ('well-formed wrong counts', f'{self.wrong_sent}'),
+            ('of these taken by odometry', f'{self.wrong_taken}'),
+            ('by which a wheel was wrong until the next read, greatest', f'{worst:.2f} mm'),
+            ('of these by more than 5 mm', f'{sum(mm > 5.0 for mm in self.wrong_mm)}'),
+            ('greatest step of odometry beyond the true one', f'{1e3 * self.jump:.1f} mm'),
+            ('way of the wheels', f'{self.path:.0f} m'),
+            *((f'counts {name}', f'{number}') for name, number in self.verdicts.items()),
+        ]
+
+
+class FuzzedDrive:
+    """A robot that is driven at random over a spoilt line."""
+
+    def __init__(self, seed: int, share: float = 0.05, request_share: float = 0.003) -> None:
+        """Prepare.
+
+        Args:
+            seed: of everything.
+            share: of the replies that are spoilt.
+            request_share: of the commands that are spoilt.
+        """
+        self.rng = np.random.default_rng(seed)
+        settings = DriveSettings()
+        self.base = WheelBase(settings)
+        self.limit = max(
+            self.base.ticks_of(Velocity(settings.max_linear_velocity, settings.max_angular_velocity))
+        )
+        robot = EmulatorSettings(encoder_noise=0.0, slip_sigma=0.0)
+        self.controller = EmulatedController(robot, self.rng.spawn(1)[0])
+        self.line = SpoiltLine(self.controller, self.rng.spawn(1)[0], share, request_share)
+        self.states: list[OdometryState] = []
+        drive = BaseDrive(self.base, settings, PERIOD)
+        self.odometry = EncoderOdometry(self.base, settings)
+        report = LoopReport(lambda *_: None)
+        self.talk = Conversation(drive, self.odometry, self._now, report, self.states.append)
+        self.link = ControllerLink(self.line, SETUP)
+        self.over = Event()
+        self.tally = FuzzTally()
+        self._wanted = Velocity()
+        self._before = self._ways()
+
+    def _now(self) -> float:
+        return self.controller.time
+
+    def _ways(self) -> tuple[float, float]:
+        left, right = self.controller._body.wheel_angles  # noqa: SLF001 the truth
+        return 0.033 * left, 0.033 * right
+
+    def run(self, replies: int) -> FuzzTally:
+        """Drive until the controller has sent so many replies."""
+        self.talk.meet(self.link, self.over)
+        while self.line.replies < replies:
+            self._step()
+        tally = self.tally
+        tally.replies, tally.faults = self.line.replies, self.line.faults
+        tally.wrong_sent = self.line.faults['well-formed wrong counts']
+        tally.verdicts = Counter({verdict.value: n for verdict, n in self.odometry.verdicts.items()})
+        return tally
+
+    def _step(self) -> None:
+        self.controller.advance(self.controller.time + PERIOD)
+        if self.rng.random() < 0.02:
+            self._wanted = Velocity(float(self.rng.normal(0.0, 0.4)), float(self.rng.normal(0.0, 1.0)))
+        self.talk.drive.want(self._wanted, self._now())
+        for _ in range(ROUNDS):
+            shown = len(self.states)
+            try:
+                while not self.talk.step(self.link, self.over, is_cycle=True):
+                    pass
+            except Exception:  # noqa: BLE001 it is counted
+                self.tally.exceptions += 1
+            self._count_speeds()
+            if len(self.states) > shown:
+                self._count_odometry()
+
+    def _count_speeds(self) -> None:
+        told = self.talk.drive.velocity
+        ticks = max(map(abs, self.base.ticks_of(told)))
+        self.tally.fastest = max(self.tally.fastest, ticks / self.limit)
+        self.tally.over_limit += ticks > self.limit + 1e-9
+
+    def _count_odometry(self) -> None:
+        """Compare the counts that odometry took with the wheels' true ones."""
+        good = self.odometry._watch.good  # noqa: SLF001 what was taken
+        if good is None:
+            return
+        sent = self.line.wrong.get(good[0])
+        if sent is not None and good[1] == self._now():
+            self.tally.wrong_taken += 1
+            wrong = max(abs(good[0].left - sent.left), abs(good[0].right - sent.right))
+            self.tally.wrong_mm.append(1e3 * self.base.metres_per_tick * wrong)
+        self.line.wrong.clear()
+        ways = self._ways()
+        true = 0.5 * (ways[0] - self._before[0] + ways[1] - self._before[1])
+        self._before = ways
+        self.tally.path += abs(true)
+        if len(self.states) >= 2:
+            a, b = self.states[-2].T_odom_base, self.states[-1].T_odom_base
+            self.tally.jump = max(self.tally.jump, a.distance_to(b) - abs(true))
+        del self.states[:-1]
+
+
+def fuzz(replies: int, seed: int) -> FuzzTally:
+    """Drive over a spoilt line until so many replies were sent."""
+    return FuzzedDrive(seed).run(replies)

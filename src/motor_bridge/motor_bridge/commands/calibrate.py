@@ -1,0 +1,158 @@
+"""``calibrate``: radius and separation of the wheels from driven distances."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from motor_bridge.core.calibration import MeasuredRun, WheelCalibration, calibrate_wheels
+from motor_bridge.core.controller_link import ControllerLink, ControllerSetup
+from motor_bridge.core.count_watch import turns_between
+from motor_bridge.core.motor_bridge_error import MotorBridgeError
+from motor_bridge.core.serial_protocol import LinkError
+from motor_bridge.core.wheel_base import WheelBase
+from motor_bridge.files.wheels_file import read_drive_settings, write_values
+from motor_bridge.node_settings import NodeSettings
+from motor_bridge.serial_port import SerialPort
+
+_GREETINGS = 20  # an Arduino boots for up to two seconds
+_REPLY_TIMEOUT = 0.2  # [s]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0, or 1 when a measure, a file or the port is bad."""
+    options = make_parser().parse_args(arguments)
+    try:
+        calibration = calibrate(options, input)
+        out = options.out or options.params
+        values = {'wheel_radius': calibration.radius, 'wheel_separation': calibration.separation}
+        write_values(options.params, out, values)
+    except MotorBridgeError as fault:
+        print(f'calibrate: {fault}', file=sys.stderr)
+        return 1
+    except OSError as fault:
+        print(f'calibrate: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        return 1
+    except (EOFError, KeyboardInterrupt):
+        print('calibrate: ended before the last measure; nothing is written', file=sys.stderr)
+        return 1
+    print(_told(calibration))
+    print(f'written to {out}')
+    return 0
+
+
+def calibrate(options: argparse.Namespace, ask: Callable[[str], str]) -> WheelCalibration:
+    """Return what the runs say, given as numbers or made now.
+
+    Args:
+        options: of the command.
+        ask: puts a question to the person who moves the robot.
+
+    Raises:
+        MotorBridgeError: bad measures, a bad file, or a port without a controller.
+    """
+    settings = read_drive_settings(options.params)
+    if options.port is not None:
+        return calibrate_wheels(*_runs_by_hand(options, ask), settings.ticks_per_revolution)
+    base = WheelBase(settings)
+    straights = [
+        MeasuredRun(said / base.metres_per_tick, said / base.metres_per_tick, true)
+        for said, true in options.straight
+    ]
+    turns = [_turn(base, math.radians(said), math.radians(true)) for said, true in options.turn]
+    return calibrate_wheels(straights, turns, settings.ticks_per_revolution)
+
+
+def _turn(base: WheelBase, said: float, measured: float) -> MeasuredRun:
+    ticks = 0.5 * said * base.separation / base.metres_per_tick
+    return MeasuredRun(-ticks, ticks, measured)
+
+
+def _runs_by_hand(
+    options: argparse.Namespace, ask: Callable[[str], str]
+) -> tuple[list[MeasuredRun], list[MeasuredRun]]:
+    """Let somebody push the robot and count what its wheels do."""
+    with SerialPort(options.port, options.baud, _REPLY_TIMEOUT) as line:
+        link = ControllerLink(line, ControllerSetup(options.baud, (20, 12, 0, 50)))
+        _greet(link)
+        straights = [
+            _pushed(link, ask, 'Push the robot straight ahead, 2 m or more, without slip.', 'How far [m]? ')
+            for _ in range(options.runs)
+        ]
+        turns = [
+            _pushed(
+                link, ask, 'Turn it on the spot counterclockwise, 5 times or more.', 'How far [degrees]? '
+            )
+            for _ in range(options.runs)
+        ]
+    return straights, [MeasuredRun(run.left, run.right, math.radians(run.measured)) for run in turns]
+
+
+def _greet(link: ControllerLink) -> None:
+    for left in reversed(range(_GREETINGS)):
+        try:
+            link.greet()
+        except LinkError:
+            if left == 0:
+                raise
+        else:
+            return
+
+
+def _pushed(link: ControllerLink, ask: Callable[[str], str], order: str, question: str) -> MeasuredRun:
+    ask(f'{order} Press Enter before you begin. ')
+    before = link.read_counts()
+    answer = ask(question)
+    left, right = turns_between(before, link.read_counts())
+    try:
+        measured = float(answer)
+    except ValueError as fault:
+        raise MotorBridgeError(f'{answer!r} is no number; measure and type one') from fault
+    return MeasuredRun(left, right, measured)
+
+
+def _told(calibration: WheelCalibration) -> str:
+    radius_spread, separation_spread = 1e3 * calibration.radius_spread, 1e3 * calibration.separation_spread
+    lines = [
+        f'wheel_radius      {calibration.radius:.5f} m, single straights within {radius_spread:.2f} mm',
+        f'wheel_separation  {calibration.separation:.4f} m, single turns within {separation_spread:.1f} mm',
+    ]
+    if abs(calibration.pull) > 0.01:
+        lines.append(
+            f'on straights the left wheel counts {100.0 * calibration.pull:+.1f} % against the right one: '
+            'were they straight? Are the wheels alike?'
+        )
+    return '\n'.join(lines)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command's options."""
+    parser = argparse.ArgumentParser(
+        prog='calibrate',
+        description='Find wheel_radius and wheel_separation. Either drive with the node and give what odometry said '
+        'and what you measured, or give --port (end the node first) and push the robot when asked.',
+    )
+    add = parser.add_argument
+    add('--params', type=Path, required=True, metavar='FILE', help='parameter file of the robot')
+    for name, meaning in (('--straight', 'a straight [m]'), ('--turn', 'turns on the spot [degrees]')):
+        add(
+            name,
+            nargs=2,
+            type=float,
+            action='append',
+            default=[],
+            metavar=('SAID', 'MEASURED'),
+            help=f'{meaning}; may be repeated',
+        )
+    add('--port', metavar='DEVICE', help='read the encoders there while the robot is pushed')
+    add('--baud', type=int, default=NodeSettings().baud, help='of that port (default: %(default)s)')
+    add('--runs', type=int, default=2, help='straights and turns that are pushed (default: %(default)s)')
+    add('--out', type=Path, metavar='FILE', help='where the result goes; by default into the parameter file')
+    return parser
+
+
+if __name__ == '__main__':
+    sys.exit(main())

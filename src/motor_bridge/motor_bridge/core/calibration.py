@@ -1,0 +1,112 @@
+"""Radius and separation of the wheels from ways and turns that somebody measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from motor_bridge.core.motor_bridge_error import MotorBridgeError
+
+_TICKS_MIN = 100  # shorter runs tell nothing
+_RADIUS = 0.005, 1.0  # what a wheel can have [m]
+_SEPARATION = 0.02, 5.0  # what a robot can have [m]
+
+
+@dataclass(frozen=True)
+class MeasuredRun:
+    """A straight or a turn on the spot, as the encoders counted it and as people measured it.
+
+    Attributes:
+        left: counts of the left wheel [ticks].
+        right: counts of the right wheel [ticks].
+        measured: the way forward [m], or the turn counterclockwise [rad].
+    """
+
+    left: float
+    right: float
+    measured: float
+
+
+@dataclass(frozen=True)
+class WheelCalibration:
+    """What the runs say of the wheels.
+
+    Attributes:
+        radius: [m].
+        separation: [m].
+        radius_spread: greatest difference of a single straight from the radius [m].
+        separation_spread: greatest difference of a single turn from the separation [m].
+        pull: by how much the left wheel counts more than the right one on a straight, as a share.
+    """
+
+    radius: float
+    separation: float
+    radius_spread: float
+    separation_spread: float
+    pull: float
+
+
+def calibrate_wheels(
+    straights: Sequence[MeasuredRun], turns: Sequence[MeasuredRun], ticks_per_revolution: int
+) -> WheelCalibration:
+    """Return radius and separation by least squares of the measured ways and turns.
+
+    A straight of s metres and n ticks has s = 2π·r·n / N, a turn of a radians has a·b = 2π·r·(n_r - n_l) / N.
+
+    Args:
+        straights: at least one.
+        turns: at least one.
+        ticks_per_revolution: N.
+
+    Raises:
+        MotorBridgeError: no runs, runs that contradict themselves, or impossible wheels.
+    """
+    if not straights or not turns:
+        raise MotorBridgeError('give at least one straight and one turn')
+    for run in straights:
+        _check(run, 0.5 * (run.left + run.right), 'straight')
+    for run in turns:
+        _check(run, 0.5 * (run.right - run.left), 'turn')
+    turned = [math.pi * (run.left + run.right) / ticks_per_revolution for run in straights]
+    radius = _slope(turned, [run.measured for run in straights])
+    _refuse_impossible('wheel_radius', radius, _RADIUS)
+    per_tick = math.tau * radius / ticks_per_revolution
+    ways = [per_tick * (run.right - run.left) for run in turns]
+    separation = _slope([run.measured for run in turns], ways)
+    _refuse_impossible('wheel_separation', separation, _SEPARATION)
+    return WheelCalibration(
+        radius,
+        separation,
+        max(abs(run.measured / angle - radius) for run, angle in zip(straights, turned, strict=True)),
+        max(abs(way / run.measured - separation) for run, way in zip(turns, ways, strict=True)),
+        sum(run.left for run in straights) / sum(run.right for run in straights) - 1.0,
+    )
+
+
+def _slope(x: Sequence[float], y: Sequence[float]) -> float:
+    """Return the least-squares slope through the origin."""
+    return sum(a * b for a, b in zip(x, y, strict=True)) / sum(a * a for a in x)
+
+
+def _check(run: MeasuredRun, ticks: float, name: str) -> None:
+    values = (run.left, run.right, run.measured)
+    if not all(map(math.isfinite, values)) or abs(ticks) < _TICKS_MIN or run.measured == 0.0:
+        raise MotorBridgeError(
+            f'a {name} of {ticks:.0f} ticks and {run.measured:g} is too short; make it longer'
+        )
+    if ticks * run.measured < 0.0:
+        raise MotorBridgeError(
+            f'in a {name} the encoders counted backwards; check signs, or swap the wires of motors and encoders'
+        )
+    if (run.left * run.right > 0.0) != (name == 'straight'):
+        raise MotorBridgeError(
+            f'in a {name} the wheels counted {run.left:.0f} and {run.right:.0f} ticks; drive anew or check the encoders'
+        )
+
+
+def _refuse_impossible(name: str, value: float, allowed: tuple[float, float]) -> None:
+    if not allowed[0] <= value <= allowed[1]:
+        raise MotorBridgeError(
+            f'{name} comes out as {value:.4g} m, which no robot has; check the measures and ticks_per_revolution'
+        )

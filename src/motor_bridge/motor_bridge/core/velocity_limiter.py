@@ -1,0 +1,105 @@
+"""Leads the velocity to the wanted one within the limits of speed, acceleration and jerk, and keeps the curvature.
+
+Both components are measured by what the motors may change in a second, u = (v / a_v, ω / a_ω), so that the limit of
+acceleration is 1 and that of jerk J = j_v / a_v for both. The velocity moves along the straight line from u to the
+wanted one: the ratio ω / v, the curvature, is kept from rest and down to rest. Time goes in steps of fixed length, for
+which the stopping profile below is exact. Everything is a pair of floats: it runs 200 times a second.
+"""
+
+from __future__ import annotations
+
+import math
+
+from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.velocity import Velocity
+
+STEP = 0.005
+"""Of the limiter's own time [s]."""
+_ELAPSED_MAX = 0.2  # a longer pause is taken for this [s]
+_ROUNDING = 1e-12  # of floats [s]
+_Pair = tuple[float, float]
+
+
+class VelocityLimiter:
+    """A velocity that changes no faster than it may."""
+
+    def __init__(self, settings: DriveSettings) -> None:
+        """Begin at rest."""
+        self._unit = settings.max_linear_acceleration, settings.max_angular_acceleration
+        self._fastest = (
+            settings.max_linear_velocity / self._unit[0],
+            settings.max_angular_velocity / self._unit[1],
+        )
+        self._jerk = settings.max_linear_jerk / settings.max_linear_acceleration
+        self.halt()
+
+    @property
+    def velocity(self) -> Velocity:
+        """The latest velocity."""
+        return Velocity(self._u[0] * self._unit[0], self._u[1] * self._unit[1])
+
+    def halt(self) -> None:
+        """Stand at once, whatever the limits are."""
+        self._u: _Pair = (0.0, 0.0)
+        self._acceleration: _Pair = (0.0, 0.0)
+        self._left_over = 0.0
+
+    def toward(self, wanted: Velocity, elapsed: float) -> Velocity:
+        """Return the velocity after some more time.
+
+        Args:
+            wanted: finite; made smaller by one factor where it is too fast.
+            elapsed: since the last call [s]; what is no whole step is kept for the next call.
+        """
+        aim = self._within_speed(wanted.forward / self._unit[0], wanted.turn_rate / self._unit[1])
+        self._left_over += min(max(elapsed, 0.0), _ELAPSED_MAX)
+        count = math.floor(self._left_over / STEP + 1e-9)
+        self._left_over = max(0.0, self._left_over - count * STEP)
+        for _ in range(count):
+            if self._u == aim and self._acceleration == (0.0, 0.0):
+                break
+            self._step(aim)
+        return self.velocity
+
+    def _within_speed(self, *aim: float) -> _Pair:
+        factor = max(1.0, abs(aim[0]) / self._fastest[0], abs(aim[1]) / self._fastest[1])
+        return aim[0] / factor, aim[1] / factor
+
+    def _step(self, aim: _Pair) -> None:
+        missing = aim[0] - self._u[0], aim[1] - self._u[1]
+        distance = max(abs(missing[0]), abs(missing[1]))
+        per_distance = min(1.0, self._stopping(distance)) / distance if distance else 0.0
+        change = [per_distance * m - a for m, a in zip(missing, self._acceleration, strict=True)]
+        reach = self._jerk * STEP
+        share = min(1.0, reach / max(abs(change[0]), abs(change[1]), 1e-300))
+        left, right = (self._bent(axis, missing[axis], share * change[axis]) for axis in (0, 1))
+        self._acceleration = left, right
+        self._u = self._u[0] + STEP * left, self._u[1] + STEP * right
+        if max(abs(aim[0] - self._u[0]), abs(aim[1] - self._u[1])) < _ROUNDING:
+            self._u = aim
+
+    def _bent(self, axis: int, missing: float, change: float) -> float:
+        """Return the next acceleration of one component.
+
+        Where the line bends, a component alone may have to brake earlier than both together would: before its aim, and
+        before its greatest speed.
+        """
+        before, speed, fastest = self._acceleration[axis], self._u[axis], self._fastest[axis]
+        most = min(1.0, self._stopping(max(0.0, fastest - speed)))
+        least = -min(1.0, self._stopping(max(0.0, fastest + speed)))
+        if missing >= 0.0:
+            most = min(most, self._stopping(missing))
+        if missing <= 0.0:
+            least = max(least, -self._stopping(-missing))
+        reach = self._jerk * STEP
+        wanted = max(least, min(before + change, most))
+        return max(before - reach, min(wanted, before + reach))
+
+    def _stopping(self, distance: float) -> float:
+        """Return the greatest acceleration from which 0 is reached, by J·STEP less each step, within a distance.
+
+        With steps of length h, A = n·J·h + r (r < J·h) makes A·h + (A - J·h)·h + … = (n + 1)·A·h - J·h²·n·(n + 1)/2.
+        """
+        quantum = self._jerk * STEP * STEP
+        n = math.floor(0.5 * (math.sqrt(1.0 + 8.0 * distance / quantum) - 1.0))
+        return (distance / (n + 1) + 0.5 * n * quantum) / STEP

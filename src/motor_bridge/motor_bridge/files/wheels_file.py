@@ -1,0 +1,57 @@
+"""The wheels in a parameter file: read from it, and written into it without touching the rest."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+
+from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.motor_bridge_error import MotorBridgeError
+from shirube_files import YamlFileError, read_yaml, write_text
+from shirube_settings import SettingsError, settings_from_values
+
+_NODE = 'motor_bridge'
+
+
+def read_drive_settings(path: Path) -> DriveSettings:
+    """Return the settings of the wheels in a parameter file.
+
+    Raises:
+        MotorBridgeError: it is missing or damaged, or holds values that are not allowed.
+    """
+    try:
+        node = read_yaml(path).get(_NODE)
+        parameters = node.get('ros__parameters') if isinstance(node, dict) else None
+        if not isinstance(parameters, dict):
+            raise MotorBridgeError(
+                f'{path}: holds no {_NODE}: ros__parameters:; take config/motor_bridge.yaml'
+            )
+        names = {field.name for field in fields(DriveSettings)}
+        return settings_from_values(DriveSettings, {k: v for k, v in parameters.items() if k in names})
+    except YamlFileError as fault:
+        raise MotorBridgeError(f'{fault}; take config/motor_bridge.yaml') from fault
+    except SettingsError as fault:
+        raise MotorBridgeError(f'{path}: {fault}') from fault
+
+
+def write_values(source: Path, path: Path, values: Mapping[str, float]) -> None:
+    """Write a parameter file with some values changed; comments and everything else stay.
+
+    Args:
+        source: what is changed; it was read before.
+        path: where the result goes, whole or not at all.
+        values: by name.
+
+    Raises:
+        OSError: the place cannot be written to.
+    """
+    text = source.read_text(encoding='utf-8')
+    for name, value in values.items():
+        text, count = re.subn(rf'(?m)^(\s+{name}:)[^#\n]*?(\s*#.*)?$', rf'\g<1> {value:.6g}\g<2>', text)
+        if count == 0:
+            text = re.sub(
+                r'(?m)^(\s+)ros__parameters:\s*$', rf'\g<0>\n\g<1>  {name}: {value:.6g}', text, count=1
+            )
+    write_text(path, text)

@@ -1,0 +1,109 @@
+"""The bridge's node in a graph of its own, with an emulated controller on a pseudo-terminal."""
+
+from __future__ import annotations
+
+import time
+from contextlib import ExitStack
+from threading import Lock
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+
+from motor_bridge.emulator.emulated_controller import EmulatedController
+from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.line_faults import FaultOrder, LineFaults
+from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
+from motor_bridge.emulator.real_time import RealTime
+from motor_bridge.node import MotorBridgeNode
+
+SETTINGS = EmulatorSettings(encoder_noise=0.3, slip_sigma=0.0, boot_time=0.3)
+
+
+class Robot:
+    """The node under test, its robot and somebody who drives it."""
+
+    def __init__(self, graph, link, *, real_time=True, **parameters):
+        self._graph, self._stack = graph, ExitStack()
+        self.controller, self.lock = EmulatedController(SETTINGS, np.random.default_rng(1)), Lock()
+        self.faults = LineFaults(np.random.default_rng(2))
+        self.terminal = self._stack.enter_context(
+            PseudoTerminal(self.controller, self.lock, faults=self.faults, link=link)
+        )
+        if real_time:
+            self._stack.enter_context(RealTime(self.controller, self.lock))
+        self.node = graph.add(MotorBridgeNode, port=str(link), **parameters)
+        self.person = graph.add(lambda **options: Node('person', **options))
+        self.odometry, self.joints, self.reports = [], [], []
+        listen = self.person.create_subscription
+        listen(Odometry, 'odom', self.odometry.append, 10)
+        listen(JointState, 'joint_states', self.joints.append, 10)
+        listen(DiagnosticArray, '/diagnostics', lambda array: self.reports.extend(array.status), 10)
+        self.velocities = self.person.create_publisher(TwistStamped, 'cmd_vel', 10)
+        self.estop = self.person.create_publisher(Bool, 'estop', 10)
+
+    def __enter__(self):
+        assert self._graph.spin_until(
+            lambda: self.velocities.get_subscription_count() == self.estop.get_subscription_count() == 1
+        )
+        return self
+
+    def __exit__(self, *_):
+        self.node._loop.close()
+        self._stack.close()
+
+    @property
+    def report(self):
+        return self.node._talk.report
+
+    def until(self, is_done, timeout=10.0):
+        assert self._graph.spin_until(is_done, timeout)
+
+    def wait(self, seconds):
+        self._graph.spin_until(lambda: False, seconds)
+
+    def send(self, forward, turn=0.0, stamp=None):
+        message = TwistStamped()
+        message.header.stamp = stamp or self.node.get_clock().now().to_msg()
+        message.twist.linear.x, message.twist.angular.z = forward, turn
+        self.velocities.publish(message)
+
+    def drive(self, seconds, forward, turn=0.0):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self.send(forward, turn)
+            self.wait(0.05)
+
+    def stop(self, is_on=True):
+        self.estop.publish(Bool(data=is_on))
+
+    def fault(self, kind, amount=1.0):
+        self.faults.order(FaultOrder(kind, amount))
+
+    def message(self):
+        before = len(self.reports)
+        self.until(lambda: len(self.reports) > before)
+        return self.reports[-1]
+
+    def refusals(self, topic='cmd_vel'):
+        return list(self.node._guard.counts[topic].refused)
+
+    def call(self, service):
+        client = self.person.create_client(Trigger, f'/motor_bridge/{service}')
+        self.until(client.service_is_ready)
+        future = client.call_async(Trigger.Request())
+        self.until(future.done)
+        return future.result()
+
+    def stands(self):
+        with self.lock:
+            return self.controller.is_stopped
+
+    def is_driving(self):
+        with self.lock:
+            return self.controller.wheel_speeds[0] > 1.0

@@ -1,0 +1,115 @@
+"""The command, from numbers and by pushing."""
+
+import math
+import shutil
+from contextlib import ExitStack
+from pathlib import Path
+from threading import Lock
+
+import numpy as np
+import pytest
+import yaml
+
+from motor_bridge.commands import calibrate
+from motor_bridge.emulator.emulated_controller import EmulatedController
+from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
+
+CONFIG = Path(__file__).resolve().parents[3] / 'config' / 'motor_bridge.yaml'
+
+
+@pytest.fixture
+def params(tmp_path):
+    return Path(shutil.copy(CONFIG, tmp_path / 'robot.yaml'))
+
+
+def wheels(path):
+    values = yaml.safe_load(path.read_text())['motor_bridge']['ros__parameters']
+    return values['wheel_radius'], values['wheel_separation']
+
+
+def test_numbers_scale_the_wheels_and_nothing_else(params, capsys):
+    numbers = ['--straight', '2.0', '1.9', '--turn', '3600', '3500']
+    assert calibrate.main(['--params', str(params), *numbers]) == 0
+    radius, separation = wheels(params)
+    assert radius == pytest.approx(0.033 * 0.95, rel=1e-4)
+    assert separation == pytest.approx(0.2 * 0.95 * 3600 / 3500, rel=1e-4)
+    before, after = CONFIG.read_text().splitlines(), params.read_text().splitlines()
+    assert sum(a != b for a, b in zip(before, after, strict=True)) == 2
+    assert 'wheel_radius' in capsys.readouterr().out
+
+
+def test_values_that_stood_nowhere_are_added_and_the_source_can_stay(tmp_path):
+    source, out = tmp_path / 'a.yaml', tmp_path / 'b.yaml'
+    source.write_text('motor_bridge:\n  ros__parameters:\n    port: /dev/x\n')
+    numbers = ['--straight', '1.0', '1.1', '--turn', '360', '360', '--out', str(out)]
+    assert calibrate.main(['--params', str(source), *numbers]) == 0
+    assert wheels(out) == pytest.approx((0.0363, 0.22), rel=1e-4)
+    assert 'wheel_radius' not in source.read_text()
+
+
+def test_a_pushed_robot_is_measured(params, monkeypatch):
+    true = EmulatorSettings(wheel_radius=0.04, wheel_separation=0.3, encoder_noise=0.0)
+    controller = EmulatedController(true, np.random.default_rng(0))
+    ways = iter([(2.0, 2.0), (2.5, 2.5), (-4.7124, 4.7124), (-6.0, 6.0)])
+
+    def ask(question):
+        if 'How far' not in question:
+            return ''
+        left, right = (way / 0.04 for way in next(ways))
+        before = controller._body.wheel_angles
+        controller._body.wheel_angles = before[0] + left, before[1] + right
+        measured = 0.04 * left if left > 0.0 else math.degrees(0.08 * right / 0.3)
+        return str(measured)
+
+    with ExitStack() as stack:
+        terminal = stack.enter_context(PseudoTerminal(controller, Lock()))
+        monkeypatch.setattr('builtins.input', ask)
+        assert calibrate.main(['--params', str(params), '--port', terminal.path]) == 0
+    assert wheels(params) == pytest.approx((0.04, 0.3), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'words'),
+    [
+        (['--straight', '2', '2'], 'give at least one straight and one turn'),
+        (['--straight', '2', '90', '--turn', '360', '360'], 'wheel_radius comes out as'),
+        (['--port', '/no/such/port'], '/no/such/port does not exist'),
+    ],
+)
+def test_bad_measures_are_one_line_and_change_nothing(params, capsys, arguments, words):
+    assert calibrate.main(['--params', str(params), *arguments]) == 1
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) == 1
+    assert words in told[0]
+    assert params.read_text() == CONFIG.read_text()
+
+
+@pytest.mark.parametrize(
+    ('content', 'words'),
+    [
+        (None, 'robot.yaml: cannot be read'),
+        ('a: [', 'robot.yaml: is no YAML'),
+        ('other: {}', 'holds no motor_bridge: ros__parameters:'),
+        ('motor_bridge: {ros__parameters: {wheel_radius: -1.0}}', 'setting wheel_radius is -1.0'),
+    ],
+)
+def test_bad_files_are_one_line(tmp_path, capsys, content, words):
+    path = tmp_path / 'robot.yaml'
+    if content is not None:
+        path.write_text(content)
+    assert calibrate.main(['--params', str(path), '--straight', '1', '1', '--turn', '9', '9']) == 1
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) == 1
+    assert words in told[0]
+
+
+def test_an_answer_that_is_no_number_and_an_early_end_are_told(params, capsys, monkeypatch):
+    def end(_):
+        raise EOFError
+
+    with PseudoTerminal(EmulatedController(EmulatorSettings(), np.random.default_rng(0)), Lock()) as terminal:
+        for ask, words in ((lambda _: 'far', "'far' is no number"), (end, 'nothing is written')):
+            monkeypatch.setattr('builtins.input', ask)
+            assert calibrate.main(['--params', str(params), '--port', terminal.path]) == 1
+            assert words in capsys.readouterr().err

@@ -1,0 +1,198 @@
+"""The node through real topics, with a controller on a pseudo-terminal."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from emulated_robot import Robot
+from geometry_msgs.msg import Twist, TwistStamped
+from rosgraph_msgs.msg import Clock
+
+from shirube_ros.pose_conversion import planar_pose, planar_pose_with_covariance
+
+
+@pytest.fixture
+def robot(graph, tmp_path):
+    with Robot(graph, tmp_path / 'tty') as made:
+        yield made
+
+
+def error(robot):
+    """How far odometry is from the truth when the robot stands [m]."""
+    robot.until(robot.stands)
+    seen = len(robot.odometry)
+    robot.until(lambda: len(robot.odometry) > seen + 2)
+    pose = planar_pose(robot.odometry[-1].pose.pose, 'odom')
+    return pose.distance_to(robot.controller.T_world_base)
+
+
+def test_velocities_drive_and_odometry_tells_where(robot):
+    robot.drive(2.5, 0.3, 0.6)
+    assert robot.controller.T_world_base.x > 0.2
+    assert robot.controller.T_world_base.yaw > 0.5
+    driven = robot.odometry[-1]
+    assert driven.twist.twist.linear.x == pytest.approx(0.91 * 0.3, rel=0.15)
+    assert driven.twist.twist.angular.z == pytest.approx(0.91 * 0.6, rel=0.3)
+    assert error(robot) < 2e-3
+    last = robot.odometry[-1]
+    assert (last.header.frame_id, last.child_frame_id) == ('odom', 'base_link')
+    _, covariance = planar_pose_with_covariance(last.pose, 'odom')
+    assert (np.linalg.eigvalsh(covariance) > 0.0).all()
+    joints = robot.joints[-1]
+    assert list(joints.name) == ['left_wheel_joint', 'right_wheel_joint']
+    assert joints.position == pytest.approx(robot.controller._body.wheel_angles, abs=0.02)
+    assert robot.message().message == 'stands, nobody publishes cmd_vel'
+
+
+def test_silence_stops_the_robot(robot):
+    robot.drive(1.5, 0.3)
+    assert robot.is_driving()
+    robot.until(robot.stands, 0.5 + 0.3 / 0.5 + 1.0)
+
+
+def test_the_emergency_stop_holds_until_it_is_taken_back(robot):
+    robot.drive(1.5, 0.3)
+    robot.stop()
+    robot.until(robot.stands, 1.0)
+    robot.drive(0.5, 0.3)
+    assert robot.stands()
+    assert robot.message().message == 'stopped by estop'
+    robot.stop(is_on=False)
+    robot.drive(1.0, 0.3)
+    assert robot.is_driving()
+
+
+def test_the_robot_stands_when_the_node_ends(robot):
+    robot.drive(1.5, 0.3)
+    robot.node.stop()
+    assert robot.controller._firmware.pwm == (0, 0)
+
+
+@pytest.mark.parametrize('fault', [('garbage', 3), ('wrong', 5), ('lost_cr', 1), ('silence', 0.3)])
+def test_the_robot_goes_on_after_a_fault_and_odometry_stays_right(robot, fault):
+    robot.drive(1.0, 0.2, 0.3)
+    robot.fault(*fault)
+    robot.drive(2.5, 0.2, 0.3)
+    assert robot.is_driving()
+    assert error(robot) < 3e-3
+
+
+def test_the_robot_goes_on_when_it_is_plugged_in_again(robot):
+    robot.drive(1.5, 0.3)
+    robot.fault('unplug', 0.3)
+    robot.until(lambda: not robot.report.is_connected)
+    assert 'plug the controller in' in robot.message().message
+    robot.until(lambda: robot.report.is_connected)
+    robot.drive(1.5, 0.3)
+    assert robot.is_driving()
+    assert error(robot) < 3e-3
+
+
+def test_a_reset_of_the_controller_makes_no_jump_and_odometry_less_sure(robot):
+    robot.drive(1.5, 0.3)
+    before = planar_pose(robot.odometry[-1].pose.pose, 'odom')
+    robot.fault('reset')
+    robot.until(lambda: robot.report.state.endswith('began anew'))
+    seen = len(robot.odometry)
+    robot.until(lambda: len(robot.odometry) > seen + 1)
+    after = robot.odometry[-1]
+    assert before.distance_to(planar_pose(after.pose.pose, 'odom')) < 0.05
+    missed = planar_pose(after.pose.pose, 'odom').distance_to(robot.controller.T_world_base)
+    assert missed < math.sqrt(after.pose.covariance[0])
+    robot.drive(1.5, 0.3)
+    assert robot.is_driving()
+
+
+def test_a_controller_that_hung_runs_one_command_at_most_and_then_stands(robot):
+    robot.drive(1.5, 0.3)
+    robot.fault('hang', 1.0)
+    robot.wait(0.5)
+    assert not robot.report.is_connected
+    robot.until(lambda: robot.report.is_connected)
+    assert robot.stands() or robot.controller._firmware.pwm == (0, 0)
+
+
+def test_odometry_begins_anew_on_request(robot):
+    robot.drive(1.0, 0.3)
+    robot.until(robot.stands)
+    answer = robot.call('reset_odometry')
+    assert (answer.success, answer.message) == (True, 'odometry begins at the origin')
+    seen = len(robot.odometry)
+    robot.until(lambda: len(robot.odometry) > seen + 3)
+    assert abs(robot.odometry[-1].pose.pose.position.x) < 1e-3
+
+
+def test_unstamped_velocities_are_taken_when_set(graph, tmp_path):
+    with Robot(graph, tmp_path / 'tty') as stamped:
+        stamped.drive(0.1, 0.0)
+    robot = graph.add(
+        lambda **options: __import__('motor_bridge.node').node.MotorBridgeNode(**options, namespace='other'),
+        port=str(tmp_path / 'none'),
+        stamped=False,
+    )
+    publisher = stamped.person.create_publisher(Twist, '/other/cmd_vel', 10)
+    assert graph.spin_until(lambda: publisher.get_subscription_count() == 1)
+    twist = Twist()
+    twist.linear.x = 0.2
+    publisher.publish(twist)
+    assert graph.spin_until(lambda: robot._talk.drive._wanted.forward == 0.2)
+
+
+@pytest.mark.parametrize(
+    ('forward', 'ago', 'words'),
+    [
+        (math.nan, 0.0, 'cmd_vel holds a velocity that is not finite'),
+        (math.inf, 0.0, 'cmd_vel holds a velocity that is not finite'),
+        (0.2, 5.0, 'cmd_vel came too late'),
+        (0.2, -5.0, 'cmd_vel has a stamp in the future'),
+    ],
+)
+def test_what_cannot_be_obeyed_is_refused_in_one_line(robot, forward, ago, words):
+    now = robot.node.get_clock().now().nanoseconds - round(1e9 * ago)
+    robot.send(forward, stamp=Time(sec=now // 10**9, nanosec=now % 10**9))
+    robot.until(lambda: robot.refusals() != [])
+    assert robot.refusals()[0].startswith(words)
+    assert robot.stands()
+
+
+def test_two_drivers_at_once_are_refused(robot):
+    robot.drive(1.0, 0.3)
+    other = robot.person.create_publisher(TwistStamped, 'cmd_vel', 10)
+    robot.until(lambda: other.get_subscription_count() == 1)
+    robot.drive(2.0, 0.3)
+    assert robot.stands()
+    assert robot.refusals() == ['two nodes publish cmd_vel and none is obeyed; leave one of them']
+    assert '2 nodes publish cmd_vel' in robot.message().message
+    robot.person.destroy_publisher(other)
+    robot.drive(1.5, 0.3)
+    assert robot.is_driving()
+
+
+def test_with_simulated_time_everything_is_in_lock_step(graph, tmp_path):
+    with Robot(graph, tmp_path / 'tty', real_time=False, use_sim_time=True) as robot:
+        clock = robot.person.create_publisher(Clock, '/clock', 10)
+        robot.until(lambda: clock.get_subscription_count() >= 1)
+        robot.until(lambda: robot.report.is_connected)
+        stamps = []
+        for step in range(1, 61):
+            with robot.lock:
+                robot.controller.advance(step / 30.0)
+            sec, nanosec = divmod(round(1e9 * step / 30.0), 10**9)
+            seen = len(robot.odometry)
+            robot.send(0.2)
+            clock.publish(Clock(clock=Time(sec=sec, nanosec=nanosec)))
+            robot.until(lambda seen=seen, step=step: len(robot.odometry) > seen or step == 1, 1.0)
+            stamps += [o.header.stamp.sec + 1e-9 * o.header.stamp.nanosec for o in robot.odometry[seen:]]
+        assert stamps[-1] == pytest.approx(2.0, abs=1e-6)
+        assert robot.controller.T_world_base.x > 0.1
+        pose = planar_pose(robot.odometry[-1].pose.pose, 'odom')
+        assert pose.distance_to(robot.controller.T_world_base) < 2e-3
+        robot.wait(0.7)
+        assert robot.is_driving()  # simulated time stands: nothing has timed out
+        for nanosec in (0, 100_000_000, 200_000_000):
+            clock.publish(Clock(clock=Time(sec=1, nanosec=nanosec)))
+            robot.wait(0.1)
+        robot.until(lambda: robot.report.faults['time went back'] == 1, 3.0)

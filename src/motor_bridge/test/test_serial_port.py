@@ -1,0 +1,116 @@
+"""A port that cannot be used is told in one line."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import pty
+import threading
+import time
+import tty
+from contextlib import suppress
+
+import pytest
+import serial
+
+from motor_bridge import serial_port
+from motor_bridge.serial_port import PortError, SerialPort
+
+
+@pytest.fixture
+def wire():
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    with SerialPort(os.ttyname(slave), 57600, 0.1) as port:
+        yield port, master, slave
+    for file in (master, slave):
+        with contextlib.suppress(OSError):
+            os.close(file)
+
+
+def refusal(path):
+    with pytest.raises(PortError) as told:
+        SerialPort(str(path), 57600, 0.1)
+    assert '\n' not in str(told.value)
+    assert str(told.value).startswith(str(path))
+    return str(told.value)
+
+
+def test_a_missing_port_is_told(tmp_path):
+    assert 'does not exist; plug the controller in or set port' in refusal(tmp_path / 'ttyUSB7')
+
+
+def test_what_is_no_terminal_is_told(tmp_path):
+    (tmp_path / 'file').touch()
+    assert 'is no serial port' in refusal(tmp_path / 'file')
+    assert 'is no serial port' in refusal(tmp_path)
+    assert 'is no serial port' in refusal('/dev/null')
+
+
+def test_a_taken_port_is_told(wire):
+    assert 'is taken by another program; end it' in refusal(wire[0]._path)
+
+
+def test_a_port_that_may_not_be_opened_is_told(monkeypatch, tmp_path):
+    def refuse(*_, **__):
+        raise serial.SerialException(errno.EACCES, 'could not open port')
+
+    monkeypatch.setattr(serial_port.serial, 'Serial', refuse)
+    assert 'add the user to the group dialout or install the udev rule' in refusal(tmp_path / 'tty')
+
+
+def test_lines_are_cut_at_their_ends(wire):
+    port, master, _ = wire
+    os.write(master, b'12 13\r\nOK\r\nrest')
+    assert [port.read_line(64) for _ in range(3)] == [b'12 13\r\n', b'OK\r\n', b'rest']
+
+
+def test_a_line_without_end_is_cut_and_silence_ends(wire):
+    port, master, _ = wire
+    os.write(master, b'x' * 100)
+    assert port.read_line(64) == b'x' * 64
+    port.drop_received()
+    start = time.monotonic()
+    assert port.read_line(64) == b''
+    assert time.monotonic() - start < 2.0
+
+
+def test_draining_drops_what_comes_late_and_ends_though_the_line_never_does(wire):
+    port, master, _ = wire
+    over = threading.Event()
+
+    def talk():
+        while not over.wait(0.005):
+            os.write(master, b'tick\r\n')
+
+    talker = threading.Thread(target=talk)
+    talker.start()
+    assert port.drain() > 0
+    over.set()
+    talker.join()
+    port.drain()
+    os.write(master, b'OK\r\n')
+    assert port.read_line(64) == b'OK\r\n'
+
+
+def test_a_port_that_is_gone_is_one_line_whatever_is_done(wire):
+    port, master, slave = wire
+    os.close(master)
+    os.close(slave)
+    with pytest.raises(PortError, match='is gone or takes no bytes; plug the controller in again'):
+        port.read_line(64)
+    for do in (lambda: port.write(b'e\r'), port.drain, port.drop_received):
+        with suppress(PortError):  # nothing else may come out
+            do()
+
+
+def flood(port):
+    for _ in range(100):
+        port.write(b'x' * 4096)
+
+
+def test_a_device_that_takes_no_bytes_does_not_hold_us(wire):
+    port, _, _ = wire
+    with pytest.raises(PortError, match='takes no bytes'):
+        flood(port)

@@ -1,0 +1,56 @@
+"""The motor bridge under faults: small versions of its benchmarks."""
+
+import sys
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
+
+
+@pytest.fixture(autouse=True)
+def benchmarks(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Lets the benchmarks be imported."""
+    monkeypatch.syspath_prepend(str(BENCHMARKS))
+    yield
+    for name in ('_motor_fuzz', '_motor_line', '_spoilt_line'):
+        sys.modules.pop(name, None)
+
+
+@pytest.mark.parametrize('seed', [1, 2])
+def test_spoilt_replies_move_nothing_that_should_not(seed: int) -> None:
+    fuzz = import_module('_motor_fuzz').fuzz
+    tally = fuzz(4000, seed)
+    assert sum(tally.faults.values()) > 100
+    assert (tally.exceptions, tally.over_limit) == (0, 0)
+    assert tally.jump < 0.02
+    assert max(tally.wrong_mm, default=0.0) < 8.0
+
+
+def test_a_line_without_faults_takes_every_count() -> None:
+    tally = import_module('_motor_fuzz').FuzzedDrive(3, 0.0, 0.0).run(2000)
+    assert tally.wrong_sent == 0
+    assert set(tally.verdicts) <= {'taken', 'doubtful, asked a second time'}
+    assert tally.jump < 1e-3
+
+
+def test_a_terminal_that_is_pulled_away_comes_back() -> None:
+    pulled_terminal = import_module('_motor_line').pulled_terminal
+    pulled, back, anew, error = (figure for _, figure in pulled_terminal(3))
+    assert (pulled, back, anew) == ('3', '3', '0')
+    assert float(error.split()[0]) < 5.0
+
+
+def test_a_killed_bridge_leaves_the_motors_to_the_auto_stop() -> None:
+    killed_bridge = import_module('_motor_line').killed_bridge
+    off = killed_bridge(1)[1][1]
+    assert float(off.split()[0]) < 2.2
+
+
+def test_a_held_controller_executes_one_command_at_most_and_then_stops() -> None:
+    held_controller = import_module('_motor_line').held_controller
+    _, acted, stops = (int(figure) for _, figure in held_controller(1))
+    assert acted <= 1
+    assert stops == 1
