@@ -2,7 +2,8 @@
 
 Arguments: `params_file` (your own copy of config/vlc_beacon.yaml), `beacons_file` (the lamps and their places; what is
 given here counts more than the parameter file), `image` (topic of the camera's images), `camera_info` (topic of its
-calibration), `use_sim_time` (what the parameter file says of it counts more).
+calibration), `drive` (whether the lamps drive the robot; what is given here counts more than the parameter file),
+`cmd_vel` (topic of the velocities), `use_sim_time` (what the parameter file says of it counts more).
 """
 
 from launch import LaunchDescription
@@ -10,6 +11,7 @@ from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node, SetParameter
+from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
 
@@ -27,6 +29,8 @@ def generate_launch_description() -> LaunchDescription:
         DeclareLaunchArgument(
             'camera_info', default_value='camera_info', description='topic of the calibration'
         ),
+        DeclareLaunchArgument('drive', default_value='false', description='whether the lamps drive the robot'),
+        DeclareLaunchArgument('cmd_vel', default_value='~/cmd_vel', description='topic of the velocities'),
         DeclareLaunchArgument('use_sim_time', default_value='false', description='take the time from /clock'),
     ]
     node = Node(
@@ -36,11 +40,15 @@ def generate_launch_description() -> LaunchDescription:
         output='screen',
         parameters=[
             LaunchConfiguration('params_file'),
-            {'beacons_file': LaunchConfiguration('beacons_file')},
+            {
+                'beacons_file': LaunchConfiguration('beacons_file'),
+                'drive': ParameterValue(LaunchConfiguration('drive'), value_type=bool),
+            },
         ],
         remappings=[
             ('image_raw', LaunchConfiguration('image')),
             ('camera_info', LaunchConfiguration('camera_info')),
+            ('~/cmd_vel', LaunchConfiguration('cmd_vel')),
         ],
     )
     sim_time = SetParameter('use_sim_time', True, condition=IfCondition(LaunchConfiguration('use_sim_time')))
