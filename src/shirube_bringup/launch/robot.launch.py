@@ -1,9 +1,10 @@
 """Starts the whole suite on a robot: localizers, arbiter, planner and motors.
 
-Arguments: `floor`, `stereo`, `vlc`, `planner`, `motors` (which parts run; all by default), `config` (the folder with your
-own copies of all parameter files), `places_dir` (the taught places, for `stereo`), `beacons_file` (the lamps, for `vlc`),
-`use_sim_time`, and `driver`: who drives the robot on `cmd_vel`: `planner` (to the goals on `goal_pose`), `lamps` (as they
-say) or `none` (you do, with a joystick). It is one of them: motor_bridge stands still while two publish on `cmd_vel`.
+Arguments: `floor`, `stereo`, `vlc`, `planner`, `motors` (which parts run; all by default), `config` (the folder with
+your own copies of all parameter files), `places_dir` (the taught places, for `stereo`), `beacons_file` (the lamps, for
+`vlc`), `use_sim_time`, and `driver`: who drives the robot on `cmd_vel`: `planner` (to the goals on `goal_pose`),
+`lamps` (as they say) or `none` (you do, with a joystick). It is one of them: motor_bridge obeys nobody while two
+publish there.
 
 The belly camera publishes in the namespace `belly`, the one that looks up in `ceiling`, the pair in `left` and `right`;
 what the planner sees with stands in its parameter file.
@@ -42,7 +43,10 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription(
         [
             driver,
-            *(DeclareLaunchArgument(name, default_value=d, description=t) for name, (d, t) in defaults.items()),
+            *(
+                DeclareLaunchArgument(name, default_value=d, description=t)
+                for name, (d, t) in defaults.items()
+            ),
             *parts(),
         ]
     )

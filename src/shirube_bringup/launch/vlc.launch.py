@@ -29,7 +29,9 @@ def generate_launch_description() -> LaunchDescription:
         DeclareLaunchArgument(
             'camera_info', default_value='camera_info', description='topic of the calibration'
         ),
-        DeclareLaunchArgument('drive', default_value='false', description='whether the lamps drive the robot'),
+        DeclareLaunchArgument(
+            'drive', default_value='false', description='whether the lamps drive the robot'
+        ),
         DeclareLaunchArgument('cmd_vel', default_value='~/cmd_vel', description='topic of the velocities'),
         DeclareLaunchArgument('use_sim_time', default_value='false', description='take the time from /clock'),
     ]

@@ -1,6 +1,9 @@
 """ROS's launch system is not on PyPI, so the launch files are read here, not run."""
 
 import ast
+import json
+import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,8 +15,8 @@ PACKAGE = Path(__file__).resolve().parents[1]
 @pytest.mark.parametrize(
     ('launch', 'config'),
     [
-        ('bridge', 'motor_bridge'),
         ('arbiter', 'pose_arbiter'),
+        ('bridge', 'motor_bridge'),
         ('floor', 'floor_localizer'),
         ('planner', 'reward_planner'),
         ('stereo', 'stereo_landmark'),
@@ -28,3 +31,50 @@ def test_launch_file_starts_the_node_that_the_parameter_file_is_for(launch: str,
     assert named['package'] in (PACKAGE / 'package.xml').read_text()
     assert list(parameters) == [named['name']]
     assert list(parameters[named['name']]) == ['ros__parameters']
+
+
+def strings_in(value: object) -> Iterator[str]:
+    """Yield every key and every text of a file that was read."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict):
+        for key, inner in value.items():
+            yield from strings_in(key)
+            yield from strings_in(inner)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from strings_in(inner)
+
+
+NODES = ('floor_localizer', 'stereo_landmark', 'vlc_beacon', 'reward_planner', 'pose_arbiter')
+
+
+@pytest.mark.parametrize('path', ['rviz/shirube.rviz', 'foxglove/shirube.json'])
+def test_shown_topics_are_published_by_the_nodes(path: str) -> None:
+    text = (PACKAGE / path).read_text()
+    read = json.loads(text) if path.endswith('json') else yaml.safe_load(text)
+    shown = {s for s in strings_in(read) if re.match(rf'/({"|".join(NODES)})/', s)}
+    assert {topic.split('/')[1] for topic in shown} == set(NODES)
+    for topic in shown - {s for s in shown if s.endswith('_updates')}:
+        package, name = topic.split('/')[1:3]
+        source = ''.join(p.read_text() for p in (PACKAGE.parent / package / package).glob('*.py'))
+        assert f"'~/{name}'" in source, topic
+
+
+def test_every_included_launch_file_is_there_and_takes_what_it_is_given() -> None:
+    tree = ast.parse((PACKAGE / 'launch' / 'robot.launch.py').read_text())
+    calls = [c for c in ast.walk(tree) if isinstance(c, ast.Call) and getattr(c.func, 'id', '') == 'include']
+    assert len(calls) == 6
+    for call in calls:
+        name, package = (a.value for a in call.args[:2])
+        included = (PACKAGE / 'launch' / f'{name}.launch.py').read_text()
+        assert f"package='{package}'" in included
+        given = {k.arg for k in call.keywords if k.arg} | {'params_file', 'use_sim_time'}
+        for argument in given | ({'image', 'camera_info'} if name in {'floor', 'vlc'} else set()):
+            assert re.search(rf"DeclareLaunchArgument\(\s*'{argument}'", included), (name, argument)
+
+
+def test_one_driver_at_most_can_be_launched() -> None:
+    text = (PACKAGE / 'launch' / 'robot.launch.py').read_text()
+    assert "choices=['none', 'planner', 'lamps']" in text
+    assert text.count("EqualsSubstitution(given('driver')") == text.count('drive=') == 2
