@@ -8,10 +8,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from light_waveform import Waveform
+from scene_simulator.blooming import Blooming
 from scene_simulator.ceiling_camera import CeilingCamera
 from scene_simulator.ceiling_lamp import CeilingLamp
+from scene_simulator.ceiling_lens import CeilingLens
 from scene_simulator.ceiling_room import CeilingRoom
-from scene_simulator.ceiling_surface import panelled_ceiling
 from scene_simulator.lamp_shape import Disc
 from scene_simulator.mission_layout import ROOM
 from scene_simulator.scene_error import SceneError
@@ -31,11 +32,15 @@ LAMPS = {
 DARK_LAMPS = (7, 8, 11, 12)
 """IDs of those that are off."""
 
-SLOW_LAMP, FAST_LAMP = 2, 4
-"""IDs of the lamps that give orders: on the way to the first goal to drive slowly, near that goal to speed up again."""
+SLOW_LAMP, FAST_LAMP = 3, 10
+"""IDs of the lamps that give orders: before the first goal to drive slowly, before the last one to speed up again."""
 
-CEILING_CAMERA = CeilingCamera(PinholeCamera(480, 384, 240.0, 240.0, 239.5, 191.5), Shutter(60e-6, 18.9e-6))
-"""A cheap camera with a rolling shutter."""
+CEILING_CAMERA = CeilingCamera(
+    PinholeCamera(480, 384, 240.0, 240.0, 239.5, 191.5),
+    Shutter(60e-6, 18.9e-6),
+    CeilingLens(blooming=Blooming(glow_reach=4.0)),
+)
+"""A cheap camera with a rolling shutter; its exposure is too short for the dim ceiling."""
 
 CEILING_MOUNT = CameraMount((0.0, 0.0, 1.0), (0.0, 0.0, 0.5 * math.pi))
 """On the mast, straight up with the image's upper edge ahead."""
@@ -43,7 +48,6 @@ CEILING_MOUNT = CameraMount((0.0, 0.0, 1.0), (0.0, 0.0, 0.5 * math.pi))
 LAMP_RATE = 25.0
 """Pictures a second, for which the lamps play."""
 
-_AMBIENT = 0.03
 _CLOCKS = 20.0
 """Standard deviation of the lamps' clocks [ppm]."""
 _PHASES = 12
@@ -62,7 +66,6 @@ def mission_ceiling(waveforms: Mapping[int, Waveform], seed: int) -> CeilingRoom
     missing = sorted(set(LAMPS) - set(waveforms))
     if missing:
         raise SceneError(f'lamp {missing[0]} plays nothing: give a waveform for each of {sorted(LAMPS)}')
-    surface = panelled_ceiling(ROOM[5], _AMBIENT * CEILING_CAMERA.brightness_for(1.0), 0.1, seed)
     rng = np.random.default_rng((seed, _PHASES))
     lamps = []
     for name, place in LAMPS.items():
@@ -70,7 +73,7 @@ def mission_ceiling(waveforms: Mapping[int, Waveform], seed: int) -> CeilingRoom
         if name not in DARK_LAMPS:
             brightness = CEILING_CAMERA.brightness_for(1.0)
             lamps.append(CeilingLamp(place, Disc(LAMP_RADIUS), waveforms[name], brightness, phase, offset))
-    return CeilingRoom(tuple(lamps), surface)
+    return CeilingRoom(tuple(lamps))
 
 
 def lamps_near(room: CeilingRoom, x: float, y: float) -> CeilingRoom:
@@ -79,4 +82,4 @@ def lamps_near(room: CeilingRoom, x: float, y: float) -> CeilingRoom:
     height = ROOM[5] - CEILING_MOUNT.xyz[2]
     reach = height * math.hypot(camera.width / camera.fx, camera.height / camera.fy) * 0.5 + 0.5
     near = tuple(lamp for lamp in room.lamps if math.hypot(lamp.xyz[0] - x, lamp.xyz[1] - y) < reach)
-    return CeilingRoom(near, room.surface)
+    return CeilingRoom(near)
