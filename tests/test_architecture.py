@@ -21,6 +21,7 @@ ALL_FILES = sorted(
 PURE = (
     'floor_localizer/floor_localizer/core',
     'light_waveform',
+    'pose_arbiter/pose_arbiter/core',
     'reward_planner/reward_planner/core',
     'scene_simulator',
     'shirube_geometry',

@@ -1,0 +1,112 @@
+"""Messages to the arbiter: poses of the sources, odometry, and what a person says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+
+from pose_arbiter.core.arbiter import PERSON, Arbiter
+from pose_arbiter.core.covariance import Covariance
+from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.verdict import Refusal
+from pose_arbiter.stamp_conversion import nanoseconds
+from shirube_ros.message_error import MessageError
+from shirube_ros.message_guard import MessageGuard
+from shirube_ros.pose_conversion import planar_pose, planar_pose_with_covariance
+from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
+
+ODOMETRY, INITIAL_POSE = 'odom', 'initialpose'
+_REMEDIES = {
+    Refusal.NOT_FINITE: 'check its publisher',
+    Refusal.FAR: 'check its publisher',
+    Refusal.BAD_COVARIANCE: 'let its publisher tell how sure it is, or set with_covariance to false',
+    Refusal.NO_STAMP: 'let its publisher set it',
+    Refusal.FUTURE: 'set all clocks, and use_sim_time of all nodes, alike',
+    Refusal.TOO_OLD: 'set use_sim_time of all nodes alike, or raise history_seconds',
+    Refusal.DUPLICATE: 'let each message have its own stamp, and one publisher each topic',
+}
+
+
+class ArbiterInput:
+    """The subscriptions of the node."""
+
+    def __init__(
+        self,
+        node: Node,
+        guard: MessageGuard,
+        arbiter: Arbiter,
+        sources: dict[str, SourceSettings],
+        map_frame: str,
+        now: Callable[[], int],
+    ) -> None:
+        """Subscribe.
+
+        Args:
+            node: the node that listens.
+            guard: counts messages by the names of the sources.
+            arbiter: takes what they say.
+            sources: by name.
+            map_frame: frame of what a person says.
+            now: the time [ns], 0 while simulated time has not begun; looks whether time jumped.
+        """
+        self._arbiter, self._map_frame, self._now = arbiter, map_frame, now
+        self.twist: Any = None  # of the latest odometry
+        for number, (name, source) in enumerate(sources.items()):
+            kind = PoseWithCovarianceStamped if source.with_covariance else PoseStamped
+            take = partial(self._take_pose, number, name, source)
+            self._subscribe(node, kind, source.topic, guard.guard(name, take), pose_profile())
+        odometry = guard.guard(ODOMETRY, self._take_odometry)
+        self._subscribe(node, Odometry, ODOMETRY, odometry, odometry_profile())
+        person = guard.guard(INITIAL_POSE, self._take_initial_pose)
+        self._subscribe(node, PoseWithCovarianceStamped, INITIAL_POSE, person, pose_profile())
+
+    def _subscribe(self, node: Node, kind: Any, topic: str, take: Callable[[Any], None], profile: Any) -> None:
+        node.create_subscription(kind, topic, take, profile, qos_overriding_options=overridable())
+
+    def _take_pose(self, number: int, name: str, source: SourceSettings, message: Any) -> None:
+        if message.header.frame_id != source.frame:
+            raise MessageError(
+                f'nobody publishes poses of {name} in the frame {source.frame!r}: they come in '
+                f'{message.header.frame_id!r}; set {name}.frame or map_frame'
+            )
+        noise = None
+        if source.with_covariance:
+            pose, covariance = planar_pose_with_covariance(message.pose, name)
+            noise = six_numbers(covariance)
+        else:
+            pose = planar_pose(message.pose, name)
+        stamp = nanoseconds(message.header.stamp)
+        _raise(name, self._arbiter.add_pose(number, stamp, pose, noise, self._now() or stamp))
+
+    def _take_odometry(self, message: Odometry) -> None:
+        stamp = nanoseconds(message.header.stamp)
+        pose = planar_pose(message.pose.pose, ODOMETRY)
+        _raise(ODOMETRY, self._arbiter.add_odometry(stamp, pose, self._now() or stamp))
+        self.twist = message.twist
+
+    def _take_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
+        if message.header.frame_id not in ('', self._map_frame):
+            raise MessageError(
+                f'{INITIAL_POSE} is in the frame {message.header.frame_id!r}, map_frame is {self._map_frame!r}; '
+                'make them the same'
+            )
+        pose, covariance = planar_pose_with_covariance(message.pose, INITIAL_POSE)
+        stamp = nanoseconds(message.header.stamp) or self._now()
+        noise = six_numbers(covariance)
+        _raise(INITIAL_POSE, self._arbiter.add_pose(PERSON, stamp, pose, noise, self._now() or stamp))
+
+
+def six_numbers(covariance: Any) -> Covariance:
+    """Return a covariance, shape (3, 3), as the core takes it."""
+    (xx, xy, xt), (_, yy, yt), (_, _, tt) = covariance.tolist()
+    return (xx, xy, xt, yy, yt, tt)
+
+
+def _raise(name: str, refusal: Refusal | None) -> None:
+    if refusal is not None:
+        raise MessageError(f'{name}: {refusal.value}; {_REMEDIES[refusal]}')

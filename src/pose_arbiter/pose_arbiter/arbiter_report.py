@@ -1,0 +1,122 @@
+"""What the node says in the diagnostics: who is used, who is refused and why; and aloud, when that changes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from rclpy.node import Node
+
+from pose_arbiter.arbiter_input import ODOMETRY
+from pose_arbiter.core.arbiter import Arbiter
+from pose_arbiter.core.estimate import Estimate
+from pose_arbiter.core.judge import Belief
+from pose_arbiter.core.source_record import SourceRecord
+from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.standing import Standing
+from pose_arbiter.core.verdict import Verdict
+from shirube_ros.diagnostics import Level, Status
+
+_LEVELS = {
+    Standing.WAITING: Level.WARN,
+    Standing.FOLLOWED: Level.OK,
+    Standing.ODOMETRY_ONLY: Level.WARN,
+    Standing.LOST: Level.ERROR,
+}
+_GOOD = (Verdict.USED, Verdict.RESET)
+_ODOMETRY_LATE = 0.5  # [s]
+_LOOKED_FOR = 5  # reports after which a topic without publisher is told aloud
+
+
+class ArbiterReport:
+    """Looks at the arbiter once a second, and at each pose for what people must know at once."""
+
+    def __init__(
+        self, node: Node, arbiter: Arbiter, sources: dict[str, SourceSettings], now: Callable[[], int]
+    ) -> None:
+        """Start without a past.
+
+        Args:
+            node: says things aloud.
+            arbiter: is asked.
+            sources: by name.
+            now: the time [ns].
+        """
+        self._node, self._arbiter, self._sources, self._now = node, arbiter, sources, now
+        self._standing, self._resets = Standing.WAITING, 0
+        self._reports = 0
+        self._belief: Belief | None = None
+        self._estimate: Estimate | None = None
+
+    def look(self, belief: Belief, estimate: Estimate | None, standing: Standing) -> None:
+        """Take what is believed now; say aloud what is new."""
+        logger = self._node.get_logger()
+        if belief.resets > self._resets and estimate is not None:
+            place = f'x {estimate.x:.2f} m, y {estimate.y:.2f} m, yaw {math.degrees(estimate.yaw):.0f} deg'
+            logger.info(f'the pose is set to {place}')
+        if standing is not self._standing and (standing is Standing.LOST or self._standing is Standing.LOST):
+            tell = logger.error if standing is Standing.LOST else logger.info
+            tell(f'LOST: {self._sigmas(estimate)}' if standing is Standing.LOST else standing.value)
+        self._standing, self._resets = standing, belief.resets
+        self._belief, self._estimate = belief, estimate
+
+    def status(self) -> Status:
+        """Return the state of now."""
+        self._reports += 1
+        now = self._now()
+        self._tell_silent_topics()
+        values = {'state': self._standing.value, 'set anew': str(self._resets)}
+        if self._estimate is not None:
+            values['sigma'] = self._sigmas(self._estimate)
+        words, is_well = [], True
+        for number, (name, source) in enumerate(self._sources.items()):
+            record = SourceRecord() if self._belief is None else self._belief.records[number]
+            word, is_good = _word(record, source, now)
+            values[name] = word
+            is_well = is_well and is_good
+            words.append(f'{name} {word}')
+        words.append(self._odometry_word(now))
+        for (number, verdict), count in sorted(self._arbiter.counts().items(), key=lambda item: str(item[0])):
+            name = 'initialpose' if number < 0 else list(self._sources)[number]
+            values[f'{name}: {verdict.value}'] = str(count)
+        level = _LEVELS[self._standing]
+        if level is Level.OK and not is_well:
+            level = Level.WARN
+        return Status(level, f'{self._standing.value}: {", ".join(words)}', values)
+
+    def _odometry_word(self, now: int) -> str:
+        latest = self._arbiter.latest_odometry
+        if latest is None:
+            return 'no odometry'
+        late = (now - latest) * 1e-9
+        return f'odometry silent for {late:.1f} s' if late > _ODOMETRY_LATE else 'odometry used'
+
+    def _sigmas(self, estimate: Estimate | None) -> str:
+        if estimate is None:
+            return 'unknown'
+        xx, _, _, yy, _, tt = estimate.covariance
+        return f'{math.sqrt(max(xx, yy)):.3f} m, {math.degrees(math.sqrt(tt)):.2f} deg'
+
+    def _tell_silent_topics(self) -> None:
+        """Say once which topics nobody publishes."""
+        if self._reports != _LOOKED_FOR:
+            return
+        topics = {name: source.topic for name, source in self._sources.items()} | {ODOMETRY: ODOMETRY}
+        for name, topic in topics.items():
+            if self._node.count_publishers(topic) == 0:
+                resolved = self._node.resolve_topic_name(topic)
+                self._node.get_logger().warning(f'nobody publishes {resolved} ({name}); check its name')
+
+
+def _word(record: SourceRecord, source: SourceSettings, now: int) -> tuple[str, bool]:
+    """Return what a source does, and whether that is well."""
+    if record.latest is None or record.verdict is None:
+        return 'silent', True
+    age = (now - record.latest.mark.stamp) * 1e-9
+    if age > source.timeout:
+        return f'silent for {age:.1f} s', True
+    if record.verdict in _GOOD:
+        return 'used', True
+    if record.verdict is Verdict.WAITS:
+        return record.verdict.value, True
+    return f'refused ({record.verdict.value})', False

@@ -1,0 +1,174 @@
+"""Which poses are believed: one step from what was believed before a pose to what is believed after it.
+
+The step is a function without memory, so that replayed poses are judged as if they had come in order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from scipy.special import gammaincinv
+
+from pose_arbiter.core.arbiter_settings import ArbiterSettings
+from pose_arbiter.core.covariance import added, diagonal, distance_squared, inverse, scaled
+from pose_arbiter.core.estimate import Estimate, mended, moved_on, residual
+from pose_arbiter.core.odometry_mark import OdometryMark
+from pose_arbiter.core.sighting import Observation, Sighting, same_robot, sighting_of
+from pose_arbiter.core.source_record import NEVER, SourceRecord, witnessed
+from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.verdict import Verdict
+
+_INFLATION = 4.0  # of the covariance of a pose that the estimate is set to
+_WORD_OF_NEW, _WORD_OF_ESTABLISHED = 2, 3  # two new sources outweigh an established one
+
+
+class Belief(NamedTuple):
+    """All that is believed at an instant.
+
+    Attributes:
+        estimate: the pose, None before the start.
+        records: of the sources.
+        first_stamp: of the first pose that waits for the start [ns].
+        resets: how often the estimate was set anew.
+    """
+
+    estimate: Estimate | None
+    records: tuple[SourceRecord, ...]
+    first_stamp: int = NEVER
+    resets: int = 0
+
+
+class Judge:
+    """Applies the rules; holds only settings."""
+
+    def __init__(self, sources: Sequence[SourceSettings], settings: ArbiterSettings) -> None:
+        """Prepare the rules.
+
+        Args:
+            sources: in the order of their numbers.
+            settings: of the method.
+        """
+        self._sources, self._settings = tuple(sources), settings
+        self._timeouts = tuple(round(source.timeout * 1e9) for source in sources)
+        # Quantile of the chi-square distribution with 3 degrees of freedom.
+        self._gate = float(2.0 * gammaincinv(1.5, settings.gate_probability))
+        self._start_wait = round(settings.start_seconds * 1e9)
+        self._slack = diagonal(settings.slack_xy**2, settings.slack_yaw**2)
+
+    def beginning(self) -> Belief:
+        """Return what is believed before the first pose."""
+        return Belief(None, (SourceRecord(),) * len(self._sources))
+
+    def judge(self, belief: Belief, pose: Observation, mark: OdometryMark) -> tuple[Belief, Verdict]:
+        """Return what is believed after a pose, and what became of it.
+
+        Args:
+            belief: before the pose.
+            pose: not older than those before.
+            mark: odometry at its stamp.
+        """
+        if pose.source < 0:
+            return self._told(belief, pose, mark), Verdict.RESET
+        seen = sighting_of(pose, mark)
+        number = pose.source
+        record, moves_alike = witnessed(
+            belief.records[number], seen, self._gate, self._timeouts[number], self._settings
+        )
+        belief = _with_record(belief, number, record)
+        # Where another source agrees, it is odometry that is wrong.
+        if not moves_alike and not self._seconds(belief, number, seen):
+            verdict, estimate = Verdict.MOVES_OTHERWISE, belief.estimate
+        elif belief.estimate is None:
+            verdict, estimate, belief = self._start(belief, pose, seen)
+        else:
+            verdict, estimate = self._weigh(belief, pose, seen)
+        belief = _with_record(belief, number, record.judged(verdict, pose.stamp))
+        resets = belief.resets + (verdict is Verdict.RESET)
+        return belief._replace(estimate=estimate, resets=resets), verdict
+
+    def _told(self, belief: Belief, pose: Observation, mark: OdometryMark) -> Belief:
+        """Believe a person: what sources said before counts no more."""
+        estimate = Estimate(mark, pose.x, pose.y, pose.yaw, pose.noise)
+        return Belief(estimate, self.beginning().records, NEVER, belief.resets + 1)
+
+    def _start(
+        self, belief: Belief, pose: Observation, seen: Sighting
+    ) -> tuple[Verdict, Estimate | None, Belief]:
+        """Begin where two sources agree, or where the best one is when none came to agree in time."""
+        first = pose.stamp if belief.first_stamp == NEVER else belief.first_stamp
+        belief = belief._replace(first_stamp=first)
+        alone = len(self._sources) == 1
+        if alone or self._seconds(belief, pose.source, seen):
+            return Verdict.RESET, _set_to(pose, seen.mark, 1.0), belief
+        is_best = self._best(belief, pose.stamp) == pose.source
+        if pose.stamp - first >= self._start_wait and is_best:
+            return Verdict.RESET, _set_to(pose, seen.mark, 1.0), belief
+        return Verdict.WAITS, None, belief
+
+    def _best(self, belief: Belief, stamp: int) -> int:
+        """Return the source of the highest priority, then of the longest chain, among those that speak."""
+        ranked = [
+            (source.priority, record.chain, -number)
+            for number, (source, record) in enumerate(zip(self._sources, belief.records, strict=True))
+            if record.rival is None and record.speaks(stamp, self._timeouts[number])
+        ]
+        return -max(ranked)[2] if ranked else -1
+
+    def _weigh(self, belief: Belief, pose: Observation, seen: Sighting) -> tuple[Verdict, Estimate]:
+        """Mend the estimate by a pose that passes the gate; move it to one that outweighs it."""
+        assert belief.estimate is not None  # noqa: S101 for the type checker
+        expected = moved_on(belief.estimate, seen.mark, self._settings)
+        difference = residual(expected, pose.x, pose.y, pose.yaw)
+        innovation = added(added(expected.covariance, pose.noise), self._slack)
+        if distance_squared(difference, inverse(innovation)) <= self._gate:
+            return Verdict.USED, mended(expected, difference, pose.noise, self._settings.lasting_share)
+        if self._outweighs(belief, pose, seen):
+            return Verdict.RESET, _set_to(pose, seen.mark, _INFLATION)
+        return Verdict.GATED, belief.estimate
+
+    def _outweighs(self, belief: Belief, pose: Observation, seen: Sighting) -> bool:
+        """Return whether a pose that is too far is to be believed nevertheless.
+
+        Enough poses must have been refused that agree with each other. Then they count if nobody, they themselves
+        included, stood by the estimate within the timeout, or if they outweigh those who do.
+        """
+        agreeing = self._seconds(belief, pose.source, seen)
+        challengers = [pose.source, *(k for k in agreeing if belief.records[k].verdict is Verdict.GATED)]
+        refused = sum(belief.records[k].gated for k in challengers) + 1
+        if refused < self._settings.reset_count:
+            return False
+        near = [
+            k for k, record in enumerate(belief.records) if record.stands_by(pose.stamp, self._timeouts[k])
+        ]
+        if not near:
+            return True
+        supporters = [k for k in near if k not in challengers and belief.records[k].verdict is Verdict.USED]
+        is_long = all(belief.records[k].chain >= self._settings.reset_count for k in challengers)
+        return is_long and self._weight(belief, challengers) > self._weight(belief, supporters) > 0
+
+    def _weight(self, belief: Belief, numbers: Sequence[int]) -> int:
+        enough = self._settings.established_count
+        return sum(
+            _WORD_OF_ESTABLISHED if belief.records[k].standing >= enough else _WORD_OF_NEW for k in numbers
+        )
+
+    def _seconds(self, belief: Belief, number: int, seen: Sighting) -> list[int]:
+        """Return the other sources whose latest pose, within their timeout, is of the same robot."""
+        return [
+            k
+            for k, record in enumerate(belief.records)
+            if k != number
+            and record.latest is not None
+            and record.speaks(seen.mark.stamp, self._timeouts[k])
+            and same_robot(record.latest, seen, self._gate, self._settings)
+        ]
+
+
+def _set_to(pose: Observation, mark: OdometryMark, inflation: float) -> Estimate:
+    return Estimate(mark, pose.x, pose.y, pose.yaw, scaled(pose.noise, inflation))
+
+
+def _with_record(belief: Belief, number: int, record: SourceRecord) -> Belief:
+    records = belief.records
+    return belief._replace(records=(*records[:number], record, *records[number + 1 :]))

@@ -1,0 +1,30 @@
+"""Refuses numbers that no pose has, before they come near the state."""
+
+from __future__ import annotations
+
+import math
+
+from pose_arbiter.core.covariance import Covariance, is_positive_definite
+from pose_arbiter.core.verdict import Refusal
+from shirube_geometry import PlanarPose
+
+_FARTHEST = 1e6  # [m]
+_VAR_MIN, _VAR_XY_MAX, _VAR_YAW_MAX = 1e-14, 1e4, math.tau**2
+
+
+def refusal_of_pose(pose: PlanarPose) -> Refusal | None:
+    """Return why a pose is none, else None."""
+    if not (math.isfinite(pose.x) and math.isfinite(pose.y) and math.isfinite(pose.yaw)):
+        return Refusal.NOT_FINITE
+    if max(abs(pose.x), abs(pose.y)) > _FARTHEST:
+        return Refusal.FAR
+    return None
+
+
+def refusal_of_covariance(noise: Covariance) -> Refusal | None:
+    """Return why a covariance is none of a pose, else None."""
+    if not is_positive_definite(noise) or min(noise[0], noise[3], noise[5]) < _VAR_MIN:
+        return Refusal.BAD_COVARIANCE
+    if max(noise[0], noise[3]) > _VAR_XY_MAX or noise[5] > _VAR_YAW_MAX:
+        return Refusal.BAD_COVARIANCE
+    return None

@@ -1,0 +1,149 @@
+"""Odometry of the last seconds, in the order of its stamps."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+
+from pose_arbiter.core.arbiter_settings import ArbiterSettings
+from pose_arbiter.core.odometry_mark import OdometryMark
+from shirube_geometry import PlanarPose
+
+_HOLD = 250_000_000  # the robot is taken to go on as it went for so long after the last odometry [ns]
+_KEPT_BEFORE = 2  # messages before the horizon, so that there is a step to go on with
+_DROPPED_AT_ONCE = 256
+_JUMP_XY, _JUMP_YAW = 0.02, 0.02  # a step so small is no jump, however close its stamps [m, rad]
+
+
+class OdometryTrail:
+    """Marks at the messages, which may come in any order."""
+
+    def __init__(self, settings: ArbiterSettings) -> None:
+        """Begin without odometry.
+
+        Args:
+            settings: errors of odometry, and what is a jump.
+        """
+        self._settings = settings
+        self._stamps: list[int] = []
+        self._raw: list[PlanarPose] = []  # T_odom_base
+        self._marks: list[OdometryMark] = []
+        self._is_jump: list[bool] = []
+
+    @property
+    def latest(self) -> int | None:
+        """The newest stamp [ns]."""
+        return self._stamps[-1] if self._stamps else None
+
+    def add(self, stamp: int, T_odom_base: PlanarPose) -> int | None:
+        """Take a message; return from which stamp on [ns] marks have changed, None for a stamp that is there already."""
+        place = len(self._stamps)
+        if place and stamp <= self._stamps[-1]:
+            place = bisect_left(self._stamps, stamp)
+            if self._stamps[place] == stamp:
+                return None
+        self._stamps.insert(place, stamp)
+        self._raw.insert(place, T_odom_base)
+        del self._marks[place:], self._is_jump[place:]
+        for k in range(place, len(self._stamps)):
+            self._append_mark(k)
+        return self._stamps[place - 1] + 1 if place else -(2**63)
+
+    def drop_before(self, horizon: int) -> None:
+        """Forget what is older than a stamp [ns], in lumps."""
+        stale = bisect_left(self._stamps, horizon) - _KEPT_BEFORE
+        if stale >= _DROPPED_AT_ONCE:
+            for rows in (self._stamps, self._raw, self._marks, self._is_jump):
+                del rows[:stale]
+
+    def mark_at(self, stamp: int) -> OdometryMark:
+        """Return the mark at a stamp [ns]: between two messages a share of the step, a little beyond the last more of it."""
+        stamps = self._stamps
+        if not stamps:
+            return OdometryMark(stamp, *(0.0,) * 12, stamp)
+        k = bisect_left(stamps, stamp)
+        if k == len(stamps):
+            return self._beyond(stamp)
+        if k == 0:
+            first = self._marks[0]
+            return first._replace(stamp=stamp, blind=first.blind - (first.stamp - stamp))
+        return _share(self._marks[k - 1], self._marks[k], stamp)
+
+    def odometry_at(self, stamp: int) -> PlanarPose | None:
+        """Return ``T_odom_base`` at a stamp [ns], None where odometry has no word about it."""
+        if not self._stamps or stamp < self._stamps[0]:
+            return None
+        k = min(bisect_left(self._stamps, stamp), len(self._stamps) - 1)
+        if stamp < self._stamps[k] and self._is_jump[k]:
+            k -= 1
+        base, mark = self._marks[k], self.mark_at(stamp)
+        step = PlanarPose(base.x, base.y, base.yaw).inverse() @ PlanarPose(mark.x, mark.y, mark.yaw)
+        return self._raw[k] @ step
+
+    def _append_mark(self, k: int) -> None:
+        stamp, settings = self._stamps[k], self._settings
+        if k == 0:
+            self._marks.append(OdometryMark(stamp, *(0.0,) * 12, stamp))
+            self._is_jump.append(False)
+            return
+        before, old, new = self._marks[k - 1], self._raw[k - 1], self._raw[k]
+        seconds = (stamp - before.stamp) * 1e-9
+        dx, dy = new.x - old.x, new.y - old.y
+        way, turn = math.hypot(dx, dy), math.remainder(new.yaw - old.yaw, math.tau)
+        if (
+            way > settings.speed_max * seconds + _JUMP_XY
+            or abs(turn) > settings.turn_rate_max * seconds + _JUMP_YAW
+        ):
+            self._marks.append(before._replace(stamp=stamp, blind=before.blind + stamp - before.stamp))
+            self._is_jump.append(True)
+            return
+        between = before.yaw - old.yaw  # odom to trail
+        cos, sin = math.cos(between), math.sin(between)
+        self._marks.append(_stepped(before, (cos * dx - sin * dy, sin * dx + cos * dy, turn), way, stamp, settings))
+        self._is_jump.append(False)
+
+    def _beyond(self, stamp: int) -> OdometryMark:
+        last = self._marks[-1]
+        ahead = stamp - last.stamp
+        seen = min(ahead, _HOLD)
+        mark = last
+        if len(self._marks) > 1 and not self._is_jump[-1]:
+            before = self._marks[-2]
+            if last.stamp - before.stamp <= _HOLD:
+                mark = _share(before, last, last.stamp + seen)
+        return mark._replace(stamp=stamp, blind=mark.blind + ahead - seen)
+
+
+def _stepped(
+    before: OdometryMark, step: tuple[float, float, float], way: float, stamp: int, settings: ArbiterSettings
+) -> OdometryMark:
+    x, y = before.x + step[0], before.y + step[1]
+    q = settings.turn_noise**2 * (way + abs(step[2]))
+    return OdometryMark(
+        stamp,
+        x,
+        y,
+        before.yaw + step[2],
+        before.way + way,
+        before.turn + abs(step[2]),
+        before.spread + settings.way_noise**2 * way,
+        before.q + q,
+        before.qx + q * x,
+        before.qy + q * y,
+        before.qxx + q * x * x,
+        before.qxy + q * x * y,
+        before.qyy + q * y * y,
+        before.blind,
+    )
+
+
+def _share(a: OdometryMark, b: OdometryMark, stamp: int) -> OdometryMark:
+    """Return the mark on the arc from a to b at a stamp, or on its continuation."""
+    share = (stamp - a.stamp) / (b.stamp - a.stamp)
+    turn, dx, dy = b.yaw - a.yaw, b.x - a.x, b.y - a.y
+    bend = 0.5 * (share - 1.0) * turn  # the chord of the part against that of the whole
+    cos, sin = share * math.cos(bend), share * math.sin(bend)
+    moved = (cos * dx - sin * dy, sin * dx + cos * dy)
+    sums = [before + share * (after - before) for before, after in zip(a[4:13], b[4:13], strict=True)]
+    blind = a.blind + round(share * (b.blind - a.blind))
+    return OdometryMark(stamp, a.x + moved[0], a.y + moved[1], a.yaw + share * turn, *sums, blind)

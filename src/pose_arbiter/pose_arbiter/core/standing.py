@@ -1,0 +1,51 @@
+"""How well the pose is known, and who stands for it."""
+
+from __future__ import annotations
+
+import math
+from enum import Enum
+
+from pose_arbiter.core.arbiter_settings import ArbiterSettings
+from pose_arbiter.core.estimate import Estimate
+from pose_arbiter.core.judge import Belief
+from pose_arbiter.core.source_settings import SourceSettings
+
+
+class Standing(Enum):
+    """The state of the arbiter; the text is for people."""
+
+    WAITING = 'no pose yet'
+    FOLLOWED = 'the pose is known'
+    ODOMETRY_ONLY = 'no source stands by the pose, odometry carries on'
+    LOST = 'the pose is lost'
+
+    @property
+    def has_pose(self) -> bool:
+        """Whether there is a pose to tell."""
+        return self in (Standing.FOLLOWED, Standing.ODOMETRY_ONLY)
+
+
+def standing_of(
+    belief: Belief, estimate: Estimate | None, sources: tuple[SourceSettings, ...], settings: ArbiterSettings
+) -> Standing:
+    """Return how well the pose is known.
+
+    Args:
+        belief: what is believed.
+        estimate: moved on to the time in question.
+        sources: in the order of their numbers.
+        settings: what counts as lost.
+    """
+    if estimate is None:
+        return Standing.WAITING
+    xx, xy, _, yy, _, tt = estimate.covariance
+    longest = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)  # the larger eigenvalue
+    if longest > settings.lost_sigma_xy**2 or tt > settings.lost_sigma_yaw**2:
+        return Standing.LOST
+    stamp = estimate.mark.stamp
+    if any(
+        record.stands_by(stamp, round(source.timeout * 1e9))
+        for record, source in zip(belief.records, sources, strict=True)
+    ):
+        return Standing.FOLLOWED
+    return Standing.ODOMETRY_ONLY

@@ -1,0 +1,141 @@
+"""The ROS node: poses of all sources and odometry in, one pose out."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from std_msgs.msg import Header
+
+from pose_arbiter.arbiter_input import ArbiterInput
+from pose_arbiter.arbiter_report import ArbiterReport
+from pose_arbiter.core.arbiter import Arbiter
+from pose_arbiter.core.arbiter_settings import ArbiterSettings
+from pose_arbiter.core.estimate import Estimate
+from pose_arbiter.core.pose_arbiter_error import PoseArbiterError
+from pose_arbiter.core.standing import standing_of
+from pose_arbiter.node_settings import NodeSettings
+from pose_arbiter.source_parameters import declare_sources
+from pose_arbiter.stamp_conversion import time_message
+from pose_arbiter.tick_schedule import TickSchedule
+from pose_arbiter.time_watch import TimeWatch
+from pose_arbiter.transform_output import TransformOutput
+from shirube_geometry import PlanarPose
+from shirube_ros.diagnostics import Diagnostics
+from shirube_ros.message_guard import MessageGuard
+from shirube_ros.parameters import declare_parameters, refuse_misspelled_parameters
+from shirube_ros.pose_conversion import odometry_message, pose_stamped
+from shirube_ros.quality_of_service import pose_profile
+from shirube_ros.safe_main import run_node
+from shirube_ros.trigger_service import offer_trigger
+
+_OUTPUT = 'output'  # under which its faults are counted
+
+
+class PoseArbiterNode(Node):
+    """Tells one pose, and who stands for it.
+
+    =========================  ==========================  ===================================================
+    subscribed                 type                        use
+    =========================  ==========================  ===================================================
+    ``<name>.topic``           PoseWithCovarianceStamped   an opinion; PoseStamped without ``with_covariance``
+    ``odom``                   Odometry                    how the robot moves between opinions
+    ``initialpose``            PoseWithCovarianceStamped   a person who says where it is
+    =========================  ==========================  ===================================================
+
+    =========================  ==========================  ===================================================
+    published                  type                        when
+    =========================  ==========================  ===================================================
+    ``~/pose``                 PoseStamped                 50 times a second, while the pose is known
+    ``~/odometry``             Odometry                    with it: covariance, and the twist of ``odom``
+    ``/tf``                    TFMessage                   with it, where tf2_ros is installed: map to odom
+    ``/diagnostics``           DiagnosticArray             once a second
+    =========================  ==========================  ===================================================
+
+    Service (Trigger): ``~/reset`` forgets the pose and what was thought of the sources.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        """Subscribe to the sources.
+
+        Args:
+            options: passed on to ``rclpy.node.Node``.
+
+        Raises:
+            SettingsError: a bad parameter.
+        """
+        super().__init__('pose_arbiter', **options)
+        self._settings = declare_parameters(self, NodeSettings)
+        self._method = declare_parameters(self, ArbiterSettings)
+        sources = declare_sources(self, self._settings.map_frame)
+        refuse_misspelled_parameters(self)
+        self._sources = tuple(sources.values())
+        self._arbiter = Arbiter(self._sources, self._method)
+        self._time = TimeWatch(self, self._start_again)
+        self._guard = MessageGuard(self, (PoseArbiterError,))
+        self._schedule = TickSchedule(self._settings.rate)
+        self._report = ArbiterReport(self, self._arbiter, sources, self._time.now)
+        self._pose = self.create_publisher(PoseStamped, '~/pose', pose_profile())
+        self._odometry = self.create_publisher(Odometry, '~/odometry', pose_profile())
+        self._transform = None
+        if self._settings.publish_tf:
+            self._transform = TransformOutput(self, self._settings.map_frame, self._settings.odom_frame)
+        self._input = ArbiterInput(
+            self, self._guard, self._arbiter, sources, self._settings.map_frame, self._time.now
+        )
+        offer_trigger(self, self._guard, '~/reset', self._reset)
+        tell = self._guard.guard(_OUTPUT, self._tell)
+        self.create_timer(1.0 / self._settings.rate, lambda: tell(None))
+        self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
+
+    def _tell(self, _: None) -> None:
+        """Publish all poses that are due."""
+        for stamp in self._schedule.due(self._time.now()):
+            belief, estimate = self._arbiter.belief_at(stamp), self._arbiter.estimate_at(stamp)
+            standing = standing_of(belief, estimate, self._sources, self._method)
+            self._report.look(belief, estimate, standing)
+            if standing.has_pose and estimate is not None:
+                self._publish(stamp, estimate)
+                self._publish_transform(stamp)
+
+    def _publish(self, stamp: int, estimate: Estimate) -> None:
+        header = Header(stamp=time_message(stamp), frame_id=self._settings.map_frame)
+        pose = PlanarPose(estimate.x, estimate.y, estimate.yaw)
+        self._pose.publish(pose_stamped(pose, header))
+        xx, xy, xt, yy, yt, tt = estimate.covariance
+        covariance = ((xx, xy, xt), (xy, yy, yt), (xt, yt, tt))
+        message = odometry_message(pose, covariance, header, self._settings.base_frame)
+        if self._input.twist is not None:
+            message.twist = self._input.twist
+        self._odometry.publish(message)
+
+    def _publish_transform(self, stamp: int) -> None:
+        """Tell map to odom, which odometry leaves as it was at the stamp of the latest measurement."""
+        latest = self._arbiter.latest_odometry
+        if self._transform is None or latest is None:
+            return
+        estimate = self._arbiter.estimate_at(min(latest, stamp))
+        T_map_odom = None if estimate is None else self._arbiter.T_map_odom(estimate)
+        if T_map_odom is not None:
+            self._transform.send(T_map_odom, stamp + round(1e9 * self._settings.transform_tolerance))
+
+    def _reset(self) -> str:
+        self._arbiter.reset()
+        return 'the pose is forgotten'
+
+    def _start_again(self) -> None:
+        self.get_logger().warning('time jumped: the pose and what the sources said are forgotten')
+        self._arbiter.reset()
+        self._schedule.start_again()
+
+
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM."""
+    return run_node('pose_arbiter', PoseArbiterNode, (PoseArbiterError,))
+
+
+if __name__ == '__main__':
+    sys.exit(main())

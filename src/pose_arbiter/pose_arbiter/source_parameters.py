@@ -1,0 +1,76 @@
+"""The parameter ``sources`` and the group of parameters that each of its names has."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import field, make_dataclass, replace
+
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.node import Node
+
+from pose_arbiter.core.source_settings import SourceSettings
+from shirube_ros.parameters import declare_parameters
+from shirube_settings import SettingsError
+
+DEFAULT_SOURCES = ('floor_localizer', 'stereo_landmark', 'vlc_beacon')
+"""The localizers of this suite, whose topics are known."""
+_PARAMETER = 'sources'
+
+
+def declare_sources(node: Node, map_frame: str) -> dict[str, SourceSettings]:
+    """Declare the parameters of the sources and return what the user set, by name, with topics and frames filled in.
+
+    Args:
+        node: the node that gets the parameters.
+        map_frame: the frame of poses where no other is set.
+
+    Raises:
+        SettingsError: no names, a bad or doubled one, two sources with one topic, or a bad value.
+    """
+    names = _names(node)
+    groups = make_dataclass(
+        'SourceGroups',
+        [(name, SourceSettings, field(default_factory=SourceSettings)) for name in names],
+        frozen=True,
+    )
+    settings = declare_parameters(node, groups)
+    sources = {name: _filled(name, getattr(settings, name), map_frame) for name in names}
+    _refuse_shared_topics(node, sources)
+    return sources
+
+
+def _names(node: Node) -> list[str]:
+    descriptor = ParameterDescriptor(
+        description='names of the sources of poses; each has its parameters <name>.topic and so on',
+        dynamic_typing=True,
+    )
+    value = node.declare_parameter(_PARAMETER, list(DEFAULT_SOURCES), descriptor).value
+    if not isinstance(value, (list, tuple)) or not all(isinstance(name, str) for name in value) or not value:
+        raise SettingsError(f'setting {_PARAMETER} is {value!r}, it must be a list of names, such as [floor, lamps]')
+    names = [str(name) for name in value]
+    for name in names:
+        if not re.fullmatch(r'[a-z][a-z0-9_]*', name):
+            raise SettingsError(
+                f'setting {_PARAMETER} holds {name!r}; a name has small letters, digits and underscores'
+            )
+        if names.count(name) > 1:
+            raise SettingsError(f'setting {_PARAMETER} holds {name} twice; give each source a name of its own')
+        if node.has_parameter(name):
+            raise SettingsError(f'setting {_PARAMETER} holds {name}, which is a parameter; take another name')
+    return names
+
+
+def _filled(name: str, source: SourceSettings, map_frame: str) -> SourceSettings:
+    usual = f'/{name}/pose_with_covariance' if source.with_covariance else f'/{name}/pose'
+    return replace(source, topic=source.topic or usual, frame=source.frame or map_frame)
+
+
+def _refuse_shared_topics(node: Node, sources: dict[str, SourceSettings]) -> None:
+    owners: dict[str, str] = {}
+    for name, source in sources.items():
+        topic = node.resolve_topic_name(source.topic)
+        if topic in owners:
+            raise SettingsError(
+                f'sources {owners[topic]} and {name} have the same topic {topic}; one opinion may not count twice'
+            )
+        owners[topic] = name
