@@ -21,6 +21,8 @@ ALL_FILES = sorted(
 PURE = (
     'floor_localizer/floor_localizer/core',
     'light_waveform',
+    'motor_bridge/motor_bridge/core',
+    'motor_bridge/motor_bridge/emulator',
     'pose_arbiter/pose_arbiter/core',
     'reward_planner/reward_planner/core',
     'scene_simulator',
@@ -42,6 +44,8 @@ PURE = (
     ),
 )
 NOT_PURE = (
+    'motor_bridge/motor_bridge/emulator/pseudo_terminal.py',
+    'motor_bridge/motor_bridge/emulator/real_time.py',
     'scene_simulator/scene_simulator/commands',
     'scene_simulator/scene_simulator/floor_bag.py',
     'scene_simulator/scene_simulator/lamp_bag.py',
@@ -94,6 +98,7 @@ ROSDEP_KEYS = {
     'reedsolo': 'python3-reedsolo',
     'rosbags': 'python3-rosbags-pip',
     'scipy': 'python3-scipy',
+    'serial': 'python3-serial',
     'tqdm': 'python3-tqdm',
     'yaml': 'python3-yaml',
 }

@@ -1,0 +1,1 @@
+"""Drives two wheels over a serial motor controller and tells how far they went."""

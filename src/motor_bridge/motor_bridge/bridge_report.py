@@ -1,0 +1,39 @@
+"""What the node says of itself on /diagnostics."""
+
+from __future__ import annotations
+
+from motor_bridge.core.count_watch import CountVerdict
+from motor_bridge.motor_loop import MotorLoop
+from shirube_ros.diagnostics import Level, Status
+
+
+def bridge_status(loop: MotorLoop, now: float, drivers: int) -> Status:
+    """Return the state of the line, of the wheels and of what drives them.
+
+    Args:
+        loop: the conversation with the controller.
+        now: the time [s].
+        drivers: number of nodes that publish velocities.
+    """
+    report = loop.report
+    with loop.lock:
+        velocity = loop.drive.velocity
+        is_stopped, is_silent = loop.drive.is_stopped, loop.drive.is_silent(now)
+        verdicts = dict(loop.odometry.verdicts)
+    level, message = Level.OK, 'drives'
+    if not report.is_connected:
+        level, message = Level.ERROR, report.state
+    elif is_stopped:
+        level, message = Level.WARN, 'stopped by estop'
+    elif drivers > 1:
+        level, message = Level.WARN, f'{drivers} nodes publish cmd_vel, none is obeyed; leave one'
+    elif is_silent:
+        message = 'stands, nobody publishes cmd_vel'
+    values = {
+        'forward [m/s]': f'{velocity.forward:.3f}',
+        'turn rate [rad/s]': f'{velocity.turn_rate:.3f}',
+        'connections': str(report.connections),
+    }
+    values |= {kind: str(number) for kind, number in report.faults.items()}
+    values |= {f'counts {verdict.value}': str(verdicts.get(verdict, 0)) for verdict in CountVerdict}
+    return Status(level, message, values)

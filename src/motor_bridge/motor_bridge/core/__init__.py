@@ -1,0 +1,1 @@
+"""Protocol, kinematics, limits and odometry: no ROS, no files, no serial line."""

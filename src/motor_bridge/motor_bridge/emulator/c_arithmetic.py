@@ -1,0 +1,29 @@
+"""Whole numbers as the controller's C compiler has them: 16 and 32 bits, division towards zero."""
+
+from __future__ import annotations
+
+
+def wrapped(value: int, bits: int) -> int:
+    """Return a number as a signed one of so many bits holds it."""
+    half = 1 << (bits - 1)
+    return (value + half) % (2 * half) - half
+
+
+def divided(numerator: int, denominator: int) -> int:
+    """Return the quotient, cut towards zero; 0 for a division by zero, as avr-libc's gives no fault."""
+    if denominator == 0:
+        return 0
+    quotient = abs(numerator) // abs(denominator)
+    return quotient if (numerator < 0) == (denominator < 0) else -quotient
+
+
+def atoi(text: str) -> int:
+    """Return the 16-bit number at the beginning of a text, 0 where there is none: ``nan`` is 0, ``1e3`` is 1."""
+    stripped = text.lstrip(' \t\n\v\f\r')
+    sign = -1 if stripped.startswith('-') else 1
+    value = 0
+    for character in stripped[1:] if stripped[:1] in ('-', '+') else stripped:
+        if character not in '0123456789':
+            break
+        value = 10 * value + int(character)
+    return wrapped(sign * value, 16)

@@ -1,0 +1,124 @@
+"""ROSArduinoBridge's firmware: its protocol, its speed control and its auto-stop, in a time that it is given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from motor_bridge.emulator.c_arithmetic import atoi, wrapped
+from motor_bridge.emulator.command_line import CommandReader, ReceivedCommand
+from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.wheel_pid import PWM_MAX, PidGains, WheelPid
+
+_END = '\r\n'
+
+
+class Firmware:
+    """What runs on the microcontroller.
+
+    Attributes:
+        time: of the controller [s].
+    """
+
+    def __init__(self, settings: EmulatorSettings, read_counts: Callable[[], tuple[int, int]]) -> None:
+        """Start with the wheels at rest.
+
+        Args:
+            settings: what is answered to ``b``, the frame of the speed control, the auto-stop.
+            read_counts: tells the encoders' counts since power on, left and right.
+        """
+        self._settings, self._read_counts = settings, read_counts
+        self.time = 0.0
+        self._next_frame = settings.pid_frame
+        self._last_command = 0.0
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin as after power on, with counts of zero."""
+        self._reader = CommandReader()
+        self._gains = PidGains()
+        self._wheels = (WheelPid(), WheelPid())
+        self._is_moving = False
+        self._zero_encoders()
+
+    @property
+    def pwm(self) -> tuple[int, int]:
+        """What the motors get, left and right, -255 to 255."""
+        left, right = self._wheels
+        return left.pwm, right.pwm
+
+    @property
+    def next_event(self) -> float:
+        """When speed control works next [s]."""
+        return self._next_frame
+
+    def receive(self, data: bytes) -> bytes:
+        """Take bytes of the line and return the replies."""
+        commands = filter(None, map(self._reader.take, data))
+        return ''.join(self._answer(command) + _END for command in commands).encode()
+
+    def run_to(self, time: float) -> None:
+        """Let time pass up to the next event or less [s]."""
+        self.time = time
+        if time >= self._next_frame - 1e-9:
+            self._next_frame += self._settings.pid_frame
+            if self._is_moving:
+                for wheel, count in zip(self._wheels, self._counts(), strict=True):
+                    wheel.update(count, self._gains)
+        if time - self._last_command > self._settings.auto_stop:
+            self._stop()
+
+    def _answer(self, command: ReceivedCommand) -> str:
+        match command.letter:
+            case 'b':
+                return str(self._settings.baud)
+            case 'e':
+                left, right = self._counts()
+                return f'{left} {right}'
+            case 'r':
+                self._zero_encoders()
+                self._stop()
+            case 'm':
+                self._set_speeds(atoi(command.first), atoi(command.second))
+            case 'o':
+                self._set_pwm(atoi(command.first), atoi(command.second))
+            case 'u':
+                numbers = [atoi(part) for part in command.first.split(':') if part]
+                self._gains = PidGains(*[*numbers, 0, 0, 0, 0][:4])
+            case _:
+                return 'Invalid Command'
+        return 'OK'
+
+    def _set_speeds(self, left: int, right: int) -> None:
+        self._last_command = self.time
+        if left == 0 and right == 0:
+            self._stop()
+            return
+        if not self._is_moving:  # speed control begins from here, not from where it stopped
+            self._restart_wheels()
+        self._is_moving = True
+        for wheel, target in zip(self._wheels, (left, right), strict=True):
+            wheel.target = target
+
+    def _set_pwm(self, left: int, right: int) -> None:
+        self._last_command = self.time
+        self._stop()
+        for wheel, pwm in zip(self._wheels, (left, right), strict=True):
+            wheel.pwm = max(-PWM_MAX, min(pwm, PWM_MAX))
+
+    def _stop(self) -> None:
+        self._is_moving = False
+        self._restart_wheels()
+
+    def _restart_wheels(self) -> None:
+        for wheel, count in zip(self._wheels, self._counts(), strict=True):
+            wheel.restart(count)
+
+    def _zero_encoders(self) -> None:
+        self._origins = self._read_counts()
+
+    def _counts(self) -> tuple[int, int]:
+        left, right = (
+            wrapped(count - origin, 32)
+            for count, origin in zip(self._read_counts(), self._origins, strict=True)
+        )
+        return left, right

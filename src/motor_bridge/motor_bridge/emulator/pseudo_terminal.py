@@ -1,0 +1,124 @@
+"""Serves an emulated controller on a pseudo-terminal, whose other end looks like a serial port."""
+
+from __future__ import annotations
+
+import os
+import pty
+import select
+import tty
+from pathlib import Path
+from threading import Event, Lock, Thread
+from time import monotonic, sleep
+from types import TracebackType
+from typing import Self
+
+from motor_bridge.emulator.emulated_controller import EmulatedController
+from motor_bridge.emulator.line_faults import LineFaults
+
+_LOOK = 0.02  # longest time between two looks at the faults [s]
+_CHUNK = 4096
+
+
+class PseudoTerminal:
+    """A serial port with a controller behind it, to be used in a `with` statement.
+
+    Attributes:
+        path: of the port; another one each time the controller is plugged in again.
+    """
+
+    path: str
+
+    def __init__(
+        self,
+        controller: EmulatedController,
+        lock: Lock,
+        *,
+        faults: LineFaults | None = None,
+        latency: float = 0.0,
+        link: Path | None = None,
+    ) -> None:
+        """Prepare; the port is there inside of the `with` statement.
+
+        Args:
+            controller: answers.
+            lock: held while it does; whoever lets its time pass holds it, too.
+            faults: spoil the line.
+            latency: from the last byte of a command to its reply [s].
+            link: a link to the port, made and renewed under this name.
+        """
+        self._controller, self._lock, self._latency, self._link = controller, lock, latency, link
+        self._faults = faults
+        self._is_over = Event()
+        self._thread = Thread(target=self._serve, daemon=True)
+
+    def __enter__(self) -> Self:
+        """Plug in."""
+        self._plug()
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Unplug."""
+        self._is_over.set()
+        self._thread.join()
+        self._unplug()
+
+    def _plug(self) -> None:
+        # The port's end stays open here, too: a terminal that nobody has open takes no bytes.
+        self._master, self._port = pty.openpty()
+        tty.setraw(self._port)
+        self.path = os.ttyname(self._port)
+        if self._link is not None:
+            beside = self._link.with_name(f'.{self._link.name}.new')
+            beside.unlink(missing_ok=True)
+            beside.symlink_to(self.path)
+            beside.replace(self._link)
+
+    def _unplug(self) -> None:
+        if self._link is not None:
+            self._link.unlink(missing_ok=True)
+        for file in (self._master, self._port):
+            os.close(file)
+
+    def _serve(self) -> None:
+        before = monotonic()
+        while not self._is_over.is_set():
+            readable = select.select([self._master], [], [], _LOOK)[0]
+            now = monotonic()
+            if self._faults is not None:
+                self._strike(self._faults, now - before)
+            before = now
+            if readable and not self._is_hanging():
+                self._answer(os.read(self._master, _CHUNK))
+
+    def _is_hanging(self) -> bool:
+        if self._faults is None or not self._faults.is_on('hang'):
+            return False
+        sleep(_LOOK)
+        return True
+
+    def _answer(self, data: bytes) -> None:
+        faults = self._faults
+        arrived = data if faults is None else faults.to_controller(data)
+        with self._lock:
+            reply = self._controller.receive(arrived)
+        if self._latency > 0.0:
+            sleep(self._latency)
+        if faults is not None:
+            reply = b''.join(faults.to_host(line) for line in reply.splitlines(keepends=True))
+        if reply:
+            os.write(self._master, reply)
+
+    def _strike(self, faults: LineFaults, elapsed: float) -> None:
+        """Let the faults happen that are no matter of single bytes."""
+        faults.pass_time(elapsed)
+        if faults.take('reset'):
+            with self._lock:
+                self._controller.reset()
+        if faults.is_on('unplug'):
+            self._unplug()
+            while faults.is_on('unplug') and not self._is_over.wait(_LOOK):
+                faults.pass_time(_LOOK)
+            self._plug()

@@ -1,0 +1,48 @@
+"""Lets an emulated controller live in the time of the wall clock."""
+
+from __future__ import annotations
+
+from threading import Event, Lock, Thread
+from time import monotonic
+from types import TracebackType
+from typing import Self
+
+from motor_bridge.emulator.emulated_controller import EmulatedController
+
+_PERIOD = 0.002  # [s]
+_STEP_MAX = 0.05  # a process that was held for longer stood still, and its controller with it [s]
+
+
+class RealTime:
+    """Advances a controller from a thread, to be used in a `with` statement."""
+
+    def __init__(self, controller: EmulatedController, lock: Lock) -> None:
+        """Begin at the controller's present time.
+
+        Args:
+            controller: to be advanced.
+            lock: held while it is.
+        """
+        self._controller, self._lock = controller, lock
+        self._is_over = Event()
+        self._thread = Thread(target=self._run, daemon=True)
+
+    def __enter__(self) -> Self:
+        """Let time pass."""
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Hold it."""
+        self._is_over.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        before = monotonic()
+        while not self._is_over.wait(_PERIOD):
+            now = monotonic()
+            with self._lock:
+                self._controller.advance(self._controller.time + min(now - before, _STEP_MAX))
+            before = now

@@ -1,0 +1,176 @@
+"""The ROS node: velocities in, odometry out."""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+from time import monotonic
+from typing import Any
+
+from geometry_msgs.msg import Twist, TwistStamped
+from rclpy.node import Node
+from rclpy.subscription import Subscription
+from std_msgs.msg import Bool
+
+from motor_bridge.bridge_report import bridge_status
+from motor_bridge.core.base_drive import BaseDrive
+from motor_bridge.core.controller_link import ControllerSetup
+from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.encoder_odometry import EncoderOdometry
+from motor_bridge.core.motor_bridge_error import MotorBridgeError
+from motor_bridge.core.velocity import finite_velocity
+from motor_bridge.core.wheel_base import WheelBase
+from motor_bridge.loop_report import LoopReport
+from motor_bridge.motor_loop import MotorLoop
+from motor_bridge.node_settings import NodeSettings
+from motor_bridge.odometry_output import OdometryOutput
+from motor_bridge.serial_port import SerialPort
+from shirube_ros.diagnostics import Diagnostics, Status
+from shirube_ros.message_guard import MessageGuard
+from shirube_ros.parameters import declare_parameters, refuse_misspelled_parameters
+from shirube_ros.quality_of_service import overridable, pose_profile
+from shirube_ros.safe_main import run_node
+from shirube_ros.trigger_service import offer_trigger
+
+
+class MotorBridgeNode(Node):
+    """Drives two wheels over a serial motor controller.
+
+    =====================  =================  ========================================================================
+    subscribed             type               use
+    =====================  =================  ========================================================================
+    ``cmd_vel``            TwistStamped       velocity of the robot; Twist with ``stamped:=false``
+    ``estop``              Bool               true: stops at once and stays so until false comes
+    =====================  =================  ========================================================================
+
+    =====================  =================  ========================================================================
+    published              type               when
+    =====================  =================  ========================================================================
+    ``odom``               Odometry           after each good read of the encoders
+    ``joint_states``       JointState         likewise
+    ``/tf``                TFMessage          likewise, with ``publish_tf`` and where tf2 is installed
+    ``/diagnostics``       DiagnosticArray    once a second
+    =====================  =================  ========================================================================
+
+    Service (Trigger): ``~/reset_odometry`` lets the robot's present place be the origin.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        """Subscribe and look for the controller.
+
+        Args:
+            options: passed on to ``rclpy.node.Node``.
+
+        Raises:
+            SettingsError: a bad parameter.
+            MotorBridgeError: parameters that do not go together.
+        """
+        super().__init__('motor_bridge', **options)
+        self._settings = declare_parameters(self, NodeSettings)
+        drive = declare_parameters(self, DriveSettings)
+        refuse_misspelled_parameters(self)
+        if not self._settings.port:
+            raise MotorBridgeError('port is empty; set it to the serial port of the motor controller')
+        self._timeout = drive.cmd_vel_timeout
+        self._is_simulated = bool(self.get_parameter('use_sim_time').value)
+        self._guard = MessageGuard(self, (MotorBridgeError,))
+        self._output = OdometryOutput(self, self._settings)
+        self._loop = self._make_loop(drive)
+        self._diagnostics = Diagnostics(self, self._guard.counts, self._status)
+        self._subscribe()
+        offer_trigger(self, self._guard, '~/reset_odometry', self._reset_odometry)
+        self.create_timer(1.0 / self._settings.update_rate, self._loop.cycle)
+        self._loop.start()
+
+    def _make_loop(self, drive: DriveSettings) -> MotorLoop:
+        settings = self._settings
+        base = WheelBase(drive)
+        gains = (
+            settings.gain_proportional,
+            settings.gain_derivative,
+            settings.gain_integral,
+            settings.gain_divisor,
+        )
+        return MotorLoop(
+            partial(SerialPort, settings.port, settings.baud, settings.reply_timeout),
+            ControllerSetup(settings.baud, gains),
+            BaseDrive(base, drive, 1.0 / settings.update_rate),
+            EncoderOdometry(base, drive),
+            self._now,
+            LoopReport(self._say),
+            self._output.show,
+        )
+
+    def _subscribe(self) -> None:
+        if self._settings.stamped:
+            self._velocities = self._listen(TwistStamped, 'cmd_vel', self._take_stamped)
+        else:
+            self._velocities = self._listen(Twist, 'cmd_vel', self._take_twist)
+        self._listen(Bool, 'estop', self._take_estop)
+
+    def _listen(self, kind: type, topic: str, take: Any) -> Subscription:
+        guarded = self._guard.guard(topic, take)
+        return self.create_subscription(
+            kind, topic, guarded, pose_profile(), qos_overriding_options=overridable()
+        )
+
+    def _now(self) -> float:
+        """Return the time by which the robot lives [s]; a wall clock that is set must not move it."""
+        return self._ros_now() if self._is_simulated else monotonic()
+
+    def _ros_now(self) -> float:
+        return float(self.get_clock().now().nanoseconds * 1e-9)
+
+    def _say(self, sentence: str, is_connected: bool) -> None:
+        if is_connected:
+            self.get_logger().info(f'{self._settings.port}: {sentence}')
+        else:
+            self.get_logger().warning(sentence)
+
+    def _take_stamped(self, message: TwistStamped) -> None:
+        stamp = float(message.header.stamp.sec + message.header.stamp.nanosec * 1e-9)
+        if stamp > 0.0:  # 0 means now
+            age = self._ros_now() - stamp
+            if age > self._timeout:
+                raise MotorBridgeError('cmd_vel came too late; set clocks alike or check the network')
+            if age < -self._timeout:
+                raise MotorBridgeError('cmd_vel has a stamp in the future; set clocks and use_sim_time alike')
+        self._take_twist(message.twist)
+
+    def _take_twist(self, message: Twist) -> None:
+        velocity = finite_velocity(message.linear.x, message.angular.z)
+        if self._drivers() > 1:
+            raise MotorBridgeError('two nodes publish cmd_vel and none is obeyed; leave one of them')
+        self._loop.want(velocity)
+
+    def _drivers(self) -> int:
+        return int(self.count_publishers(self._velocities.topic_name))
+
+    def _take_estop(self, message: Bool) -> None:
+        self._loop.emergency(is_on=message.data)
+
+    def _reset_odometry(self) -> str:
+        with self._loop.lock:
+            self._loop.odometry.reset()
+        return 'odometry begins at the origin'
+
+    def _status(self) -> Status:
+        return bridge_status(self._loop, self._now(), self._drivers())
+
+    def stop(self) -> None:
+        """Stop the motors, as the node ends."""
+        self._loop.close()
+
+    def destroy_node(self) -> None:
+        """Stop the motors and end."""
+        self._loop.close()
+        super().destroy_node()
+
+
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM."""
+    return run_node('motor_bridge', MotorBridgeNode, (MotorBridgeError,))
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,139 @@
+"""The serial port of the motor controller."""
+
+from __future__ import annotations
+
+import errno
+import select
+import termios
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from time import monotonic
+from types import TracebackType
+from typing import Self
+
+import serial
+
+from motor_bridge.core.motor_bridge_error import MotorBridgeError
+
+_QUIET = 0.02  # a line on which nothing came for so long is quiet [s]
+_DRAIN_MAX = 0.3  # longest time of draining [s]
+_WRITE_TIMEOUT = 0.2  # [s]
+_CHUNK = 4096
+_REMEDIES = {
+    errno.ENOENT: 'does not exist; plug the controller in or set port',
+    errno.EACCES: 'may not be opened; add the user to the group dialout or install the udev rule',
+    errno.EPERM: 'may not be opened; add the user to the group dialout or install the udev rule',
+    errno.EAGAIN: 'is taken by another program; end it',
+    errno.EBUSY: 'is taken by another program; end it',
+}
+
+
+class PortError(MotorBridgeError):
+    """A port cannot be opened, or is gone; one line with the remedy."""
+
+
+class SerialPort:
+    """An open port, to be used in a `with` statement.
+
+    Every fault of the line is a PortError: unplugging raises OSError, SerialException or termios.error, by the call.
+    """
+
+    def __init__(self, path: str, baud: int, reply_timeout: float) -> None:
+        """Open the port for ourselves alone.
+
+        Args:
+            path: of the device.
+            baud: rate.
+            reply_timeout: of `read_line` [s].
+
+        Raises:
+            PortError: the device is missing, taken, no serial port or not ours to open.
+        """
+        self._path, self._reply_timeout = path, reply_timeout
+        self._received = b''
+        try:
+            self._serial = serial.Serial(path, baud, timeout=0, write_timeout=_WRITE_TIMEOUT, exclusive=True)
+        except (OSError, termios.error, ValueError) as fault:
+            number = getattr(fault, 'errno', None)
+            why = _REMEDIES.get(number or 0, 'is no serial port that works; set port and baud')
+            raise PortError(f'{path} {why}') from fault
+
+    def __enter__(self) -> Self:
+        """Return the port."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close it, even if it is gone."""
+        with suppress(OSError, termios.error):
+            self._serial.close()
+
+    def write(self, data: bytes) -> None:
+        """Send bytes.
+
+        Raises:
+            PortError: the port is gone or takes no bytes.
+        """
+        with self._told():
+            self._serial.write(data)
+
+    def read_line(self, size_max: int) -> bytes:
+        """Return bytes up to a line feed, or fewer: those that came within the timeout, or ``size_max``.
+
+        Raises:
+            PortError: the port is gone.
+        """
+        end = monotonic() + self._reply_timeout
+        while b'\n' not in self._received and len(self._received) < size_max:
+            left = end - monotonic()
+            if left <= 0.0 or not self._wait(left):
+                break
+            self._received += self._read()
+        size = min(self._received.find(b'\n') + 1 or size_max, size_max)
+        line, self._received = self._received[:size], self._received[size:]
+        return line
+
+    def drain(self) -> int:
+        """Drop what came and what still comes, until the line is quiet or seems never to be; return the bytes.
+
+        Raises:
+            PortError: the port is gone.
+        """
+        end, count = monotonic() + _DRAIN_MAX, self.drop_received()
+        while monotonic() < end and self._wait(_QUIET):
+            count += len(self._read())
+        return count
+
+    def drop_received(self) -> int:
+        """Drop what came, without waiting; return the bytes.
+
+        Raises:
+            PortError: the port is gone.
+        """
+        count, self._received = len(self._received), b''
+        while self._wait(0.0) and count < _CHUNK:
+            count += len(self._read())
+        return count
+
+    def _wait(self, seconds: float) -> bool:
+        with self._told():
+            return bool(select.select([self._serial.fileno()], [], [], seconds)[0])
+
+    def _read(self) -> bytes:
+        with self._told():
+            return self._serial.read(min(_CHUNK, max(1, self._serial.in_waiting)))
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        try:
+            yield
+        except (
+            OSError,
+            termios.error,
+            TypeError,
+            ValueError,
+        ) as fault:  # the last two: of a port that was closed
+            raise PortError(
+                f'{self._path} is gone or takes no bytes; plug the controller in again'
+            ) from fault

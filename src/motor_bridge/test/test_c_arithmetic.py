@@ -1,0 +1,27 @@
+import pytest
+
+from motor_bridge.emulator.c_arithmetic import atoi, divided, wrapped
+
+
+@pytest.mark.parametrize(
+    ('text', 'number'),
+    [
+        *[('12', 12), ('-7', -7), ('+3', 3), (' 4', 4), ('5x', 5), ('', 0), ('-', 0)],
+        *[('nan', 0), ('1e3', 1), ('32767', 32767), ('32768', -32768), ('65537', 1), ('-40000', 25536)],
+    ],
+)
+def test_numbers_are_read_as_by_the_microcontroller(text, number):
+    assert atoi(text) == number
+
+
+def test_division_cuts_towards_zero():
+    assert [divided(n, 50) for n in (-99, -50, -49, 0, 49, 50, 99)] == [-1, -1, 0, 0, 0, 1, 1]
+    assert divided(5, 0) == 0
+
+
+@pytest.mark.parametrize('bits', [16, 32])
+def test_wrapping_keeps_what_fits_and_goes_round(bits):
+    top = 1 << (bits - 1)
+    assert wrapped(top - 1, bits) == top - 1
+    assert wrapped(top, bits) == -top
+    assert wrapped(3 * top + 5, bits) == wrapped(-top + 5, bits)

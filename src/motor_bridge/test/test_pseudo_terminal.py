@@ -1,0 +1,138 @@
+"""The emulated controller on a serial port, and the faults of the line."""
+
+import time
+from contextlib import ExitStack
+from threading import Lock
+
+import numpy as np
+import pytest
+import serial
+
+from motor_bridge.core.motor_bridge_error import MotorBridgeError
+from motor_bridge.emulator.emulated_controller import EmulatedController
+from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.line_faults import FAULTS, FaultOrder, LineFaults, read_fault_order
+from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
+from motor_bridge.emulator.real_time import RealTime
+
+SETTINGS = EmulatorSettings(encoder_noise=0.0, boot_time=0.1)
+
+
+class Bench:
+    def __init__(self, stack, link=None):
+        self.controller, self.lock = EmulatedController(SETTINGS, np.random.default_rng(3)), Lock()
+        self.faults = LineFaults(np.random.default_rng(4))
+        self.terminal = stack.enter_context(
+            PseudoTerminal(self.controller, self.lock, faults=self.faults, link=link)
+        )
+        self.port = stack.enter_context(serial.Serial(self.terminal.path, 57600, timeout=0.3))
+
+    def ask(self, request):
+        self.port.write(request)
+        return self.port.read_until(b'\n')
+
+
+@pytest.fixture
+def bench(tmp_path):
+    with ExitStack() as stack:
+        yield Bench(stack, tmp_path / 'ttyMOTOR')
+
+
+def test_replies_come_over_the_line(bench):
+    assert bench.ask(b'b\r') == b'57600\r\n'
+    assert bench.ask(b'm 10 10\r') == b'OK\r\n'
+    with bench.lock:
+        bench.controller.advance(1.0)
+    assert int(bench.ask(b'e\r').split()[0]) > 100
+
+
+def test_in_real_time_the_robot_drives_by_itself(bench):
+    bench.ask(b'm 10 10\r')
+    with RealTime(bench.controller, bench.lock):
+        time.sleep(0.3)
+    assert 0.1 < bench.controller.time < 0.9
+    assert bench.controller.T_world_base.x > 0.0
+
+
+def test_faults_spoil_as_many_replies_as_ordered(bench):
+    for kind in ('garbage', 'wrong'):
+        bench.faults.order(FaultOrder(kind, 1))
+        spoilt = bench.ask(b'e\r')
+        bench.port.reset_input_buffer()
+        assert spoilt != b'0 0\r\n'
+        assert bench.ask(b'e\r') == b'0 0\r\n'
+
+
+def test_silence_swallows_replies_for_a_time(bench):
+    bench.faults.order(FaultOrder('silence', 0.2))
+    assert bench.ask(b'b\r') == b''
+    assert bench.ask(b'b\r') == b'57600\r\n'
+
+
+def test_a_controller_that_hangs_answers_later(bench):
+    bench.faults.order(FaultOrder('hang', 0.4))
+    time.sleep(0.05)
+    assert bench.ask(b'b\r') == b''
+    bench.port.timeout = 2.0
+    assert bench.ask(b'b\r') == b'57600\r\n'
+    assert bench.port.read_until(b'\n') == b'57600\r\n'
+
+
+def test_a_carriage_return_is_lost(bench):
+    bench.faults.order(FaultOrder('lost_cr', 1))
+    assert bench.ask(b'b\r') == b''
+    assert bench.ask(b'\r') == b'57600\r\n'
+
+
+def test_a_reset_zeroes_the_counts(bench):
+    bench.ask(b'm 50 50\r')
+    with bench.lock:
+        bench.controller.advance(1.0)
+    bench.faults.order(FaultOrder('reset', 1))
+    time.sleep(0.1)
+    assert bench.ask(b'e\r') == b''
+    with bench.lock:
+        bench.controller.advance(3.0)
+    assert int(bench.ask(b'e\r').split()[0]) < 300
+
+
+def test_unplugged_and_plugged_in_again(bench, tmp_path):
+    bench.faults.order(FaultOrder('unplug', 0.2))
+    time.sleep(0.05)
+    with pytest.raises((OSError, serial.SerialException)):
+        bench.ask(b'b\r')
+    end = time.monotonic() + 5.0
+    while not (tmp_path / 'ttyMOTOR').exists() and time.monotonic() < end:
+        time.sleep(0.02)
+    with serial.Serial(str(tmp_path / 'ttyMOTOR'), 57600, timeout=1.0) as port:
+        port.write(b'b\r')
+        assert port.read_until(b'\n') == b'57600\r\n'
+
+
+def test_the_link_goes_with_the_terminal(tmp_path):
+    link = tmp_path / 'tty'
+    with ExitStack() as stack:
+        Bench(stack, link)
+        assert link.is_symlink()
+    assert not link.is_symlink()
+
+
+def test_orders_are_read():
+    assert read_fault_order('silence 1.5\n') == FaultOrder('silence', 1.5)
+    assert [read_fault_order(kind).amount for kind in FAULTS] == [1.0] * len(FAULTS)
+
+
+@pytest.mark.parametrize(
+    ('line', 'words'),
+    [
+        ('', "there is no fault ''; choose one of silence"),
+        ('explode 3', "there is no fault 'explode'"),
+        ('silence x', 'silence x: give a number above 0'),
+        ('silence -1', 'silence -1: give a number above 0'),
+        ('hang nan', 'hang nan: give a number above 0'),
+    ],
+)
+def test_a_bad_order_is_one_line(line, words):
+    with pytest.raises(MotorBridgeError, match=words) as refusal:
+        read_fault_order(line)
+    assert '\n' not in str(refusal.value)
