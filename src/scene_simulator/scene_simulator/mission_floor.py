@@ -14,9 +14,7 @@ from scene_simulator.floor_litter import FloorArea, crumbs, dust, hairs
 from scene_simulator.mission_layout import CARPET, ROOM
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
-DESIGN = FloorDesign(
-    size=(ROOM[3], ROOM[4]), count=57_600, diameters=(0.004, 0.006), least_distance=0.0035
-)
+DESIGN = FloorDesign(size=(ROOM[3], ROOM[4]), count=57_600, diameters=(0.004, 0.006), least_distance=0.0035)
 """1200 chips a square meter; about fifty are in view."""
 
 BELLY_CAMERA = FloorCamera(PinholeCamera(235, 235, 150.0, 150.0, 117.0, 117.0))

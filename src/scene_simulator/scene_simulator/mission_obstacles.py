@@ -1,4 +1,4 @@
-"""What stands in the mission's room: low crates and tables that nobody told the robot of, with a way left to each goal."""
+"""What stands in the mission's room: low crates and tables that nobody told of, with a way left to each goal."""
 
 from __future__ import annotations
 
@@ -48,7 +48,9 @@ def is_connected(room: FurnishedRoom, stops: list[tuple[float, float]]) -> bool:
 def _drivable_parts(room: FurnishedRoom) -> NDArray[np.int32]:
     """Return the number of the connected part of each cell, 0 for cells that are too near to something."""
     shape = round(ROOM[4] / _CELL), round(ROOM[3] / _CELL)
-    solid = np.pad(room.boxes.solid_cells((0.0, 0.0), _CELL, shape, (0.0, ROBOT_HEIGHT)), 1, constant_values=True)
+    solid = np.pad(
+        room.boxes.solid_cells((0.0, 0.0), _CELL, shape, (0.0, ROBOT_HEIGHT)), 1, constant_values=True
+    )
     away = _CELL * distance_transform_edt(~solid)[1:-1, 1:-1]
     parts, _ = label(away > ROBOT_RADIUS + PASSAGE, structure=np.ones((3, 3)))
     return np.asarray(parts, dtype=np.int32)

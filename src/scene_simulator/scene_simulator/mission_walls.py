@@ -28,7 +28,11 @@ _BUILDING = 41
 
 _LIGHT = CorridorLight(0.9, (0.0, 0.0, 0.06))
 
-_WALLS = {'east': (4.8, 'EXIT', 'PUMP 1'), 'north': (6.4, 'ROOM 204', 'VALVES'), 'west': (4.6, 'LEVEL 2', 'NO ENTRY')}
+_WALLS = {
+    'east': (4.8, 'EXIT', 'PUMP 1'),
+    'north': (6.4, 'ROOM 204', 'VALVES'),
+    'west': (4.6, 'LEVEL 2', 'NO ENTRY'),
+}
 """For each wall with landmarks the middle of the group, from its left end [m], and what its signs say."""
 
 _SHEET = (3.4, 1.9)

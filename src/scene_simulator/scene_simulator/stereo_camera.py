@@ -11,9 +11,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scene_simulator.camera_motion import CameraPose
-from scene_simulator.painted_scene import PaintedScene
 from scene_simulator.corridor_texture import plaster
 from scene_simulator.gain_sensor import GainSensor
+from scene_simulator.painted_scene import PaintedScene
 from scene_simulator.shape_painting import SAMPLES, Texture, paint_outline
 from scene_simulator.shape_projection import outline_in_picture, view_planes
 from shirube_geometry import PinholeCamera

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_simulator.camera_motion import CameraPose, camera_pose
-from scene_simulator.painted_scene import PaintedScene
 from scene_simulator.gain_sensor import GainSensor
+from scene_simulator.painted_scene import PaintedScene
 from scene_simulator.stereo_calibration import CameraCalibration, rectified_pair, stereo_pair
 from scene_simulator.stereo_camera import StereoCamera
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, matrix_from_rpy

@@ -136,9 +136,7 @@ class MissionRecord:
         self, zone: str, fixes: Mapping[str, Sequence[tuple[float, PlanarPose]]]
     ) -> dict[str, object]:
         inside = ZONES[zone]
-        seconds = sum(
-            b[0] - a[0] for a, b in pairwise(self.track) if inside.contains(a[1], a[2])
-        )
+        seconds = sum(b[0] - a[0] for a, b in pairwise(self.track) if inside.contains(a[1], a[2]))
         counts = {
             name: len(self._errors(told, lambda pose: inside.contains(pose.x, pose.y)))
             for name, told in fixes.items()

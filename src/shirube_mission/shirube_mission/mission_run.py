@@ -35,7 +35,7 @@ from shirube_mission.render_worker import RenderWorker
 from shirube_mission.sensor_schedule import CAMERAS, STEP_MS
 from vlc_beacon.files.key_file import read_key
 
-_START_TIMEOUT = 180.0
+_START_TIMEOUT = 600.0
 """Nodes load maps and, at the very first start, compile their loops [s]."""
 _FIRST_POSE, _GOAL_TIME = 10.0, 90.0
 """Longest times until the first pose and from goal to goal, of the mission's time [s]."""
@@ -154,9 +154,7 @@ def run_mission(
     with ExitStack() as stack:
         domain = stack.enter_context(domain_id())
         terminal = stack.enter_context(PseudoTerminal(controller, lock))
-        processes = stack.enter_context(
-            NodeProcesses(mission_nodes(files, terminal.path), folder, domain)
-        )
+        processes = stack.enter_context(NodeProcesses(mission_nodes(files, terminal.path), folder, domain))
         worker = stack.enter_context(RenderWorker(seed, waveforms))
         node, executor = _graph(stack, domain)
         ears = MissionEars(node)
@@ -213,7 +211,9 @@ def _await_nodes(mission: Mission, executor: SingleThreadedExecutor) -> None:
     while silent := [camera.name for camera in CAMERAS if voice.listeners(camera.name) == 0]:
         mission.processes.check()
         if monotonic() > end:
-            raise MissionError(f'nobody listens to the pictures of {", ".join(silent)}; see the logs of the nodes')
+            raise MissionError(
+                f'nobody listens to the pictures of {", ".join(silent)}; see the logs of the nodes'
+            )
         executor.spin_once(timeout_sec=0.1)
     mission.steps.ask('/floor_localizer', '/vlc_beacon', '/stereo_landmark', '/pose_arbiter')
     mission.steps.ask('/reward_planner', '/motor_bridge')

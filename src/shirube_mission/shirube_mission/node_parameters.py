@@ -97,9 +97,7 @@ def mission_nodes(files: BuildingFiles, port: str) -> tuple[NodeSetup, ...]:
     )
 
 
-def _localizer(
-    package: str, camera: str, mount: CameraMount, parameters: Mapping[str, Value]
-) -> NodeSetup:
+def _localizer(package: str, camera: str, mount: CameraMount, parameters: Mapping[str, Value]) -> NodeSetup:
     topics = {name: f'/{camera}/{name}' for name in ('image_raw', 'camera_info')}
     values = {'image_transport': 'raw', **_mount(mount), **parameters}
     return NodeSetup(package, values, topics, (f'/{camera}/image_raw',))

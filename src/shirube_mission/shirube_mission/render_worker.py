@@ -8,7 +8,7 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from light_waveform import Waveform
 from scene_simulator.mission_sensors import MissionSensors
 from shirube_geometry import PlanarPose
 
-Picture = NDArray[np.uint8] | NDArray[np.float32]
+Picture = NDArray[Any]
 
 _sensors: list[MissionSensors] = []
 """Of the worker's process, which has one room only."""
