@@ -22,10 +22,11 @@ _LISTENER = {
     'stereo': 'stereo_landmark',
     'depth': 'reward_planner',
 }
-_DRIVERS = ('/pose_arbiter', '/reward_planner', '/motor_bridge')
+_DRIVE_MS = 50
+"""The planner decides so often [ms]."""
 _ANSWER_TIMEOUT = 60.0
-_ODOMETRY_WAIT = 0.1
-"""The bridge talks to its controller in a thread of its own, so its answer alone does not tell that it is done [s]."""
+_MOTION_WAIT, _LOOK = 1.0, 0.02
+"""The bridge talks to its controller in a thread of its own, so no answer tells that it is done, only odometry [s]."""
 _PATH_KNOTS = 5
 
 
@@ -34,7 +35,7 @@ class LockStep:
 
     Attributes:
         now: the mission's time [ms].
-        odometry_waits: steps at whose end odometry had not come.
+        late_steps: steps at whose end odometry or the fused pose had not come.
     """
 
     def __init__(
@@ -59,7 +60,8 @@ class LockStep:
             ears: hear odometry.
         """
         self.now = 0
-        self.odometry_waits = 0
+        self.late_steps = 0
+        self._is_heard = True
         self.voice = MissionVoice(node)
         self._executor, self._controller, self._lock = executor, controller, lock
         self._sensors, self._worker, self._ears = sensors, worker, ears
@@ -79,16 +81,14 @@ class LockStep:
                 for index in camera.indices(before, self.now, camera.exposure):
                     self._order(camera, index)
             truth = self._controller.pose_at(1e-3 * self.now)
+        self._sense(before)
         self.voice.tell_time(self.now)
         self.voice.tell_truth(self.now, truth)
-        for index in TILT.indices(before, self.now, TILT.latency):
-            time = TILT.time_ms(index)
-            self.voice.tell_tilt(time, self._sensors.tilt_reading(index, 1e-3 * time))
-        busy = [f'/{_LISTENER[camera.name]}' for camera in CAMERAS if self._show(camera, before)]
-        self.ask(*{*busy, *_DRIVERS})
-        self._await_odometry()
-        for name in _DRIVERS:
-            self.ask(name)
+        self._await_motion()
+        if self.now // _DRIVE_MS > before // _DRIVE_MS:
+            # The first answer tells that the planner has heard the time, the second that its timer has worked.
+            for name in ('/reward_planner', '/reward_planner', '/motor_bridge'):
+                self.ask(name)
 
     def ask(self, *names: str) -> None:
         """Wait until nodes have worked off what they have got.
@@ -109,18 +109,28 @@ class LockStep:
             times, poses = [times[0] - 1e-3, times[0]], (poses[0], poses[0])
         self._worker.order(camera.name, index, 1e-3 * time, PiecewisePath(tuple(times), poses))
 
-    def _show(self, camera: SensorRhythm, before: int) -> bool:
-        """Publish the pictures that are there now; return whether there were any."""
-        indices = list(camera.indices(before, self.now, camera.latency))
-        for index in indices:
-            self.voice.show(camera.name, camera.time_ms(index), self._worker.take(camera.name, index))
-        return bool(indices)
+    def _sense(self, before: int) -> None:
+        """Publish what the sensors have by now, and wait until the nodes have made of it what they can."""
+        for index in TILT.indices(before, self.now, TILT.latency):
+            time = TILT.time_ms(index)
+            self.voice.tell_tilt(time, self._sensors.tilt_reading(index, 1e-3 * time))
+        busy = []
+        for camera in CAMERAS:
+            for index in camera.indices(before, self.now, camera.latency):
+                pictures = self._worker.take(camera.name, index)
+                self.voice.show(camera.name, camera.time_ms(index), pictures)
+                busy.append(f'/{_LISTENER[camera.name]}')
+        self.ask(*busy)
 
-    def _await_odometry(self) -> None:
-        """Wait for the odometry of this step; the bridge may be about to find its controller."""
-        end = monotonic() + _ODOMETRY_WAIT
-        while self._ears.odometry_time < 1e-3 * self.now - 1e-6:
+    def _await_motion(self) -> None:
+        """Wait for the odometry and the fused pose of this step; the bridge may be looking for its controller."""
+        # Who was silent in the last step is not waited for long again.
+        end = monotonic() + (_MOTION_WAIT if self._is_heard else _LOOK)
+        now = 1e-3 * self.now - 1e-6
+        self._is_heard = False
+        while self._ears.odometry_time < now or (self._ears.fused and self._ears.fused[-1].time < now):
             if monotonic() > end:
-                self.odometry_waits += 1
+                self.late_steps += 1
                 return
             self._executor.spin_once(timeout_sec=0.01)
+        self._is_heard = True

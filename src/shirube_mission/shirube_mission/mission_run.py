@@ -171,7 +171,7 @@ def run_mission(
     fixes['pose_arbiter'] = [(told.time, told.pose) for told in ears.fused]
     timing = {'start': ready - began, 'drive': over - ready, 'whole': monotonic() - began}
     summary = record.summary(len(sensors.layout.goals), fixes, ears.orders, timing)
-    summary['steps_without_odometry'] = steps.odometry_waits
+    summary['late_steps'] = steps.late_steps
     summary['exit_codes'] = processes.exit_codes
     return summary, record, ears
 

@@ -21,7 +21,7 @@ Value = str | bool | int | float | list[float] | list[str]
 ORDERS_REACH = 2.0
 """An order is obeyed so near to its lamp [m]."""
 
-GOAL_TOLERANCE = 0.015
+GOAL_TOLERANCE = 0.01
 """A goal is reached so near to it [m]."""
 
 
