@@ -75,6 +75,8 @@ def mission_nodes(files: BuildingFiles, port: str) -> tuple[NodeSetup, ...]:
                 'lamp_frame_rate': LAMP_RATE,
                 'camera_height_known': True,
                 'zone_radius': ORDERS_REACH,
+            # In the dark it shall fall silent instead of telling what the wheels say.
+            'odometry.position_sigma_max': 0.05,
             },
         ),
         NodeSetup(
