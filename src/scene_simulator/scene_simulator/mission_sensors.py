@@ -36,7 +36,7 @@ DEPTH_MOUNT = CameraMount((0.1, 0.0, 0.4), (-0.5 * math.pi, 0.0, -0.5 * math.pi)
 
 STEREO_RIG = StereoRig()
 
-_DEPTH_BASELINE, _DEPTH_SIGMA = 0.05, 0.1
+_DEPTH_BASELINE, _DEPTH_SIGMA = 0.05, 0.02
 """Of the depth camera's two eyes [m], and the noise of its disparities [px]."""
 
 _INSTANTS = 3

@@ -75,8 +75,8 @@ def mission_nodes(files: BuildingFiles, port: str) -> tuple[NodeSetup, ...]:
                 'lamp_frame_rate': LAMP_RATE,
                 'camera_height_known': True,
                 'zone_radius': ORDERS_REACH,
-            # In the dark it shall fall silent instead of telling what the wheels say.
-            'odometry.position_sigma_max': 0.05,
+                # In the dark it shall fall silent instead of telling what the wheels say.
+                'odometry.position_sigma_max': 0.05,
             },
         ),
         NodeSetup(
@@ -111,6 +111,8 @@ def _planner() -> NodeSetup:
         'drive': True,
         'robot_radius': ROBOT_RADIUS,
         'height_max': ROBOT_HEIGHT,
+        # The depth camera's stereo is too rough beyond.
+        'range_max': 3.5,
         'max_linear_velocity': CRUISE_SPEED,
         'max_angular_velocity': 1.0,
         'max_angular_acceleration': 2.0,
