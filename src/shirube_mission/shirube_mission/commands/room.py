@@ -28,6 +28,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         write_text(options.folder / 'summary.json', json.dumps(summary, indent=2) + '\n')
         track = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in record.track)
         write_text(options.folder / 'track.csv', f't,x,y,yaw\n{track}')
+    except KeyboardInterrupt:
+        print('room: interrupted; the nodes have ended', file=sys.stderr)
+        return 1
     except (MissionError, ShirubeBagsError, StereoLandmarkError) as fault:
         print(f'room: {fault}', file=sys.stderr)
         return 1
