@@ -6,6 +6,9 @@ from pathlib import Path
 
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.node_settings import NodeSettings
+from pose_arbiter.core.arbiter_settings import ArbiterSettings
+from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.node_settings import NodeSettings as PoseArbiterSettings
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.planner_settings import PlannerSettings
@@ -34,6 +37,13 @@ def parameters_page() -> str:
                 settings_table(NodeSettings).strip(),
                 '## floor_localizer: the method',
                 settings_table(LocalizerSettings).strip(),
+                '## pose_arbiter: the node',
+                'And `sources`, the names of the sources of poses; by default the three localizers.',
+                settings_table(PoseArbiterSettings).strip(),
+                '## pose_arbiter: each source, as `<name>.topic` and so on',
+                settings_table(SourceSettings).strip(),
+                '## pose_arbiter: the method',
+                settings_table(ArbiterSettings).strip(),
                 '## reward_planner: the node',
                 settings_table(RewardPlannerSettings).strip(),
                 '## reward_planner: obstacles',

@@ -2,12 +2,17 @@
 
 import importlib.util
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
 
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.node_settings import NodeSettings
+from pose_arbiter.core.arbiter_settings import ArbiterSettings
+from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.node_settings import NodeSettings as PoseArbiterSettings
+from pose_arbiter.source_parameters import DEFAULT_SOURCES
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.planner_settings import PlannerSettings
@@ -36,6 +41,7 @@ def test_the_page_of_parameters_is_up_to_date() -> None:
 
 SETTINGS = {
     'floor_localizer': (NodeSettings, LocalizerSettings),
+    'pose_arbiter': (PoseArbiterSettings, ArbiterSettings),
     'reward_planner': (
         RewardPlannerSettings,
         VoxelSettings,
@@ -49,6 +55,14 @@ SETTINGS = {
 }
 
 
+def flat(parameters: dict[str, Any], prefix: str = '') -> dict[str, Any]:
+    """Name the parameters of a group as ROS does."""
+    named: dict[str, Any] = {}
+    for name, value in parameters.items():
+        named |= flat(value, f'{prefix}{name}.') if isinstance(value, dict) else {prefix + name: value}
+    return named
+
+
 @pytest.mark.parametrize('node', SETTINGS)
 def test_no_name_stands_for_two_parameters(node: str) -> None:
     names = [d.name for cls in SETTINGS[node] for d in describe_settings(cls)]
@@ -58,8 +72,13 @@ def test_no_name_stands_for_two_parameters(node: str) -> None:
 @pytest.mark.parametrize('node', SETTINGS)
 def test_the_example_configuration_holds_known_parameters_at_their_defaults(node: str) -> None:
     content = yaml.safe_load((ROOT / 'config' / f'{node}.yaml').read_text())
-    given = content[node]['ros__parameters']
+    given = flat(content[node]['ros__parameters'])
     known = {d.name: d.default for cls in SETTINGS[node] for d in describe_settings(cls)}
+    if node == 'pose_arbiter':
+        known['sources'] = DEFAULT_SOURCES
+        known |= {
+            f'{s}.{d.name}': d.default for s in DEFAULT_SOURCES for d in describe_settings(SourceSettings)
+        }
     for name, value in given.items():
         default = known[name]
         assert (tuple(value) if isinstance(value, list) else value) == default, name

@@ -65,7 +65,9 @@ class ArbiterInput:
         person = guard.guard(INITIAL_POSE, self._take_initial_pose)
         self._subscribe(node, PoseWithCovarianceStamped, INITIAL_POSE, person, pose_profile())
 
-    def _subscribe(self, node: Node, kind: Any, topic: str, take: Callable[[Any], None], profile: Any) -> None:
+    def _subscribe(
+        self, node: Node, kind: Any, topic: str, take: Callable[[Any], None], profile: Any
+    ) -> None:
         node.create_subscription(kind, topic, take, profile, qos_overriding_options=overridable())
 
     def _take_pose(self, number: int, name: str, source: SourceSettings, message: Any) -> None:

@@ -50,13 +50,14 @@ class ArbiterReport:
 
     def look(self, belief: Belief, estimate: Estimate | None, standing: Standing) -> None:
         """Take what is believed now; say aloud what is new."""
-        logger = self._node.get_logger()
         if belief.resets > self._resets and estimate is not None:
             place = f'x {estimate.x:.2f} m, y {estimate.y:.2f} m, yaw {math.degrees(estimate.yaw):.0f} deg'
-            logger.info(f'the pose is set to {place}')
-        if standing is not self._standing and (standing is Standing.LOST or self._standing is Standing.LOST):
-            tell = logger.error if standing is Standing.LOST else logger.info
-            tell(f'LOST: {self._sigmas(estimate)}' if standing is Standing.LOST else standing.value)
+            self._node.get_logger().info(f'the pose is set to {place}')
+        if standing is not self._standing and Standing.LOST in (standing, self._standing):
+            if standing is Standing.LOST:
+                self._node.get_logger().error(f'LOST: {self._sigmas(estimate)}')
+            else:
+                self._node.get_logger().info(standing.value)
         self._standing, self._resets = standing, belief.resets
         self._belief, self._estimate = belief, estimate
 

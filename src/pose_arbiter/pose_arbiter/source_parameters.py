@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import field, make_dataclass, replace
+from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
@@ -33,7 +34,7 @@ def declare_sources(node: Node, map_frame: str) -> dict[str, SourceSettings]:
         [(name, SourceSettings, field(default_factory=SourceSettings)) for name in names],
         frozen=True,
     )
-    settings = declare_parameters(node, groups)
+    settings: Any = declare_parameters(node, groups)
     sources = {name: _filled(name, getattr(settings, name), map_frame) for name in names}
     _refuse_shared_topics(node, sources)
     return sources
@@ -46,7 +47,9 @@ def _names(node: Node) -> list[str]:
     )
     value = node.declare_parameter(_PARAMETER, list(DEFAULT_SOURCES), descriptor).value
     if not isinstance(value, (list, tuple)) or not all(isinstance(name, str) for name in value) or not value:
-        raise SettingsError(f'setting {_PARAMETER} is {value!r}, it must be a list of names, such as [floor, lamps]')
+        raise SettingsError(
+            f'setting {_PARAMETER} is {value!r}, it must be a list of names, such as [floor, lamps]'
+        )
     names = [str(name) for name in value]
     for name in names:
         if not re.fullmatch(r'[a-z][a-z0-9_]*', name):
@@ -54,7 +57,9 @@ def _names(node: Node) -> list[str]:
                 f'setting {_PARAMETER} holds {name!r}; a name has small letters, digits and underscores'
             )
         if names.count(name) > 1:
-            raise SettingsError(f'setting {_PARAMETER} holds {name} twice; give each source a name of its own')
+            raise SettingsError(
+                f'setting {_PARAMETER} holds {name} twice; give each source a name of its own'
+            )
         if node.has_parameter(name):
             raise SettingsError(f'setting {_PARAMETER} holds {name}, which is a parameter; take another name')
     return names

@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).resolve().parents[1]
 @pytest.mark.parametrize(
     ('launch', 'config'),
     [
+        ('arbiter', 'pose_arbiter'),
         ('floor', 'floor_localizer'),
         ('planner', 'reward_planner'),
         ('stereo', 'stereo_landmark'),

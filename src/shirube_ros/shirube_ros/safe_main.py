@@ -134,6 +134,9 @@ def _spin(node: Node, signals: _EndSignals) -> None:
     except (RCLError, InvalidHandle):
         if rclpy.ok():
             raise  # else the context was taken away in the middle of a call
+    except RuntimeError:
+        if not signals.received:
+            raise  # else a signal struck while rclpy took a message, which turns the interrupt into this
     finally:
         signals.may_interrupt = False
         try:

@@ -25,8 +25,8 @@ _AHEAD_MAX = 100_000_000  # clocks that are set alike differ by no more [ns]
 class Arbiter:
     """One pose of all sources and odometry.
 
-    What is believed at a stamp depends only on the messages with stamps up to it (and on the odometry just after it), not
-    on the order in which they came, as long as they came within the history.
+    What is believed at a stamp depends only on the messages with stamps up to it (and on the odometry just after it),
+    not on the order in which they came, as long as they came within the history.
     """
 
     def __init__(self, sources: Sequence[SourceSettings], settings: ArbiterSettings) -> None:
@@ -109,7 +109,7 @@ class Arbiter:
             return estimate
         return moved_on(estimate, self._trail.mark_at(stamp), self._settings)
 
-    def T_map_odom(self, estimate: Estimate) -> PlanarPose | None:
+    def T_map_odom(self, estimate: Estimate) -> PlanarPose | None:  # noqa: N802
         """Return the pose of the odometry's frame in the map at an estimate's stamp, None without odometry."""
         T_odom_base = self._trail.odometry_at(estimate.mark.stamp)
         if T_odom_base is None:

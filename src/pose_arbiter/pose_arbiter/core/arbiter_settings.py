@@ -15,7 +15,10 @@ class ArbiterSettings:
         2.0, 'poses and odometry that come later than this are too old', unit='s', minimum=0.1, maximum=30.0
     )
     gate_probability: float = setting(
-        0.99, 'share of honest poses that pass the gate (chi-square, 3 degrees)', minimum=0.5, maximum=0.999999
+        0.99,
+        'share of honest poses that pass the gate (chi-square, 3 degrees)',
+        minimum=0.5,
+        maximum=0.999999,
     )
     way_noise: float = setting(
         0.03, 'error of odometry along x and y after a metre', unit='m', minimum=1e-4, maximum=1.0
@@ -24,7 +27,10 @@ class ArbiterSettings:
         0.03, 'error of its heading after a metre, and after a radian', unit='rad', minimum=1e-4, maximum=1.0
     )
     way_bias: float = setting(
-        0.05, 'share of the way, or radians a metre, by which odometry may lastingly be off', minimum=1e-3, maximum=1.0
+        0.05,
+        'share of the way, or radians a metre, by which odometry may lastingly be off',
+        minimum=1e-3,
+        maximum=1.0,
     )
     speed_max: float = setting(
         3.0, 'odometry that says faster has jumped', unit='m/s', minimum=0.1, maximum=50.0
@@ -48,7 +54,10 @@ class ArbiterSettings:
         0.25, "share of a source's variance that more poses do not average away", minimum=0.0, maximum=0.95
     )
     reset_count: int = setting(
-        5, 'so many poses that agree with each other move a pose that nobody stands by', minimum=2, maximum=100
+        5,
+        'so many poses that agree with each other move a pose that nobody stands by',
+        minimum=2,
+        maximum=100,
     )
     witness_seconds: float = setting(
         1.0, "over this time a source's motion is compared with odometry", unit='s', minimum=0.1, maximum=10.0
@@ -57,7 +66,10 @@ class ArbiterSettings:
         1.0, 'at the start so long a second source is waited for', unit='s', minimum=0.0, maximum=60.0
     )
     established_count: int = setting(
-        30, 'after so many used poses the word of a source counts more than that of a new one', minimum=1, maximum=10000
+        30,
+        'after so many used poses the word of a source counts more than that of a new one',
+        minimum=1,
+        maximum=10000,
     )
     lost_sigma_xy: float = setting(
         0.5, 'less sure than this the pose is lost', unit='m', minimum=0.01, maximum=100.0

@@ -76,9 +76,21 @@ def product(a: Covariance, b: Covariance) -> Matrix:
     axx, axy, axt, ayy, ayt, att = a
     bxx, bxy, bxt, byy, byt, btt = b
     return (
-        (axx * bxx + axy * bxy + axt * bxt, axx * bxy + axy * byy + axt * byt, axx * bxt + axy * byt + axt * btt),
-        (axy * bxx + ayy * bxy + ayt * bxt, axy * bxy + ayy * byy + ayt * byt, axy * bxt + ayy * byt + ayt * btt),
-        (axt * bxx + ayt * bxy + att * bxt, axt * bxy + ayt * byy + att * byt, axt * bxt + ayt * byt + att * btt),
+        (
+            axx * bxx + axy * bxy + axt * bxt,
+            axx * bxy + axy * byy + axt * byt,
+            axx * bxt + axy * byt + axt * btt,
+        ),
+        (
+            axy * bxx + ayy * bxy + ayt * bxt,
+            axy * bxy + ayy * byy + ayt * byt,
+            axy * bxt + ayy * byt + ayt * btt,
+        ),
+        (
+            axt * bxx + ayt * bxy + att * bxt,
+            axt * bxy + ayt * byy + att * byt,
+            axt * bxt + ayt * byt + att * btt,
+        ),
     )
 
 

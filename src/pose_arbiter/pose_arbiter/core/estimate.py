@@ -98,9 +98,7 @@ def mended(
     (kxx, kxy, kxt), (kyx, kyy, kyt), (ktx, kty, ktt) = gain
     dx, dy, dt = difference
     rest = ((1.0 - kxx, -kxy, -kxt), (-kyx, 1.0 - kyy, -kyt), (-ktx, -kty, 1.0 - ktt))
-    scatter = added(
-        conjugated(rest, estimate.scatter), conjugated(gain, scaled(noise, 1.0 - lasting_share))
-    )
+    scatter = added(conjugated(rest, estimate.scatter), conjugated(gain, scaled(noise, 1.0 - lasting_share)))
     weight = 0.5 * (kxx + kyy)
     sigma_xy = math.sqrt(lasting_share * 0.5 * (noise[0] + noise[3]))
     sigma_yaw = math.sqrt(lasting_share * noise[5])

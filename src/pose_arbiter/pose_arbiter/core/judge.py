@@ -76,13 +76,15 @@ class Judge:
             belief.records[number], seen, self._gate, self._timeouts[number], self._settings
         )
         belief = _with_record(belief, number, record)
-        # Where another source agrees, it is odometry that is wrong.
-        if not moves_alike and not self._seconds(belief, number, seen):
+        # Where two agree against odometry, it is odometry that is wrong.
+        against = [] if moves_alike else self._seconds(belief, number, seen)
+        is_blind = any(belief.records[k].rival is not None for k in against)
+        if not moves_alike and not is_blind:
             verdict, estimate = Verdict.MOVES_OTHERWISE, belief.estimate
         elif belief.estimate is None:
             verdict, estimate, belief = self._start(belief, pose, seen)
         else:
-            verdict, estimate = self._weigh(belief, pose, seen)
+            verdict, estimate = self._weigh(belief, pose, seen, is_blind=is_blind)
         belief = _with_record(belief, number, record.judged(verdict, pose.stamp))
         resets = belief.resets + (verdict is Verdict.RESET)
         return belief._replace(estimate=estimate, resets=resets), verdict
@@ -115,10 +117,14 @@ class Judge:
         ]
         return -max(ranked)[2] if ranked else -1
 
-    def _weigh(self, belief: Belief, pose: Observation, seen: Sighting) -> tuple[Verdict, Estimate]:
+    def _weigh(
+        self, belief: Belief, pose: Observation, seen: Sighting, *, is_blind: bool
+    ) -> tuple[Verdict, Estimate]:
         """Mend the estimate by a pose that passes the gate; move it to one that outweighs it."""
         assert belief.estimate is not None  # noqa: S101 for the type checker
         expected = moved_on(belief.estimate, seen.mark, self._settings)
+        if is_blind:
+            expected = self._without_odometry(expected, pose.stamp - belief.estimate.mark.stamp)
         difference = residual(expected, pose.x, pose.y, pose.yaw)
         innovation = added(added(expected.covariance, pose.noise), self._slack)
         if distance_squared(difference, inverse(innovation)) <= self._gate:
@@ -127,11 +133,20 @@ class Judge:
             return Verdict.RESET, _set_to(pose, seen.mark, _INFLATION)
         return Verdict.GATED, belief.estimate
 
+    def _without_odometry(self, expected: Estimate, nanoseconds: int) -> Estimate:
+        """Return the estimate as unsure as if there were no odometry."""
+        xy, yaw = (
+            (speed * nanoseconds * 1e-9) ** 2
+            for speed in (self._settings.drift_speed, self._settings.drift_turn_rate)
+        )
+        return expected._replace(scatter=added(expected.scatter, diagonal(xy, yaw)))
+
     def _outweighs(self, belief: Belief, pose: Observation, seen: Sighting) -> bool:
         """Return whether a pose that is too far is to be believed nevertheless.
 
-        Enough poses must have been refused that agree with each other. Then they count if nobody, they themselves
-        included, stood by the estimate within the timeout, or if they outweigh those who do.
+        Enough poses must have been refused that agree with each other. One source alone then counts if nobody, itself
+        included, stood by the estimate within the timeout; or if it is established and those who do are not. Two that
+        agree count if they outweigh those who do.
         """
         agreeing = self._seconds(belief, pose.source, seen)
         challengers = [pose.source, *(k for k in agreeing if belief.records[k].verdict is Verdict.GATED)]
@@ -141,11 +156,9 @@ class Judge:
         near = [
             k for k, record in enumerate(belief.records) if record.stands_by(pose.stamp, self._timeouts[k])
         ]
-        if not near:
-            return True
         supporters = [k for k in near if k not in challengers and belief.records[k].verdict is Verdict.USED]
-        is_long = all(belief.records[k].chain >= self._settings.reset_count for k in challengers)
-        return is_long and self._weight(belief, challengers) > self._weight(belief, supporters) > 0
+        is_outvoted = self._weight(belief, challengers) > self._weight(belief, supporters)
+        return not near or (is_outvoted and (len(challengers) > 1 or bool(supporters)))
 
     def _weight(self, belief: Belief, numbers: Sequence[int]) -> int:
         enough = self._settings.established_count

@@ -36,7 +36,7 @@ class OdometryTrail:
         return self._stamps[-1] if self._stamps else None
 
     def add(self, stamp: int, T_odom_base: PlanarPose) -> int | None:
-        """Take a message; return from which stamp on [ns] marks have changed, None for a stamp that is there already."""
+        """Take a message; return from which stamp on [ns] marks have changed, None for a stamp that is known."""
         place = len(self._stamps)
         if place and stamp <= self._stamps[-1]:
             place = bisect_left(self._stamps, stamp)
@@ -57,7 +57,7 @@ class OdometryTrail:
                 del rows[:stale]
 
     def mark_at(self, stamp: int) -> OdometryMark:
-        """Return the mark at a stamp [ns]: between two messages a share of the step, a little beyond the last more of it."""
+        """Return the mark at a stamp [ns]: a share of the step between two messages, or a little more of the last."""
         stamps = self._stamps
         if not stamps:
             return OdometryMark(stamp, *(0.0,) * 12, stamp)
@@ -99,7 +99,9 @@ class OdometryTrail:
             return
         between = before.yaw - old.yaw  # odom to trail
         cos, sin = math.cos(between), math.sin(between)
-        self._marks.append(_stepped(before, (cos * dx - sin * dy, sin * dx + cos * dy, turn), way, stamp, settings))
+        self._marks.append(
+            _stepped(before, (cos * dx - sin * dy, sin * dx + cos * dy, turn), way, stamp, settings)
+        )
         self._is_jump.append(False)
 
     def _beyond(self, stamp: int) -> OdometryMark:
@@ -144,6 +146,20 @@ def _share(a: OdometryMark, b: OdometryMark, stamp: int) -> OdometryMark:
     bend = 0.5 * (share - 1.0) * turn  # the chord of the part against that of the whole
     cos, sin = share * math.cos(bend), share * math.sin(bend)
     moved = (cos * dx - sin * dy, sin * dx + cos * dy)
-    sums = [before + share * (after - before) for before, after in zip(a[4:13], b[4:13], strict=True)]
-    blind = a.blind + round(share * (b.blind - a.blind))
-    return OdometryMark(stamp, a.x + moved[0], a.y + moved[1], a.yaw + share * turn, *sums, blind)
+    rest = 1.0 - share
+    return OdometryMark(
+        stamp,
+        a.x + moved[0],
+        a.y + moved[1],
+        a.yaw + share * turn,
+        rest * a.way + share * b.way,
+        rest * a.turn + share * b.turn,
+        rest * a.spread + share * b.spread,
+        rest * a.q + share * b.q,
+        rest * a.qx + share * b.qx,
+        rest * a.qy + share * b.qy,
+        rest * a.qxx + share * b.qxx,
+        rest * a.qxy + share * b.qxy,
+        rest * a.qyy + share * b.qyy,
+        a.blind + round(share * (b.blind - a.blind)),
+    )

@@ -79,7 +79,9 @@ def witnessed(
     stamp, window = seen.mark.stamp, round(settings.witness_seconds * 1e9)
     is_first = record.anchor is None or not record.speaks(stamp, max(timeout, window))
     if is_first:
-        return record._replace(latest=seen, anchor=seen, next_anchor=seen, rival=None, rivals=0, chain=1), True
+        return record._replace(
+            latest=seen, anchor=seen, next_anchor=seen, rival=None, rivals=0, chain=1
+        ), True
     anchor, next_anchor = record.anchor, record.next_anchor
     assert anchor is not None  # noqa: S101 for the type checker
     assert next_anchor is not None  # noqa: S101

@@ -1,0 +1,142 @@
+"""What the localizers say of the recorded bags, read as their nodes read them, beside odometry and truth."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.commands.locate import locate as locate_floor
+from floor_localizer.commands.locate import make_parser as floor_parser
+from floor_localizer.core.fix import Fix
+from pose_arbiter.core.covariance import Covariance, diagonal
+from shirube_bags.bag_reader import BagReader
+from shirube_bags.bag_trajectory import load_bag_trajectory
+from shirube_bags.error_table import planar_poses
+from shirube_bags.trajectory import Trajectory, can_interpolate, interpolate
+from shirube_geometry import PlanarPose
+from stereo_landmark.commands.locate import locate as locate_landmarks
+from stereo_landmark.commands.locate import make_parser as landmark_parser
+from stereo_landmark.commands.teach import main as teach
+from vlc_beacon.commands.locate import locate as locate_lamps
+from vlc_beacon.commands.locate import make_parser as lamp_parser
+
+BAGS = Path(__file__).parents[1] / 'bags'
+CORRIDORS = ('left', 'right', 'light', 'hidden', 'moved')
+_LONGEST_GAP = 400_000_000  # between true poses [ns]
+_POSE_SIGMAS = 0.003, 0.002  # of the poses in room_drive, by its README [m, rad]
+
+
+@dataclass(frozen=True)
+class Opinion:
+    """A pose of a source: stamp [ns], ``T_map_base`` and its covariance."""
+
+    stamp: int
+    pose: PlanarPose
+    noise: Covariance
+
+
+@dataclass(frozen=True)
+class RecordedDrive:
+    """One bag.
+
+    Attributes:
+        name: of the bag.
+        opinions: of its source, in the order of their stamps.
+        odometry: stamps [ns] and ``T_odom_base``.
+        truth: the true poses.
+    """
+
+    name: str
+    opinions: list[Opinion]
+    odometry: list[tuple[int, PlanarPose]]
+    truth: Trajectory
+
+    def errors_at(self, stamps: Sequence[int], poses: Sequence[PlanarPose]) -> NDArray[np.float64]:
+        """Return the errors of poses, shape (n, 2): distance [m] and turn [rad]; NaN where the truth is not known."""
+        wanted = np.array(stamps, dtype=np.int64)
+        known = can_interpolate(self.truth, wanted, _LONGEST_GAP)
+        errors = np.full((len(wanted), 2), np.nan)
+        if known.any():
+            true = planar_poses(interpolate(self.truth, wanted[known]))
+            said = np.array([(pose.x, pose.y, pose.yaw) for pose in poses])[known]
+            errors[known, 0] = np.hypot(*(said - true)[:, :2].T)
+            errors[known, 1] = np.abs(np.remainder(said[:, 2] - true[:, 2] + np.pi, 2 * np.pi) - np.pi)
+        return errors
+
+
+def recorded_drives(names: Sequence[str] = ()) -> list[RecordedDrive]:
+    """Return the drives of the bags, all or the named ones."""
+    makers: dict[str, Callable[[], list[Opinion]]] = {
+        'floor_drive': lambda: _floor(BAGS / 'floor_drive'),
+        'lamp_drive': lambda: _lamps(BAGS / 'lamp_drive', []),
+        'lamp_drive_rolling': lambda: _lamps(
+            BAGS / 'lamp_drive_rolling', ['--shutter', 'rolling', '--exposure-time', '0.00006']
+        ),
+        'room_drive': lambda: _room(BAGS / 'room_drive'),
+    }
+    drives = [_drive(name, make()) for name, make in makers.items() if not names or name in names]
+    corridors = [k for k in CORRIDORS if not names or f'corridor_{k}' in names]
+    if corridors:
+        with tempfile.TemporaryDirectory() as folder:
+            teach(['--batch', str(BAGS / 'corridor_teach/lesson.yaml'), '--places', folder])
+            drives += [
+                _drive(f'corridor_{k}', _corridor(BAGS / f'corridor_{k}', Path(folder))) for k in corridors
+            ]
+    return drives
+
+
+def _drive(name: str, opinions: list[Opinion]) -> RecordedDrive:
+    with BagReader(BAGS / name) as bag:
+        truth, odometry = load_bag_trajectory(bag, '/ground_truth'), load_bag_trajectory(bag, '/odom')
+    poses = [PlanarPose(*map(float, pose)) for pose in planar_poses(odometry)]
+    return RecordedDrive(name, opinions, list(zip(odometry.stamps_ns.tolist(), poses, strict=True)), truth)
+
+
+def _floor(bag: Path) -> list[Opinion]:
+    options = floor_parser().parse_args(['--map', '', '--bag', str(bag)])
+    options.map = ''  # the demo floor, which is that of the bag
+    return [
+        Opinion(image.stamp_ns, image.result.T_map_base, _six(image.result.covariance))
+        for image in locate_floor(options)
+        if isinstance(image.result, Fix)
+    ]
+
+
+def _lamps(bag: Path, more: list[str]) -> list[Opinion]:
+    beacons = str(bag / 'beacons.yaml')
+    arguments = ['--beacons', beacons, '--bag', str(bag), '--camera-xyz', '0', '0', '0', *more]
+    return [
+        Opinion(image.stamp_ns, image.fix.T_map_base, _six(image.fix.planar_covariance))
+        for image in locate_lamps(lamp_parser().parse_args(arguments))
+        if image.fix is not None
+    ]
+
+
+def _corridor(bag: Path, places: Path) -> list[Opinion]:
+    arguments = ['--places', str(places), '--bag', str(bag), '--camera-xyz', '0.1', '0.12', '1.25']
+    opinions = []
+    for frame in locate_landmarks(landmark_parser().parse_args(arguments)):
+        fix = frame.fix
+        if fix is not None and fix.T_map_base is not None and fix.map_covariance is not None:
+            opinions.append(Opinion(frame.stamp_ns, fix.T_map_base, _six(fix.map_covariance)))
+    return opinions
+
+
+def _room(bag: Path) -> list[Opinion]:
+    with BagReader(bag) as reader:
+        poses = load_bag_trajectory(reader, '/pose')
+    noise = diagonal(_POSE_SIGMAS[0] ** 2, _POSE_SIGMAS[1] ** 2)
+    return [
+        Opinion(stamp, PlanarPose(*map(float, pose)), noise)
+        for stamp, pose in zip(poses.stamps_ns.tolist(), planar_poses(poses), strict=True)
+    ]
+
+
+def _six(covariance: NDArray[np.float64]) -> Covariance:
+    (xx, xy, xt), (_, yy, yt), (_, _, tt) = covariance.tolist()
+    return (xx, xy, xt, yy, yt, tt)

@@ -1,0 +1,63 @@
+"""A recorded drive through the arbiter, as its node would see it: messages in, the pose at given stamps out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from _arbiter_bags import Opinion
+
+from pose_arbiter.core.arbiter import Arbiter
+from pose_arbiter.core.arbiter_settings import ArbiterSettings
+from pose_arbiter.core.estimate import Estimate
+from pose_arbiter.core.source_settings import SourceSettings
+from shirube_geometry import PlanarPose
+
+Message = tuple[int, int, Opinion | PlanarPose]
+"""Stamp [ns], number of the source or `ODOMETRY`, and what it says."""
+ODOMETRY = 1000
+
+
+def messages_of(
+    opinions: Sequence[Sequence[Opinion]], odometry: Sequence[tuple[int, PlanarPose]]
+) -> list[Message]:
+    """Return the messages of some sources and of odometry in the order of their stamps."""
+    said: list[Message] = [(o.stamp, number, o) for number, source in enumerate(opinions) for o in source]
+    said += [(stamp, ODOMETRY, pose) for stamp, pose in odometry]
+    return sorted(said, key=lambda message: (message[0], -message[1]))
+
+
+def new_arbiter(sources: int, settings: ArbiterSettings | None = None) -> Arbiter:
+    """Return an arbiter with its defaults for so many sources."""
+    return Arbiter((SourceSettings(),) * sources, settings or ArbiterSettings())
+
+
+def tell(arbiter: Arbiter, message: Message, now: int) -> None:
+    """Hand a message to an arbiter.
+
+    Raises:
+        ValueError: the arbiter refused it.
+    """
+    stamp, source, said = message
+    if isinstance(said, PlanarPose):
+        refusal = arbiter.add_odometry(stamp, said, now)
+    else:
+        refusal = arbiter.add_pose(source, stamp, said.pose, said.noise, now)
+    if refusal is not None:
+        raise ValueError(f'{source} at {stamp}: {refusal.value}')
+
+
+def fused(
+    messages: Sequence[Message], sources: int, wants: Callable[[Message], bool]
+) -> list[tuple[int, Estimate]]:
+    """Return stamp and pose right after each wanted message, where there is one."""
+    arbiter, poses = new_arbiter(sources), []
+    for message in messages:
+        tell(arbiter, message, message[0])
+        if wants(message) and (estimate := arbiter.estimate_at(message[0])) is not None:
+            poses.append((message[0], estimate))
+    return poses
+
+
+def pose_of(estimate: Estimate) -> PlanarPose:
+    """Return ``T_map_base`` of an estimate."""
+    return PlanarPose(estimate.x, estimate.y, estimate.yaw)

@@ -1,0 +1,176 @@
+"""The pose arbiter on recorded and simulated drives: `./shirube bench arbiter [PART ...] [--seeds N]`.
+
+Parts: `bags` (the fused pose beside its source, odometry alone and gtsam), `lies`, `order`, `bad`, `load`; or all.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+import time
+
+import numpy as np
+from _arbiter_bags import Opinion, RecordedDrive, recorded_drives
+from _arbiter_fusion import ODOMETRY, fused, messages_of, new_arbiter, pose_of, tell
+from _arbiter_lies import CREWS, LIES, wrong_poses
+from _arbiter_load import filter_share, node_share
+from _arbiter_smoother import smoothed
+
+from pose_arbiter.core.arbiter_settings import ArbiterSettings
+from pose_arbiter.core.covariance import diagonal
+from shirube_geometry import PlanarPose
+
+OUTAGE_FROM, OUTAGE_TO = 0.4, 0.8
+"""Parts of the drive between which the source is silenced."""
+BAD_MESSAGES = 100_000
+
+
+def main() -> int:
+    """Print the tables of the named parts."""
+    parser = argparse.ArgumentParser(prog='arbiter', description=__doc__)
+    parser.add_argument('parts', nargs='*', help='bags, lies, order, bad, load')
+    parser.add_argument('--seeds', type=int, default=20, help='drives for each lie (default: %(default)s)')
+    options = parser.parse_args()
+    wanted = options.parts or ['bags', 'lies', 'order', 'bad', 'load']
+    if 'bags' in wanted:
+        print_bags(recorded_drives())
+    if 'lies' in wanted:
+        print_lies(options.seeds)
+    if 'order' in wanted or 'bad' in wanted:
+        (drive,) = recorded_drives(['room_drive'])
+        print(f'shuffled arrival: largest difference {largest_difference(drive):.1e}')
+        print(f'{BAD_MESSAGES} bad messages: largest difference {difference_by_bad_messages(drive):.1e}')
+    if 'load' in wanted:
+        print(f'filter: {filter_share():.1%} of a core')
+        share, rate = node_share()
+        print(f'node: {share:.1%} of a core, {rate:.1f} poses a second')
+    return 0
+
+
+def print_bags(drives: list[RecordedDrive]) -> None:
+    """Print one line a bag: errors as root mean squares, position [mm] and heading [mrad]."""
+    print(
+        '| bag | poses | source | fused | fused / source | gtsam | fused / gtsam | outage: fused | odometry alone |'
+    )
+    print('|---|---|---|---|---|---|---|---|---|')
+    for drive in drives:
+        source = drive.errors_at([o.stamp for o in drive.opinions], [o.pose for o in drive.opinions])
+        estimates = fused(messages_of([drive.opinions], drive.odometry), 1, lambda m: m[1] != ODOMETRY)
+        ours = drive.errors_at([s for s, _ in estimates], [pose_of(e) for _, e in estimates])
+        theirs = drive.errors_at(*map(list, zip(*smoothed(drive.opinions, drive.odometry), strict=True)))
+        a, b, c = rms(source), rms(ours), rms(theirs)
+        d, e = (rms(errors) for errors in outage_errors(drive))
+        ratios = (f'{b[0] / x[0]:.3f}, {b[1] / x[1]:.3f}' for x in (a, c))
+        print(f'| {drive.name} | {len(source)} |', ' | '.join(
+            (cell(a), cell(b), next(ratios), cell(c), next(ratios), cell(d), cell(e))), '|', flush=True)  # fmt: skip
+
+
+def outage_errors(drive: RecordedDrive) -> tuple[np.ndarray, np.ndarray]:
+    """Return the errors, shape (n, 2), through an outage: of the arbiter, and of odometry since the first pose."""
+    first, last = drive.opinions[0].stamp, drive.opinions[-1].stamp
+    begin, end = (round(first + part * (last - first)) for part in (OUTAGE_FROM, OUTAGE_TO))
+    heard = [o for o in drive.opinions if not begin < o.stamp <= end]
+    silent = {o.stamp for o in drive.opinions if begin < o.stamp <= end}
+    at_end = messages_of([heard], [pair for pair in drive.odometry if pair[0] <= end])
+    arbiter, poses = new_arbiter(1), []
+    waiting = sorted(silent)
+    for message in at_end:
+        while waiting and message[0] >= waiting[0]:
+            stamp = waiting.pop(0)
+            estimate = arbiter.estimate_at(stamp)
+            if estimate is not None:
+                poses.append((stamp, pose_of(estimate)))
+        tell(arbiter, message, message[0])
+    stamps = np.array([stamp for stamp, _ in drive.odometry])
+    said = [pose for _, pose in drive.odometry]
+    origin = (
+        drive.opinions[0].pose @ said[int(np.searchsorted(stamps, first).clip(0, len(said) - 1))].inverse()
+    )
+    nearest = [said[int(np.searchsorted(stamps, s).clip(0, len(said) - 1))] for s, _ in poses]
+    ours = drive.errors_at([s for s, _ in poses], [p for _, p in poses])
+    return ours, drive.errors_at([s for s, _ in poses], [origin @ p for p in nearest])
+
+
+def print_lies(seeds: int) -> None:
+    """Print how many drives had more than three wrong poses, and the most in one drive."""
+    print('| who speaks | ' + ' | '.join(LIES) + ' |')
+    print('|---' * (len(LIES) + 1) + '|')
+    for crew in CREWS:
+        cells = []
+        for lie in LIES:
+            wrong = [wrong_poses(crew, lie, seed)[0] for seed in range(seeds)]
+            cells.append(f'{sum(w > 3 for w in wrong)} of {seeds}, {max(wrong)}')
+        print(f'| {crew.name} | ' + ' | '.join(cells) + ' |', flush=True)
+
+
+def largest_difference(drive: RecordedDrive, shuffles: int = 5) -> float:
+    """Return how far the last poses of shuffled drives differ from that of the drive in order."""
+    messages = messages_of([drive.opinions[::2], drive.opinions[1::2]], drive.odometry)
+    settings, now = ArbiterSettings(history_seconds=30.0), messages[-1][0]
+    ends = []
+    for seed in range(shuffles + 1):
+        arbiter, order = new_arbiter(2, settings), list(messages)
+        if seed:
+            random.Random(seed).shuffle(order)  # noqa: S311
+        for message in order:
+            tell(arbiter, message, now)
+        ends.append([[*e[1:4], *e.scatter] for t in np.linspace(messages[0][0], now, 50)
+                     if (e := arbiter.estimate_at(int(t))) is not None])  # fmt: skip
+    return float(max(np.abs(np.array(end) - ends[0]).max() for end in ends))
+
+
+def difference_by_bad_messages(drive: RecordedDrive) -> float:
+    """Return how far the poses differ with many random bad messages in between."""
+    rng, messages = random.Random(1), messages_of([drive.opinions], drive.odometry)  # noqa: S311
+    plain, disturbed, worst = new_arbiter(1), new_arbiter(1), 0.0
+    each = BAD_MESSAGES // len(messages) + 1
+    for message in messages:
+        now = message[0]
+        for _ in range(each):
+            stamp, opinion = bad_message(rng, now)
+            if disturbed.add_pose(0, stamp, opinion.pose, opinion.noise, now) is None:
+                raise ValueError('a bad message was taken')
+        for arbiter in (plain, disturbed):
+            tell(arbiter, message, now)
+        a, b = plain.estimate_at(now), disturbed.estimate_at(now)
+        if a is not None and b is not None:
+            worst = max(worst, *(abs(x - y) for x, y in zip(a[1:4], b[1:4], strict=True)))
+    return worst
+
+
+def bad_message(rng: random.Random, now: int) -> tuple[int, Opinion]:
+    """Return a message with one fault: a number, a covariance or a stamp."""
+    pose = [rng.gauss(0.0, 10.0) for _ in range(3)]
+    noise, stamp = diagonal(1e-4, 1e-4), now
+    match rng.randrange(4):
+        case 0:
+            pose[rng.randrange(3)] = rng.choice([float('nan'), float('inf'), float('-inf')])
+        case 1:
+            pose[rng.randrange(2)] = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(6.1, 300.0)
+        case 2:
+            noise = diagonal(
+                rng.choice([0.0, -1.0, float('nan'), 1e9]), rng.choice([0.0, -1.0, float('inf')])
+            )
+        case _:
+            stamp = rng.choice([0, -1, now + rng.randrange(10**9, 10**18), rng.randrange(1, now - 3 * 10**9)]) \
+                if now > 4 * 10**9 else 0  # fmt: skip
+    return stamp, Opinion(stamp, PlanarPose(*pose), noise)
+
+
+def rms(errors: np.ndarray) -> tuple[float, float]:
+    """Return root mean squares of position [mm] and heading [mrad], of what is known."""
+    position, heading = 1e3 * np.sqrt(np.nanmean(errors**2, axis=0))
+    return float(position), float(heading)
+
+
+def cell(pair: tuple[float, float]) -> str:
+    """Return two numbers with three digits."""
+    return f'{pair[0]:.3g}, {pair[1]:.3g}'
+
+
+if __name__ == '__main__':
+    begun = time.monotonic()
+    code = main()
+    print(f'took {time.monotonic() - begun:.0f} s', file=sys.stderr)
+    sys.exit(code)

@@ -1,0 +1,87 @@
+"""A short drive with odometry that is off, and sources that look at it."""
+
+from __future__ import annotations
+
+import math
+import random
+
+from pose_arbiter.core.arbiter import Arbiter
+from pose_arbiter.core.arbiter_settings import ArbiterSettings
+from pose_arbiter.core.source_settings import SourceSettings
+from shirube_geometry import PlanarPose
+
+SECOND = 1_000_000_000
+BEGIN = 1000 * SECOND
+ODOMETRY = 'odometry'
+SIGMA = 0.005
+
+
+def true_pose(seconds):
+    """On a circle of 1 m radius, at 0.4 m/s."""
+    angle = 0.4 * seconds
+    return PlanarPose(math.sin(angle), 1.0 - math.cos(angle), math.remainder(angle, math.tau))
+
+
+def odometry_pose(seconds):
+    """2 % too far, from an origin elsewhere."""
+    angle = 0.4 * seconds
+    away = PlanarPose(3.0, -2.0, 1.0)
+    return away @ PlanarPose(1.02 * math.sin(angle), 1.02 * (1.0 - math.cos(angle)), angle)
+
+
+def beside(pose, x=0.0, y=0.0, yaw=0.0):
+    return PlanarPose(pose.x + x, pose.y + y, pose.yaw + yaw)
+
+
+def messages(seconds, sources, begin=0.0, rate=20.0, odometry_rate=50.0):
+    """Return (stamp, source, pose) in order; each source maps seconds to a pose, None where it is silent."""
+    said = [
+        (
+            BEGIN + round((begin + k / odometry_rate) * SECOND),
+            ODOMETRY,
+            odometry_pose(begin + k / odometry_rate),
+        )
+        for k in range(round(seconds * odometry_rate) + 1)
+    ]
+    for number, source in enumerate(sources):
+        for k in range(round(seconds * rate)):
+            at = begin + (k + 0.3 * number) / rate + 0.003
+            pose = source(at)
+            if pose is not None:
+                said.append((BEGIN + round(at * SECOND), number, pose))
+    return sorted(said, key=lambda m: m[0])
+
+
+def noisy(seed, sigma=SIGMA, pose_at=true_pose):
+    rng = random.Random(seed)
+
+    def look(seconds):
+        return beside(pose_at(seconds), *(rng.gauss(0.0, 0.7 * sigma) for _ in range(3)))
+
+    return look
+
+
+def new_arbiter(count, sources=None, **settings):
+    sources = sources or [SourceSettings(sigma_xy=SIGMA, sigma_yaw=SIGMA)] * count
+    return Arbiter(sources, ArbiterSettings(**settings))
+
+
+def tell(arbiter, said, now=None):
+    for stamp, source, pose in said:
+        at = stamp if now is None else now
+        if source == ODOMETRY:
+            assert arbiter.add_odometry(stamp, pose, at) is None
+        else:
+            assert arbiter.add_pose(source, stamp, pose, None, at) is None
+
+
+def errors(arbiter, seconds):
+    """Return how far [m] and turned [rad] the fused pose is off."""
+    estimate = arbiter.estimate_at(BEGIN + round(seconds * SECOND))
+    pose, true = PlanarPose(estimate.x, estimate.y, estimate.yaw), true_pose(seconds)
+    return pose.distance_to(true), abs(pose.turn_to(true))
+
+
+def numbers(estimate):
+    """All numbers of an estimate."""
+    return [*estimate.mark, *estimate[1:4], *estimate.scatter, estimate.lasting_xy, estimate.lasting_yaw]

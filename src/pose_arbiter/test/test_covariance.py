@@ -1,0 +1,67 @@
+"""Six floats do what matrices do."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from pose_arbiter.core.covariance import (
+    added,
+    conjugated,
+    diagonal,
+    distance_squared,
+    inverse,
+    is_positive_definite,
+    levered,
+    product,
+    scaled,
+    turned,
+)
+
+
+def matrix(a):
+    xx, xy, xt, yy, yt, tt = a
+    return np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
+
+
+def random_covariance(seed):
+    m = np.random.default_rng(seed).normal(size=(3, 3))
+    full = m @ m.T + 0.1 * np.eye(3)
+    return tuple(float(full[i, j]) for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
+
+
+@pytest.mark.parametrize('seed', range(10))
+def test_they_agree_with_numpy(seed):
+    a, b = random_covariance(seed), random_covariance(seed + 100)
+    A, B = matrix(a), matrix(b)
+    rng = np.random.default_rng(seed)
+    angle, (x, y), m, v = rng.uniform(-3, 3), rng.normal(size=2), rng.normal(size=(3, 3)), rng.normal(size=3)
+    cos, sin = math.cos(angle), math.sin(angle)
+    R = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+    F = np.array([[1, 0, -y], [0, 1, x], [0, 0, 1]])
+    for ours, theirs in (
+        (added(a, b), A + B),
+        (scaled(a, 3.0), 3.0 * A),
+        (turned(a, cos, sin), R @ A @ R.T),
+        (levered(a, x, y), F @ A @ F.T),
+        (inverse(a), np.linalg.inv(A)),
+        (conjugated(tuple(map(tuple, m)), a), m @ A @ m.T),
+    ):
+        np.testing.assert_allclose(matrix(ours), theirs, atol=1e-9)
+    np.testing.assert_allclose(product(a, b), A @ B, atol=1e-12)
+    assert distance_squared(tuple(v), inverse(a)) == pytest.approx(v @ np.linalg.solve(A, v))
+
+
+@pytest.mark.parametrize('seed', range(20))
+def test_positive_definite_is_what_eigenvalues_say(seed):
+    m = np.random.default_rng(seed).normal(size=(3, 3))
+    full = m + m.T + 2.0 * np.eye(3)
+    six = tuple(float(full[i, j]) for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
+    assert is_positive_definite(six) == (np.linalg.eigvalsh(full)[0] > 0.0)
+
+
+def test_numbers_that_are_not_finite_are_not_positive():
+    assert not is_positive_definite(diagonal(math.inf, 1.0))
+    assert not is_positive_definite(diagonal(math.nan, 1.0))

@@ -1,0 +1,174 @@
+"""Who is believed."""
+
+from __future__ import annotations
+
+import pytest
+from short_drive import (
+    BEGIN,
+    ODOMETRY,
+    SECOND,
+    beside,
+    errors,
+    messages,
+    new_arbiter,
+    noisy,
+    odometry_pose,
+    tell,
+    true_pose,
+)
+
+from pose_arbiter.core.arbiter import PERSON
+from pose_arbiter.core.arbiter_settings import ArbiterSettings
+from pose_arbiter.core.covariance import diagonal
+from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.standing import Standing, standing_of
+from pose_arbiter.core.verdict import Verdict
+from shirube_geometry import PlanarPose
+
+
+def until(look, end):
+    return lambda seconds: look(seconds) if seconds < end else None
+
+
+def since(look, begin):
+    return lambda seconds: look(seconds) if seconds >= begin else None
+
+
+def elsewhere(seconds):
+    return PlanarPose(1.0, -2.0, 0.5) @ true_pose(seconds)
+
+
+def run(seconds, sources, **settings):
+    arbiter = new_arbiter(len(sources), **settings)
+    tell(arbiter, messages(seconds, sources))
+    return arbiter
+
+
+def standing(arbiter, seconds, count, **limits):
+    stamp = BEGIN + round(seconds * SECOND)
+    sources = (SourceSettings(),) * count
+    return standing_of(
+        arbiter.belief_at(stamp), arbiter.estimate_at(stamp), sources, ArbiterSettings(**limits)
+    )
+
+
+def test_a_lone_source_is_followed_from_its_first_pose():
+    arbiter = run(0.1, [noisy(1)])
+    assert max(errors(arbiter, 0.1)) < 0.02
+
+
+def test_with_several_the_first_one_waits_for_a_second_opinion():
+    arbiter = run(0.5, [noisy(1), lambda _: None])
+    assert arbiter.estimate_at(BEGIN + SECOND // 2) is None
+    assert standing(arbiter, 0.5, 2) is Standing.WAITING
+
+
+def test_it_waits_in_vain_only_for_a_while():
+    assert max(errors(run(1.5, [noisy(1), lambda _: None]), 1.5)) < 0.02
+
+
+def test_at_the_start_two_outvote_one():
+    for place in range(3):
+        sources = [noisy(1), noisy(2)]
+        sources.insert(place, noisy(3, pose_at=elsewhere))
+        assert max(errors(run(0.2, sources), 0.2)) < 0.02
+
+
+def test_at_the_start_the_higher_priority_is_believed_where_it_is_one_to_one():
+    for priorities in ((1, 0), (0, 1)):
+        sources = [SourceSettings(sigma_xy=0.005, sigma_yaw=0.005, priority=p) for p in priorities]
+        arbiter = new_arbiter(2, sources)
+        tell(arbiter, messages(1.5, [noisy(1), noisy(2, pose_at=elsewhere)]))
+        assert (errors(arbiter, 1.5)[0] < 0.02) == (priorities[0] == 1)
+
+
+def test_one_wild_pose_is_refused():
+    wild = BEGIN + SECOND + 1
+    arbiter = new_arbiter(1)
+    tell(arbiter, [*messages(1.0, [noisy(1)]), (wild, 0, elsewhere(1.0))])
+    assert max(errors(arbiter, 1.01)) < 0.03
+    assert arbiter.counts()[0, Verdict.MOVES_OTHERWISE] == 1
+
+
+def test_who_was_carried_away_is_found_after_the_timeout():
+    arbiter = run(4.0, [lambda s: true_pose(s) if s < 1.0 else elsewhere(s)])
+    estimate = arbiter.estimate_at(BEGIN + 4 * SECOND)
+    assert (estimate.x, estimate.y) == pytest.approx((elsewhere(4.0).x, elsewhere(4.0).y), abs=0.03)
+    early = run(1.8, [lambda s: true_pose(s) if s < 1.0 else elsewhere(s)])
+    assert max(errors(early, 1.8)) < 0.05
+
+
+def test_a_newcomer_moves_nothing_while_a_source_stands_by_the_pose():
+    arbiter = run(6.0, [noisy(1), since(elsewhere, 2.0)])
+    assert max(errors(arbiter, 6.0)) < 0.02
+    assert arbiter.counts()[1, Verdict.GATED] > 50
+    assert arbiter.counts()[1, Verdict.RESET] == 0
+
+
+def test_two_who_agree_outvote_one_that_crept_away():
+    def creeping(seconds):
+        return beside(true_pose(seconds), 0.03 * max(seconds - 1.0, 0.0))
+
+    arbiter = run(6.0, [noisy(1), creeping, noisy(2)])
+    assert max(errors(arbiter, 6.0)) < 0.03
+    assert arbiter.belief_at(BEGIN + 6 * SECOND).records[1].verdict is not Verdict.USED
+
+
+def test_a_frozen_source_is_refused_by_odometry():
+    arbiter = run(4.0, [noisy(1), lambda s: true_pose(min(s, 1.0))])
+    assert max(errors(arbiter, 4.0)) < 0.02
+    assert arbiter.counts()[1, Verdict.MOVES_OTHERWISE] > 30
+
+
+def test_two_sources_are_believed_against_wheels_that_slip():
+    said = [m for m in messages(4.0, [noisy(1), noisy(2)]) if m[1] != ODOMETRY]
+    said += [(BEGIN + k * SECOND // 50, ODOMETRY, odometry_pose(min(k / 50, 1.0))) for k in range(201)]
+    arbiter = new_arbiter(2)
+    tell(arbiter, sorted(said, key=lambda m: m[0]))
+    assert max(errors(arbiter, 4.0)) < 0.05
+
+
+def test_when_one_falls_silent_the_other_goes_on_without_a_jump():
+    arbiter = run(4.0, [until(noisy(1), 2.0), noisy(2)])
+    for k in range(15, 40):
+        assert max(errors(arbiter, k / 10)) < 0.02 if k >= 20 else True
+    assert standing(arbiter, 4.0, 2) is Standing.FOLLOWED
+
+
+def test_without_sources_odometry_carries_on_and_then_the_pose_is_lost():
+    arbiter = run(30.0, [until(noisy(1), 2.0)])
+    assert standing(arbiter, 30.0, 1) is Standing.ODOMETRY_ONLY
+    assert standing(arbiter, 30.0, 1, lost_sigma_yaw=0.1) is Standing.LOST
+    assert standing(arbiter, 30.0, 1, lost_sigma_xy=0.1) is Standing.LOST
+    short = run(5.0, [until(noisy(1), 2.0)])
+    assert standing(short, 5.0, 1) is Standing.ODOMETRY_ONLY
+    assert max(errors(short, 5.0)) < 0.15
+
+
+def test_without_odometry_the_pose_is_lost_soon_and_found_again():
+    look = lambda s: None if 1.0 < s < 4.0 else true_pose(s)  # noqa: E731
+    said = [m for m in messages(5.0, [look]) if m[1] != ODOMETRY]
+    arbiter = new_arbiter(1)
+    tell(arbiter, [m for m in said if m[0] < BEGIN + 2 * SECOND])
+    assert standing(arbiter, 3.5, 1) is Standing.LOST
+    tell(arbiter, [m for m in said if m[0] > BEGIN + 2 * SECOND])
+    assert standing(arbiter, 5.0, 1) is Standing.FOLLOWED
+    assert errors(arbiter, 5.0)[0] < 0.05
+
+
+def test_a_person_is_believed_until_a_source_has_another_view():
+    arbiter = run(1.0, [noisy(1)])
+    told, now = elsewhere(1.0), BEGIN + SECOND
+    assert arbiter.add_pose(PERSON, now, told, diagonal(0.01, 0.01), now) is None
+    assert arbiter.estimate_at(now).x == pytest.approx(told.x)
+    tell(arbiter, messages(1.0, [noisy(1)], begin=1.001))
+    assert max(errors(arbiter, 2.0)) < 0.03
+
+
+def test_after_a_reset_nothing_is_known():
+    arbiter = run(1.0, [noisy(1)])
+    arbiter.reset()
+    assert arbiter.estimate_at(BEGIN + SECOND) is None
+    assert not arbiter.counts()
+    tell(arbiter, messages(0.2, [noisy(1)]))
+    assert max(errors(arbiter, 0.2)) < 0.02

@@ -1,0 +1,139 @@
+"""The node through real topics."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from types import ModuleType
+
+import numpy as np
+import pytest
+from arbiter_graph import START, Robot, seconds_of
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.node import Node
+
+from pose_arbiter.core.standing import Standing
+from shirube_geometry import PlanarPose
+from shirube_ros.isolated_graph import isolated_graph
+from shirube_ros.pose_conversion import pose_with_covariance_stamped
+
+
+def test_two_sources_and_odometry_become_one_pose_fifty_times_a_second(graph):
+    robot = Robot(graph)
+    robot.drive(2.0)
+    stamps = [seconds_of(pose) for pose in robot.poses]
+    assert np.diff(stamps) == pytest.approx(0.02, abs=1e-6)
+    assert stamps[-1] == pytest.approx(robot.now, abs=0.021)
+    for pose, message in list(zip(robot.poses, robot.odometry))[10:]:
+        assert pose.header.frame_id == message.header.frame_id == 'map'
+        assert message.child_frame_id == 'base_link'
+        assert pose.pose.position.x == pytest.approx(0.5 * (seconds_of(pose) - START), abs=0.01)
+        assert message.pose.covariance[0] > 0.0
+        assert message.twist.twist.linear.x == 0.5
+
+
+def test_the_diagnostics_tell_who_is_used_and_who_is_refused_and_why(graph):
+    robot = Robot(graph)
+    robot.drive(1.0)
+    assert robot.report().level == DiagnosticStatus.OK
+    robot.drive(1.5, b=lambda pose: PlanarPose(pose.x, pose.y + 1.0, pose.yaw))
+    report = robot.report()
+    assert report.level == DiagnosticStatus.WARN
+    assert 'a used, b refused (' in report.message
+    values = {value.key: value.value for value in report.values}
+    assert int(values['a: used']) > 20
+    assert values['b received'] == '25'
+
+
+def test_when_sources_fall_silent_odometry_carries_on_and_it_is_said(graph):
+    robot = Robot(graph)
+    robot.drive(1.0)
+    robot.drive(2.0, a=False, b=False)
+    assert robot.poses[-1].pose.position.x == pytest.approx(robot.pose.x, abs=0.02)
+    report = robot.report()
+    assert report.level == DiagnosticStatus.WARN
+    assert 'odometry carries on' in report.message
+    assert 'a silent for' in report.message
+
+
+def test_a_lost_pose_is_said_aloud_and_not_told(graph, capfd):
+    robot = Robot(graph)
+    robot.drive(1.0)
+    for _ in range(30):
+        robot.tick(0.1)
+    assert graph.spin_until(lambda: robot.node._report._standing is Standing.LOST)
+    graph.spin_until(lambda: False, 0.5)
+    told = len(robot.poses)
+    robot.tick(0.1)
+    graph.spin_until(lambda: False, 0.5)
+    assert len(robot.poses) == told
+    report = robot.report()
+    assert report.level == DiagnosticStatus.ERROR
+    assert 'the pose is lost' in report.message
+    assert 'LOST' in capfd.readouterr().err
+
+
+def test_a_person_can_say_where_the_robot_is(graph):
+    robot = Robot(graph)
+    robot.tick(0.1)
+    robot.say_odometry()
+    told = pose_with_covariance_stamped(PlanarPose(2.0, 3.0, 1.0), np.eye(3) * 0.01, robot.header())
+    robot.send('initialpose', told)
+    robot.tick(0.1)
+    assert graph.spin_until(lambda: bool(robot.poses))
+    assert robot.poses[-1].pose.position.y == pytest.approx(3.0, abs=0.1)
+
+
+def test_reset_forgets_the_pose(graph):
+    robot = Robot(graph)
+    robot.drive(0.5)
+    answer = robot.call_reset()
+    assert (answer.success, answer.message) == (True, 'the pose is forgotten')
+    told = len(robot.poses)
+    robot.tick(0.1)
+    graph.spin_until(lambda: False, 0.2)
+    assert len(robot.poses) == told
+    robot.drive(0.5)
+    assert len(robot.poses) > told
+
+
+def test_the_transform_joins_map_and_odometry(graph, monkeypatch):
+    sent = []
+
+    class Broadcaster:
+        def __init__(self, node):
+            pass
+
+        def sendTransform(self, message):
+            sent.append(message)
+
+    module = ModuleType('tf2_ros')
+    module.TransformBroadcaster = Broadcaster
+    monkeypatch.setitem(sys.modules, 'tf2_ros', module)
+    robot = Robot(graph)
+    robot.drive(1.0)
+    last = sent[-1]
+    assert (last.header.frame_id, last.child_frame_id) == ('map', 'odom')
+    assert last.transform.translation.x == pytest.approx(-5.0, abs=0.02)
+    assert last.transform.translation.y == pytest.approx(-5.0, abs=0.02)
+    assert seconds_of(last) == pytest.approx(robot.now + 0.1, abs=0.03)
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_it_ends_in_peace(number):
+    with isolated_graph() as graph:
+        domain = graph.context.get_domain_id()
+        program = subprocess.Popen(
+            [sys.executable, '-m', 'pose_arbiter.node'],
+            env=os.environ | {'ROS_DOMAIN_ID': str(domain)},
+            start_new_session=True,
+        )
+        try:
+            watcher = graph.add(lambda **options: Node('watcher', **options))
+            assert graph.spin_until(lambda: watcher.count_publishers('/pose_arbiter/pose') == 1, timeout=60.0)
+            program.send_signal(number)
+            assert program.wait(timeout=30.0) == 0
+        finally:
+            program.kill()

@@ -1,0 +1,119 @@
+"""Whatever is wrong is told in one line, and the pose stays as it was."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from arbiter_graph import NOISE, Robot
+from nav_msgs.msg import Odometry
+
+from pose_arbiter.node import PoseArbiterNode
+from shirube_geometry import PlanarPose
+from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped
+from shirube_settings import SettingsError
+
+
+def flat(message):
+    message.pose.orientation.w = message.pose.orientation.z = 0.0
+    return message
+
+
+@pytest.mark.parametrize(
+    ('send', 'name', 'words'),
+    [
+        (lambda r: r.say_a(frame='hall'), 'a', "nobody publishes poses of a in the frame 'map'"),
+        (lambda r: r.say_a(PlanarPose(math.nan, 0.0, 0.0)), 'a', 'a holds a pose that is not finite'),
+        (lambda r: r.say_a(noise=np.zeros((3, 3))), 'a', 'a holds a covariance that is not positive'),
+        (lambda r: r.say_a(noise=np.eye(3) * 1e9), 'a', 'a: covariance is none of a pose'),
+        (lambda r: r.say_a(PlanarPose(1e9, 0.0, 0.0)), 'a', 'a: farther away than any robot'),
+        (lambda r: r.say_a(ago=r.now), 'a', 'a: stamp is 0'),
+        (lambda r: r.say_a(ago=-5.0), 'a', 'a: stamp is in the future'),
+        (lambda r: r.say_a(ago=50.0), 'a', 'a: stamp is too old'),
+        (lambda r: [r.say_a(), r.say_a()], 'a', 'a: stamp came before'),
+        (lambda r: r.send('b', flat(pose_stamped(r.pose, r.header()))), 'b', 'b holds a quaternion of zeros'),
+        (lambda r: r.send('odom', Odometry(header=r.header('odom'))), 'odom', None),
+        (lambda r: r.say_odometry(PlanarPose(math.inf, 0.0, 0.0)), 'odom', 'odom holds a pose that is not'),
+        (
+            lambda r: r.send('initialpose', pose_with_covariance_stamped(r.pose, NOISE, r.header('odom'))),
+            'initialpose',
+            "initialpose is in the frame 'odom', map_frame is 'map'",
+        ),
+    ],
+)
+def test_a_bad_message_is_refused_with_one_line(graph, send, name, words):
+    robot = Robot(graph)
+    robot.drive(0.3)
+    robot.tick(0.1)
+    send(robot)
+    lines = robot.refusals(name)
+    if words is None:
+        assert lines == []  # a quaternion of no turn is what a new message holds
+        return
+    assert len(lines) == 1
+    assert lines[0].startswith(words)
+    assert '\n' not in lines[0]
+    assert lines[0] in robot.report().message
+
+
+def test_when_time_goes_back_everything_begins_anew_and_it_is_said_once(graph, capfd):
+    robot = Robot(graph)
+    robot.drive(1.0)
+    robot.now -= 50.0
+    robot.tick(0.0)
+    robot.drive(1.0)
+    assert capfd.readouterr().err.count('time jumped') == 1
+    assert robot.poses[-1].pose.position.x == pytest.approx(robot.pose.x, abs=0.02)
+
+
+def test_topics_that_nobody_publishes_are_told_once(graph, capfd):
+    node = graph.add(PoseArbiterNode, sources=['a', 'b'])
+    for _ in range(10):
+        node._report.status()
+    words = capfd.readouterr().err
+    for topic in ('/a/pose_with_covariance (a)', '/b/pose_with_covariance (b)', '/odom (odom)'):
+        assert words.count(f'nobody publishes {topic}; check its name') == 1
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'words'),
+    [
+        ({'sources': ['a', 'a']}, 'holds a twice; give each source a name of its own'),
+        ({'sources': ['a', 'b'], 'a.topic': '/p', 'b.topic': '/p'}, 'a and b have the same topic /p'),
+        ({'sources': ['A b']}, "holds 'A b'; a name has small letters"),
+        ({'sources': ['rate']}, 'holds rate, which is a parameter'),
+        ({'sources': 'a'}, 'must be a list of names'),
+        ({'sources': [1.0]}, 'must be a list of names'),
+        ({'sources': ['a'], 'a.sigma_xy': -1.0}, 'setting a.sigma_xy is -1.0 m, allowed is'),
+        ({'sources': ['a'], 'a.offset': [1.0]}, 'setting a.offset is .* it must be 3 numbers'),
+        ({'sources': ['a'], 'a.timout': 1.0}, 'parameter a.timout does not exist, did you mean a.timeout'),
+        ({'gate_probability': 1.0}, 'setting gate_probability is 1.0'),
+    ],
+)
+def test_bad_parameters_are_refused_with_one_line(graph, parameters, words):
+    with pytest.raises(SettingsError, match=words) as refusal:
+        graph.add(PoseArbiterNode, **parameters)
+    assert '\n' not in str(refusal.value)
+
+
+def test_a_strange_parameter_is_told(graph, capfd):
+    graph.add(PoseArbiterNode, wheel_radius=0.1)
+    assert 'parameter wheel_radius does not exist here and is left out' in capfd.readouterr().err
+
+
+def test_a_bad_start_is_one_line_and_exit_code_1():
+    program = subprocess.run(
+        [sys.executable, '-m', 'pose_arbiter.node', '--ros-args', '-p', 'sources:=[floor, floor]'],
+        env=os.environ | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert program.returncode == 1
+    assert len(program.stderr.splitlines()) == 1
+    assert 'holds floor twice' in program.stderr

@@ -1,0 +1,40 @@
+"""Starts pose_arbiter with its parameter file.
+
+Arguments: `params_file` (your own copy of config/pose_arbiter.yaml, which names the sources), `odom` (topic of the
+odometry), `initialpose` (topic on which people say where the robot is), `use_sim_time` (what the parameter file says of
+it counts more).
+"""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.conditions import IfCondition
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node, SetParameter
+from launch_ros.substitutions import FindPackageShare
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the node and the arguments it takes."""
+    config = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'config'])
+    arguments = [
+        DeclareLaunchArgument(
+            'params_file',
+            default_value=PathJoinSubstitution([config, 'pose_arbiter.yaml']),
+            description='parameters of the node',
+        ),
+        DeclareLaunchArgument('odom', default_value='odom', description='topic of the odometry'),
+        DeclareLaunchArgument(
+            'initialpose', default_value='/initialpose', description='topic of poses that people tell'
+        ),
+        DeclareLaunchArgument('use_sim_time', default_value='false', description='take the time from /clock'),
+    ]
+    node = Node(
+        package='pose_arbiter',
+        executable='node',
+        name='pose_arbiter',
+        output='screen',
+        parameters=[LaunchConfiguration('params_file')],
+        remappings=[(topic, LaunchConfiguration(topic)) for topic in ('odom', 'initialpose')],
+    )
+    sim_time = SetParameter('use_sim_time', True, condition=IfCondition(LaunchConfiguration('use_sim_time')))
+    return LaunchDescription([*arguments, sim_time, node])
