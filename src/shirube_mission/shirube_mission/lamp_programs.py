@@ -9,7 +9,7 @@ from vlc_beacon.core.transmitter.lamp_program import encode_packets
 from vlc_beacon.core.transmitter.spoken_packet import Speaker, packets_of_words
 from vlc_beacon.core.trust.command_key import CommandKey
 
-CRUISE_SPEED, SLOW_SPEED = 0.4, 0.18
+CRUISE_SPEED, SLOW_SPEED = 0.4, 0.22
 """How fast the robot may drive, and how fast after the first order [m/s]."""
 
 _WORDS = {
