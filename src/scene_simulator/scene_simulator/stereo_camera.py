@@ -11,9 +11,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scene_simulator.camera_motion import CameraPose
-from scene_simulator.corridor_scene import CorridorScene
 from scene_simulator.corridor_texture import plaster
 from scene_simulator.gain_sensor import GainSensor
+from scene_simulator.painted_scene import PaintedScene
 from scene_simulator.shape_painting import SAMPLES, Texture, paint_outline
 from scene_simulator.shape_projection import outline_in_picture, view_planes
 from shirube_geometry import PinholeCamera
@@ -62,18 +62,18 @@ class StereoCamera:
     sensor: GainSensor = field(default_factory=GainSensor)
 
     def photograph(
-        self, scene: CorridorScene, pose: CameraPose, rng: np.random.Generator | None = None
+        self, scene: PaintedScene, pose: CameraPose, rng: np.random.Generator | None = None
     ) -> NDArray[np.uint8]:
         """Return a picture, shape (height, width).
 
         Args:
-            scene: the corridor.
+            scene: what there is to see, such as a corridor.
             pose: ``T_map_camera``.
             rng: source of the sensor's noise, none for a picture without.
         """
         return self.sensor.expose(self.light(scene, pose), rng)
 
-    def light(self, scene: CorridorScene, pose: CameraPose) -> NDArray[np.float32]:
+    def light(self, scene: PaintedScene, pose: CameraPose) -> NDArray[np.float32]:
         """Return the light that the pixels collect, shape (height, width), 1 fills the well."""
         table, camera = scene.table, self.intrinsics
         places = np.array([_places_from_rays(surface.points_map(_UNITS), pose) for surface in table.surfaces])

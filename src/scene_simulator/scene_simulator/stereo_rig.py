@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_simulator.camera_motion import CameraPose, camera_pose
-from scene_simulator.corridor_scene import CorridorScene
 from scene_simulator.gain_sensor import GainSensor
+from scene_simulator.painted_scene import PaintedScene
 from scene_simulator.stereo_calibration import CameraCalibration, rectified_pair, stereo_pair
 from scene_simulator.stereo_camera import StereoCamera
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, matrix_from_rpy
@@ -80,12 +80,12 @@ def raw_rig() -> StereoRig:
 
 
 def render_pair(
-    scene: CorridorScene, rig: StereoRig, T_map_base: PlanarPose, rng: np.random.Generator | None = None
+    scene: PaintedScene, rig: StereoRig, T_map_base: PlanarPose, rng: np.random.Generator | None = None
 ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """Return the pictures of the left and the right camera, each of shape (height, width).
 
     Args:
-        scene: the corridor.
+        scene: what there is to see, such as a corridor.
         rig: the cameras; for a robot that leans, with the mount in the upright frame under it.
         T_map_base: where the robot stands.
         rng: source of the sensors' noise, none for pictures without.

@@ -11,7 +11,10 @@ from shirube_cli.project import find_root
 from shirube_cli.workspace import build_workspace
 
 # Loaded when asked for: the other commands start without matplotlib and ROS.
-DEMOS = {'floor': ('shirube_cli.floor_demo', 'demo_floor')}
+DEMOS = {
+    'floor': ('shirube_cli.floor_demo', 'demo_floor'),
+    'mission': ('shirube_cli.mission_demo', 'demo_mission'),
+}
 
 
 def demo(arguments: Sequence[str]) -> int:

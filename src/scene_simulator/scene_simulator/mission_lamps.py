@@ -1,0 +1,85 @@
+"""The mission's ceiling: lamps that tell their names, two that give orders, four that are off."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from light_waveform import Waveform
+from scene_simulator.blooming import Blooming
+from scene_simulator.ceiling_camera import CeilingCamera
+from scene_simulator.ceiling_lamp import CeilingLamp
+from scene_simulator.ceiling_lens import CeilingLens
+from scene_simulator.ceiling_room import CeilingRoom
+from scene_simulator.lamp_shape import Disc
+from scene_simulator.mission_layout import ROOM
+from scene_simulator.scene_error import SceneError
+from scene_simulator.shutter import Shutter
+from shirube_geometry import CameraMount, PinholeCamera
+
+LAMP_RADIUS = 0.12
+"""Of the frosted discs [m]: 27 rows of the picture."""
+
+LAMPS = {
+    1 + 4 * row + column: (x, y, ROOM[5] - 0.1)
+    for row, y in enumerate((1.0, 3.0, 5.0))
+    for column, x in enumerate((1.0, 3.0, 5.0, 7.0))
+}
+"""Place of each lamp by its ID [m]."""
+
+DARK_LAMPS = (7, 8, 11, 12)
+"""IDs of those that are off."""
+
+SLOW_LAMP, FAST_LAMP = 3, 10
+"""IDs of the lamps that give orders: before the first goal to drive slowly, before the last one to speed up again."""
+
+CEILING_CAMERA = CeilingCamera(
+    PinholeCamera(480, 384, 240.0, 240.0, 239.5, 191.5),
+    Shutter(60e-6, 18.9e-6),
+    CeilingLens(blooming=Blooming(glow_reach=4.0)),
+)
+"""A cheap camera with a rolling shutter; its exposure is too short for the dim ceiling."""
+
+CEILING_MOUNT = CameraMount((0.0, 0.0, 1.0), (0.0, 0.0, 0.5 * math.pi))
+"""On the mast, straight up with the image's upper edge ahead."""
+
+LAMP_RATE = 25.0
+"""Pictures a second, for which the lamps play."""
+
+_CLOCKS = 20.0
+"""Standard deviation of the lamps' clocks [ppm]."""
+_PHASES = 12
+
+
+def mission_ceiling(waveforms: Mapping[int, Waveform], seed: int) -> CeilingRoom:
+    """Return the ceiling.
+
+    Args:
+        waveforms: what each lamp plays, by its ID.
+        seed: of when the lamps were switched on and how their clocks go.
+
+    Raises:
+        SceneError: a lamp without a waveform, or a negative seed.
+    """
+    missing = sorted(set(LAMPS) - set(waveforms))
+    if missing:
+        raise SceneError(f'lamp {missing[0]} plays nothing: give a waveform for each of {sorted(LAMPS)}')
+    rng = np.random.default_rng((seed, _PHASES))
+    lamps = []
+    for name, place in LAMPS.items():
+        phase, offset = float(rng.uniform(0.0, 10.0)), float(rng.normal(0.0, _CLOCKS))
+        if name not in DARK_LAMPS:
+            brightness = CEILING_CAMERA.brightness_for(1.0)
+            lamps.append(CeilingLamp(place, Disc(LAMP_RADIUS), waveforms[name], brightness, phase, offset))
+    return CeilingRoom(tuple(lamps))
+
+
+def lamps_near(room: CeilingRoom, x: float, y: float) -> CeilingRoom:
+    """Return the room with those lamps alone that the camera can see from a place [m]; the others take time."""
+    camera = CEILING_CAMERA.intrinsics
+    height = ROOM[5] - CEILING_MOUNT.xyz[2]
+    reach = height * math.hypot(camera.width / camera.fx, camera.height / camera.fy) * 0.5 + 0.5
+    near = tuple(lamp for lamp in room.lamps if math.hypot(lamp.xyz[0] - x, lamp.xyz[1] - y) < reach)
+    return CeilingRoom(near)

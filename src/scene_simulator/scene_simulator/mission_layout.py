@@ -1,0 +1,99 @@
+"""The mission: where the robot begins, where it is to go, and where which of its localizers is left without anything.
+
+The room's lower left corner is the origin of the map. The building is always the same; the seed decides what stands
+in it and how exactly start and goals lie.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from scene_simulator.box_room import Box
+from scene_simulator.scene_error import check_seed
+from shirube_geometry import PlanarPose
+
+ROOM: Box = (0.0, 0.0, 0.0, 8.0, 6.0, 3.2)
+"""Corners of the room in the map frame [m]."""
+
+ROBOT_RADIUS, ROBOT_HEIGHT = 0.2, 1.3
+"""Of the upright cylinder that holds the robot, with its mast [m]."""
+
+_START = PlanarPose(0.9, 1.1, 0.0)
+_GOALS = (
+    PlanarPose(5.8, 1.2, 0.0),
+    PlanarPose(6.4, 3.8, 0.5 * math.pi),
+    PlanarPose(2.2, 4.6, math.pi),
+)
+"""Each faces a wall with landmarks, 2.2 m before it."""
+
+_SHIFT, _TURN = 0.1, math.radians(4.0)
+"""By how much the seed moves and turns start and goals at most [m, rad]."""
+
+_LAYOUT = 11
+
+
+@dataclass(frozen=True)
+class Zone:
+    """A rectangle on the floor.
+
+    Attributes:
+        low: its lower left corner [m].
+        high: its upper right corner [m].
+    """
+
+    low: tuple[float, float]
+    high: tuple[float, float]
+
+    def contains(self, x: float, y: float) -> bool:
+        """Return whether a place [m] is in it."""
+        return self.low[0] <= x <= self.high[0] and self.low[1] <= y <= self.high[1]
+
+
+CARPET = Zone((4.4, 0.4), (7.0, 2.0))
+"""A carpet hides the floor's dots."""
+
+DARK = Zone((5.4, 3.0), (7.4, 4.6))
+"""Here no lamp is seen: those above it are off."""
+
+COVERED = Zone((1.4, 3.8), (4.8, 5.4))
+"""Here the landmarks of the west wall would be seen, but a sheet hangs over them."""
+
+ZONES = {'carpet': CARPET, 'dark': DARK, 'covered': COVERED}
+"""The zones by name: without floor dots, without lamps, without landmarks."""
+
+
+@dataclass(frozen=True)
+class MissionLayout:
+    """Start and goals.
+
+    Attributes:
+        start: ``T_map_base`` at the beginning.
+        goals: the poses that the robot is to reach, in this order.
+    """
+
+    start: PlanarPose
+    goals: tuple[PlanarPose, ...]
+
+
+NOMINAL = MissionLayout(_START, _GOALS)
+"""Start and goals as the places were taught for them."""
+
+
+def mission_layout(seed: int) -> MissionLayout:
+    """Return start and goals of a seed, each a little off the nominal pose.
+
+    Raises:
+        SceneError: a negative seed.
+    """
+    check_seed(seed)
+    rng = np.random.default_rng((seed, _LAYOUT))
+    start, *goals = (_moved(pose, rng) for pose in (_START, *_GOALS))
+    return MissionLayout(start, tuple(goals))
+
+
+def _moved(pose: PlanarPose, rng: np.random.Generator) -> PlanarPose:
+    x, y, turn = rng.uniform(-1.0, 1.0, 3).tolist()
+    return PlanarPose(pose.x + _SHIFT * x, pose.y + _SHIFT * y, pose.yaw + _TURN * turn)

@@ -1,0 +1,55 @@
+"""``room``: drive a simulated robot through a room to three goals, with all nodes as processes of their own."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from shirube_bags.errors import ShirubeBagsError
+from shirube_files import write_text
+from shirube_mission.building_files import write_building
+from shirube_mission.mission_error import MissionError
+from shirube_mission.mission_run import run_mission
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0 after a mission that succeeded, else 1."""
+    options = _parser().parse_args(arguments)
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    try:
+        options.folder.mkdir(parents=True, exist_ok=True)
+        files = write_building((options.building or options.folder / 'building').absolute())
+        summary, record, _ = run_mission(options.seed, files, options.folder.absolute(), print)
+        write_text(options.folder / 'summary.json', json.dumps(summary, indent=2) + '\n')
+        track = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in record.track)
+        write_text(options.folder / 'track.csv', f't,x,y,yaw\n{track}')
+    except KeyboardInterrupt:
+        print('room: interrupted; the nodes have ended', file=sys.stderr)
+        return 1
+    except (MissionError, ShirubeBagsError, StereoLandmarkError) as fault:
+        print(f'room: {fault}', file=sys.stderr)
+        return 1
+    except OSError as fault:
+        print(f'room: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        return 1
+    print(f'{"success" if summary["success"] else "FAILURE"}: {summary["ended"]}')
+    return 0 if summary['success'] else 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog='room', description=__doc__)
+    parser.add_argument('folder', type=Path, help='takes logs, summary.json and track.csv')
+    parser.add_argument('--seed', type=int, default=0, help='of room, robot and noise (default: %(default)s)')
+    parser.add_argument(
+        '--building', type=Path, help='folder of map, lamps and taught places (default: in the folder)'
+    )
+    return parser
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,33 @@
+"""What the mission's lamps play: their names, and the orders of two of them, signed."""
+
+from __future__ import annotations
+
+from light_waveform import Waveform
+from scene_simulator.mission_lamps import FAST_LAMP, LAMP_RATE, LAMPS, SLOW_LAMP
+from vlc_beacon.core.transmitter.encoding_settings import RS_FSK_NAME, EncodingSettings
+from vlc_beacon.core.transmitter.lamp_program import encode_packets
+from vlc_beacon.core.transmitter.spoken_packet import Speaker, packets_of_words
+from vlc_beacon.core.trust.command_key import CommandKey
+
+CRUISE_SPEED, SLOW_SPEED = 0.4, 0.22
+"""How fast the robot may drive, and how fast after the first order [m/s]."""
+
+_WORDS = {
+    SLOW_LAMP: ['id', f'slow:{SLOW_SPEED}'],
+    FAST_LAMP: ['id', f'speed_up:{CRUISE_SPEED}'],
+}
+_COUNTER = 1
+
+
+def lamp_waveforms(key: CommandKey) -> dict[int, Waveform]:
+    """Return what each lamp plays, by its ID.
+
+    Args:
+        key: signs the orders.
+    """
+    settings = EncodingSettings(code=RS_FSK_NAME, frame_rate=LAMP_RATE)
+    waveforms = {}
+    for name in LAMPS:
+        packets = packets_of_words(_WORDS.get(name, ['id']), Speaker(name, key, _COUNTER))
+        waveforms[name] = encode_packets(packets, settings).waveform
+    return waveforms

@@ -1,0 +1,152 @@
+"""What became of the mission: the track, each goal, each zone, in numbers."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from scene_simulator.mission_layout import ZONES
+from shirube_geometry import PlanarPose
+
+TRUE_ERROR_MAX, FUSED_ERROR_MAX = 0.03, 0.02
+"""Of the robot from its goal, and of the fused pose from the true one [m]."""
+
+
+@dataclass(frozen=True)
+class GoalRecord:
+    """What became of a goal.
+
+    Attributes:
+        reached: the planner says so and the robot stands.
+        seconds: since the goal was given [s].
+        true_error: of the true pose from the goal [m].
+        yaw_error: the same of the heading [rad].
+        fused_error: of the fused pose from the true one, of the same time [m].
+    """
+
+    reached: bool
+    seconds: float
+    true_error: float
+    yaw_error: float
+    fused_error: float
+
+    @property
+    def is_good(self) -> bool:
+        """Whether it was reached well enough."""
+        near = self.true_error <= TRUE_ERROR_MAX and self.fused_error <= FUSED_ERROR_MAX
+        return self.reached and near
+
+
+@dataclass
+class MissionRecord:
+    """All numbers of a mission.
+
+    Attributes:
+        seed: of the mission.
+        goals: one after the other.
+        track: time [s], true x, y, yaw; every step.
+        least_clearance: smallest room between the robot's rim and anything solid [m].
+        collisions: how often the robot came to touch something.
+        ended: why the mission ended.
+    """
+
+    seed: int
+    goals: list[GoalRecord] = field(default_factory=list)
+    track: list[tuple[float, float, float, float]] = field(default_factory=list)
+    least_clearance: float = math.inf
+    collisions: int = 0
+    ended: str = ''
+    _touches: bool = False
+
+    def add_step(self, time: float, pose: PlanarPose, clearance: float) -> None:
+        """Take where the robot truly is at a time [s], and how much room it has there [m]."""
+        self.track.append((time, pose.x, pose.y, pose.yaw))
+        self.least_clearance = min(self.least_clearance, clearance)
+        touches = clearance <= 0.0
+        self.collisions += touches and not self._touches
+        self._touches = touches
+
+    def succeeded(self, goals: int) -> bool:
+        """Return whether so many goals were reached well, without a collision."""
+        return len(self.goals) == goals and all(goal.is_good for goal in self.goals) and not self.collisions
+
+    @property
+    def path_length(self) -> float:
+        """Way of the robot [m]."""
+        return sum(math.hypot(b[1] - a[1], b[2] - a[2]) for a, b in pairwise(self.track))
+
+    def summary(
+        self,
+        goals: int,
+        fixes: Mapping[str, Sequence[tuple[float, PlanarPose]]],
+        orders: Sequence[tuple[float, str]],
+        timing: Mapping[str, float],
+    ) -> dict[str, object]:
+        """Return everything but the track, ready for JSON.
+
+        Args:
+            goals: how many there were.
+            fixes: time [s] and pose of each localizer's poses, and of the fused ones, by name.
+            orders: what lamps said, and when [s].
+            timing: what took how long [s].
+        """
+        return {
+            'seed': self.seed,
+            'success': self.succeeded(goals),
+            'ended': self.ended,
+            'goals': [{**asdict(goal), 'good': goal.is_good} for goal in self.goals],
+            'collisions': self.collisions,
+            'least_clearance': self.least_clearance,
+            'path_length': self.path_length,
+            'seconds': self.track[-1][0] if self.track else 0.0,
+            'orders': [{'time': time, 'order': order} for time, order in orders],
+            'poses': {name: self._accuracy(told) for name, told in fixes.items()},
+            'zones': {zone: self._in_zone(zone, fixes) for zone in ZONES},
+            'timing': dict(timing),
+        }
+
+    def true_pose(self, time: float) -> PlanarPose | None:
+        """Return the true pose at a time [s], even between two steps; None before the first."""
+        after = bisect_right(self.track, time, key=lambda entry: entry[0])
+        if after == 0:
+            return None
+        start, stop = self.track[after - 1], self.track[min(after, len(self.track) - 1)]
+        share = (time - start[0]) / (stop[0] - start[0]) if stop[0] > start[0] else 0.0
+        turn = math.remainder(stop[3] - start[3], math.tau)
+        x, y = (start[k] + share * (stop[k] - start[k]) for k in (1, 2))
+        return PlanarPose(x, y, start[3] + share * turn)
+
+    def _accuracy(self, told: Sequence[tuple[float, PlanarPose]]) -> dict[str, float]:
+        errors = self._errors(told, lambda _: True)
+        if not errors:
+            return {'count': 0}
+        return {
+            'count': len(errors),
+            'rmse': float(np.sqrt(np.mean(np.square(errors)))),
+            'median': float(np.median(errors)),
+            'worst': max(errors),
+        }
+
+    def _in_zone(
+        self, zone: str, fixes: Mapping[str, Sequence[tuple[float, PlanarPose]]]
+    ) -> dict[str, object]:
+        inside = ZONES[zone]
+        seconds = sum(b[0] - a[0] for a, b in pairwise(self.track) if inside.contains(a[1], a[2]))
+        counts = {
+            name: len(self._errors(told, lambda pose: inside.contains(pose.x, pose.y)))
+            for name, told in fixes.items()
+        }
+        worst = self._errors(fixes['pose_arbiter'], lambda pose: inside.contains(pose.x, pose.y))
+        return {'seconds': seconds, 'poses': counts, 'worst_fused_error': max(worst, default=0.0)}
+
+    def _errors(
+        self, told: Sequence[tuple[float, PlanarPose]], wanted: Callable[[PlanarPose], bool]
+    ) -> list[float]:
+        """Return the errors of poses where the robot truly was at a wanted place [m]."""
+        pairs = ((pose, self.true_pose(time)) for time, pose in told)
+        return [pose.distance_to(truth) for pose, truth in pairs if truth is not None and wanted(truth)]

@@ -1,0 +1,128 @@
+"""Parameters and topics of the six nodes on the mission."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+
+from scene_simulator.mission_floor import BELLY_MOUNT
+from scene_simulator.mission_lamps import CEILING_CAMERA, CEILING_MOUNT, LAMP_RATE
+from scene_simulator.mission_layout import ROBOT_HEIGHT, ROBOT_RADIUS
+from scene_simulator.mission_sensors import DEPTH_MOUNT, STEREO_RIG
+from shirube_geometry import CameraMount
+from shirube_mission.building_files import BuildingFiles
+from shirube_mission.lamp_programs import CRUISE_SPEED
+
+Value = str | bool | int | float | list[float] | list[str]
+
+ORDERS_REACH = 2.0
+"""An order is obeyed so near to its lamp [m]."""
+
+GOAL_TOLERANCE = 0.01
+"""A goal is reached so near to it [m]."""
+
+
+@dataclass(frozen=True)
+class NodeSetup:
+    """How a node is started.
+
+    Attributes:
+        package: which is the node's name, too.
+        parameters: that are not the default.
+        topics: remapped ones.
+        images: resolved topics whose pictures must not get lost.
+    """
+
+    package: str
+    parameters: Mapping[str, Value]
+    topics: Mapping[str, str]
+    images: tuple[str, ...] = ()
+
+    def arguments(self, folder: Path) -> list[str]:
+        """Write the parameters to a file in a folder and return the node's command line."""
+        values: dict[str, Value] = {'use_sim_time': True, **self.parameters}
+        for topic in self.images:
+            values[f'qos_overrides.{topic}.subscription.reliability'] = 'reliable'
+        path = folder / f'{self.package}.yaml'
+        path.write_text(yaml.safe_dump({self.package: {'ros__parameters': values}}))
+        remapped = [word for name, topic in self.topics.items() for word in ('-r', f'{name}:={topic}')]
+        return ['--ros-args', '--params-file', str(path), *remapped]
+
+
+def mission_nodes(files: BuildingFiles, port: str) -> tuple[NodeSetup, ...]:
+    """Return the six nodes.
+
+    Args:
+        files: what the robot knows of the building.
+        port: serial port of the motor controller.
+    """
+    return (
+        _localizer('floor_localizer', 'floor', BELLY_MOUNT, {'map_file': str(files.dot_map)}),
+        _localizer(
+            'vlc_beacon',
+            'ceiling',
+            CEILING_MOUNT,
+            {
+                'beacons_file': str(files.beacons),
+                'key_file': str(files.key),
+                'counter_file': str(files.counters),
+                'shutter': 'rolling',
+                'row_time': CEILING_CAMERA.shutter.row_time,
+                'exposure_time': CEILING_CAMERA.shutter.exposure,
+                'lamp_frame_rate': LAMP_RATE,
+                'camera_height_known': True,
+                'zone_radius': ORDERS_REACH,
+                # In the dark it shall fall silent instead of telling what the wheels say.
+                'odometry.position_sigma_max': 0.05,
+            },
+        ),
+        NodeSetup(
+            'stereo_landmark',
+            {
+                'places_dir': str(files.places),
+                'image_transport': 'raw',
+                **_mount(STEREO_RIG.mount),
+            },
+            {},
+            ('/left/image_rect', '/right/image_rect'),
+        ),
+        NodeSetup('pose_arbiter', {}, {}),
+        _planner(),
+        NodeSetup(
+            'motor_bridge',
+            {'port': port, 'update_rate': 50.0, 'reply_timeout': 2.0, 'max_linear_velocity': CRUISE_SPEED},
+            {},
+        ),
+    )
+
+
+def _localizer(package: str, camera: str, mount: CameraMount, parameters: Mapping[str, Value]) -> NodeSetup:
+    topics = {name: f'/{camera}/{name}' for name in ('image_raw', 'camera_info')}
+    values = {'image_transport': 'raw', **_mount(mount), **parameters}
+    return NodeSetup(package, values, topics, (f'/{camera}/image_raw',))
+
+
+def _planner() -> NodeSetup:
+    parameters: dict[str, Value] = {
+        'source': 'depth',
+        'drive': True,
+        'robot_radius': ROBOT_RADIUS,
+        'height_max': ROBOT_HEIGHT,
+        # The depth camera's stereo is too rough beyond.
+        'range_max': 3.5,
+        'max_linear_velocity': CRUISE_SPEED,
+        'max_angular_velocity': 1.0,
+        'max_angular_acceleration': 2.0,
+        'goal_tolerance': GOAL_TOLERANCE,
+        'goal_yaw_tolerance': 0.04,
+        **_mount(DEPTH_MOUNT),
+    }
+    topics = {'pose': '/pose_arbiter/pose', 'command': '/vlc_beacon/command'}
+    return NodeSetup('reward_planner', parameters, topics, ('/depth/image',))
+
+
+def _mount(mount: CameraMount) -> dict[str, Value]:
+    return {'camera_xyz': list(mount.xyz), 'camera_rpy': list(mount.rpy)}

@@ -1,0 +1,86 @@
+"""The mission's nodes as processes of their own."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from shirube_mission.mission_error import MissionError
+from shirube_mission.node_parameters import NodeSetup
+
+_GRACE = 10.0
+"""A node that was told to end may take so long [s]."""
+
+
+class NodeProcesses:
+    """Runs the nodes inside of a `with` statement and ends them with SIGINT.
+
+    Attributes:
+        exit_codes: of the nodes, by name, once they have ended.
+    """
+
+    def __init__(self, nodes: Sequence[NodeSetup], folder: Path, domain: int) -> None:
+        """Prepare.
+
+        Args:
+            nodes: which.
+            folder: takes parameter files and logs.
+            domain: ROS domain of the mission.
+        """
+        self._nodes, self._folder, self._domain = nodes, folder, domain
+        self._running: dict[str, subprocess.Popen[bytes]] = {}
+        self.exit_codes: dict[str, int] = {}
+
+    def __enter__(self) -> Self:
+        """Start all nodes at once."""
+        environment = {
+            **os.environ,
+            'ROS_DOMAIN_ID': str(self._domain),
+            'ROS_LOG_DIR': str(self._folder / 'log'),
+            # Two cores, seven processes: threads of their own would only push each other aside.
+            'OMP_NUM_THREADS': '1',
+            'OPENBLAS_NUM_THREADS': '1',
+        }
+        for node in self._nodes:
+            command = [sys.executable, '-m', f'{node.package}.node', *node.arguments(self._folder)]
+            with (self._folder / f'{node.package}.log').open('wb') as log:
+                self._running[node.package] = subprocess.Popen(
+                    command,
+                    env=environment,
+                    stdin=subprocess.DEVNULL,
+                    stdout=log,
+                    stderr=subprocess.STDOUT,
+                    start_new_session=True,
+                )
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End all nodes as Ctrl-C does, harder where they do not listen."""
+        for process in self._running.values():
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+        for name, process in self._running.items():
+            try:
+                self.exit_codes[name] = process.wait(_GRACE)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                self.exit_codes[name] = process.wait()
+
+    def check(self) -> None:
+        """Raise if a node has ended.
+
+        Raises:
+            MissionError: one has; the message names its log.
+        """
+        for name, process in self._running.items():
+            if process.poll() is not None:
+                log = self._folder / f'{name}.log'
+                raise MissionError(f'{name} ended with exit code {process.returncode}; see {log}')

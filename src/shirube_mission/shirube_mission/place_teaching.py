@@ -1,0 +1,95 @@
+"""Teaches the mission's places from rendered pairs, before the obstacles came, as an engineer would on the page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from scene_simulator.corridor_landmark import Landmark, RoundLandmark
+from scene_simulator.mission_layout import NOMINAL
+from scene_simulator.mission_sensors import STEREO_RIG
+from scene_simulator.mission_walls import FurnishedWalls, bare_walls, landmarks_of
+from scene_simulator.stereo_rig import render_pair
+from shirube_geometry import PlanarPose
+from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
+from stereo_landmark.core.procedure.primitive import Kind, Primitive
+from stereo_landmark.core.procedure.stereo_measurement import invariant_points
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.files.place_file import save_place
+from stereo_landmark.files.taught_images import TaughtImages
+
+PLACES = {
+    'east_near': (NOMINAL.goals[0], 'east'),
+    'east_far': (PlanarPose(4.4, 1.2, 0.0), 'east'),
+    'north_near': (NOMINAL.goals[1], 'north'),
+    'north_far': (PlanarPose(6.3, 2.6, 0.5 * math.pi), 'north'),
+    'west_near': (NOMINAL.goals[2], 'west'),
+    'west_far': (PlanarPose(3.6, 4.6, math.pi), 'west'),
+}
+"""Where each place is taught, and which wall it looks at."""
+
+_NEAR = 3.0
+"""A detected primitive is that of a landmark when its points are not farther off [px]."""
+
+
+def teach_places(folder: Path) -> None:
+    """Teach all places and write them to a folder.
+
+    Raises:
+        StereoLandmarkError: a place cannot be taught.
+        OSError: the folder cannot be written to.
+    """
+    walls = bare_walls()
+    rig = StereoRig(
+        STEREO_RIG.left.intrinsics, STEREO_RIG.right.intrinsics, STEREO_RIG.baseline, STEREO_RIG.mount
+    )
+    for number, (name, (pose, wall)) in enumerate(PLACES.items()):
+        eye = STEREO_RIG.camera_poses(pose)[0].position
+        scene = FurnishedWalls(walls).seen_from(eye)
+        images = render_pair(scene, STEREO_RIG, pose, np.random.default_rng(number))
+        processing = ImageProcessing()
+        left, right = (detect_scene(image, processing) for image in images)
+        teacher = Teacher(StereoView(left, right, rig), processing)
+        seen = dict(_seen_landmarks(landmarks_of(walls, wall), pose, StereoView(left, right, rig), teacher))
+        place = teacher.teach(name, [TargetChoice('wall', seen)], pose)
+        save_place(folder, place, TaughtImages(*images))
+
+
+def _seen_landmarks(
+    landmarks: tuple[Landmark, ...], pose: PlanarPose, view: StereoView, teacher: Teacher
+) -> Iterator[tuple[str, Primitive]]:
+    """Yield the landmarks by name that both images show well."""
+    for landmark in landmarks:
+        found = _primitive_of(landmark, pose, view)
+        if found is not None and _is_measurable(teacher, found):
+            yield landmark.name.replace('/', ' '), found
+
+
+def _primitive_of(landmark: Landmark, pose: PlanarPose, view: StereoView) -> Primitive | None:
+    """Return what the left image shows of a landmark."""
+    points_map = np.array(list(landmark.points_map().values()))
+    points = STEREO_RIG.camera_poses(pose)[0].camera_points(points_map)
+    truth = STEREO_RIG.left.intrinsics.pixels_from_points(points)
+    kind = Kind.ELLIPSE if isinstance(landmark, RoundLandmark) else Kind.QUADRILATERAL
+    best, least = None, _NEAR
+    for primitive in view.left.kinds[kind].primitives:
+        named = primitive.image_points()
+        found = np.array([named[name].position for name in invariant_points(primitive)])
+        apart = float(np.linalg.norm(found[:, None] - truth[None], axis=2).min(axis=1).max())
+        if apart < least:
+            best, least = primitive, apart
+    return best
+
+
+def _is_measurable(teacher: Teacher, primitive: Primitive) -> bool:
+    try:
+        teacher.measure(primitive)
+    except StereoLandmarkError:
+        return False
+    return True

@@ -1,0 +1,30 @@
+"""A path goes through its poses and evenly between them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from shirube_geometry import PlanarPose
+from shirube_mission.render_worker import PiecewisePath
+
+PATH = PiecewisePath((0.0, 1.0, 3.0), (PlanarPose(0, 0, 3.0), PlanarPose(1, 2, -3.0), PlanarPose(5, 2, -3.0)))
+
+
+def test_it_goes_through_its_poses():
+    for time, pose in zip(PATH.times, PATH.poses):
+        there = PATH.pose_at(time)
+        assert there.distance_to(pose) < 1e-12
+        assert abs(there.turn_to(pose)) < 1e-12
+
+
+def test_between_two_poses_it_is_in_the_middle_and_turns_the_short_way():
+    middle = PATH.pose_at(0.5)
+    assert (middle.x, middle.y) == (0.5, 1.0)
+    assert math.cos(middle.yaw) == pytest.approx(-1.0)
+
+
+def test_beyond_its_ends_it_stands():
+    assert PATH.pose_at(-1.0).distance_to(PATH.poses[0]) < 1e-12
+    assert PATH.pose_at(9.0).distance_to(PATH.poses[-1]) < 1e-12
