@@ -60,7 +60,7 @@ def _shapes(content: bytes, forms: dict[bytes, bytes]) -> tuple[NDArray, NDArray
 
 
 def _run(content: bytes, matrix: NDArray, forms: dict[bytes, bytes], found: list) -> None:
-    stack, operands, path, lines = [matrix], [], [], 0
+    stack, operands, path, lines, name = [matrix], [], [], 0, b''
     for token in _TOKEN.findall(content):
         if re.fullmatch(rb'[-+]?\d*\.?\d+', token):
             operands.append(float(token))

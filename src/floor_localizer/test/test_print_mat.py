@@ -84,7 +84,7 @@ def test_without_a_seed_no_two_mats_are_alike(tmp_path: Path, capsys: pytest.Cap
         ('--seed -1', '--seed: -1 is out of range'),
         ('--diameter 0.004', '--spacing: dots of 4 mm would touch at 4 mm'),
         ('--density 90000', '--density: 90000 dots/m² do not fit'),
-        ('--density 500', 'are not unique'),
+        ('--density 500 --view-size 0.03', 'are not unique'),
         ('--density 60 --width 0.1 --height 0.1', 'fewer than 20 dots'),
         ('--width -1', 'width is -1'),
         ('--paper roll --width 1', 'does not fit a roll of 0.914 m'),

@@ -26,7 +26,7 @@ class SheetSettings:
 
     margin: float = setting(
         0.012,
-        'of each sheet that the printer leaves white or that holds the marks',
+        'of each sheet, which holds the marks',
         unit='m',
         minimum=0.01,
         maximum=0.05,
