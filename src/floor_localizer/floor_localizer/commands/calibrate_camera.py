@@ -84,8 +84,8 @@ def report(found: CameraCalibration, options: argparse.Namespace) -> list[str]:
     rpy = ', '.join(f'{math.degrees(angle):.2f}' for angle in found.mount.rpy)
     lines = [
         f'{fit.dots} dots of the mat, {fit.residual:.3f} px (rms) from where the fit puts them',
-        f'height {1e3 * xyz[2]:.2f} mm ± {1e3 * found.sigma_height:.2f} mm',
-        f'tilt {math.degrees(found.tilt):.2f}° ± {math.degrees(found.sigma_tilt):.2f}° (roll, pitch, yaw {rpy}°)',
+        f'height {1e3 * xyz[2]:.3f} mm ± {1e3 * found.sigma_height:.3f} mm',
+        f'tilt {math.degrees(found.tilt):.3f}° ± {math.degrees(found.sigma_tilt):.3f}° (roll, pitch, yaw {rpy}°)',
         f'pixel {1e3 * found.pixel:.5f} mm ± {1e3 * found.sigma_pixel:.5f} mm on the floor below the camera',
     ]
     if options.calibration is None:

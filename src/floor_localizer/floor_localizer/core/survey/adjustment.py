@@ -36,12 +36,14 @@ class Sightings:
         dot: shape (n,), index of the dot.
         directions: shape (n, 3), in the base frame of the level robot.
         sigmas: shape (n,), standard deviation on the floor along each axis [m].
+        diameters: shape (n,), of the dots as they were seen [m].
     """
 
     image: NDArray[np.int64]
     dot: NDArray[np.int64]
     directions: NDArray[np.float64]
     sigmas: NDArray[np.float64]
+    diameters: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -161,6 +163,9 @@ class _Problem:
         jacobian = self._jacobian(points, each)
         weights = self.weights(points, self.dots(points, 1.0 / seen.sigmas**2))
         residuals = points - self.dots(points, weights)[seen.dot]
+        # Noise is in the image: from higher up it is larger on the floor. Without this term the map would shrink to
+        # make its residuals small.
+        jacobian[:, :, 3] -= residuals
         size = UNKNOWNS * self._images
         weighted = (jacobian * weights[:, None, None]).ravel()
         shape = (2 * len(seen.dot), size)
@@ -207,4 +212,5 @@ def without_outliers(sightings: Sightings, residuals: NDArray[np.float64], gate:
         dot=sightings.dot[kept],
         directions=sightings.directions[kept],
         sigmas=sightings.sigmas[kept],
+        diameters=sightings.diameters[kept],
     )
