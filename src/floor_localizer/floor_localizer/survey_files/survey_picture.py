@@ -11,7 +11,7 @@ from floor_localizer.core.survey.floor_survey import SurveyResult
 
 _LONG_SIDE, _SHORT_SIDE_LEAST = 9.0, 3.5  # of the floor in the picture [inch]
 _MOST_COUNTED = 8
-_CELLS = 40
+_CELLS = 24
 
 
 def draw_survey(file: BinaryIO, result: SurveyResult) -> None:

@@ -16,13 +16,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 UNKNOWNS = 6
 _STEP = 1e-6
 _HUBER = 2.5
-_ITERATIONS = 12
-_CONVERGED = 1e-7
+_ITERATIONS = 8
+_CONVERGED = 1e-6
 # Fixes what the sightings leave open where nothing else is fixed, and keeps the matrix from being singular.
 _GAUGE_SIGMA, _WEAKEST = 1e-7, 1e-3
 
@@ -131,6 +131,11 @@ def adjust(
     return Adjusted(states, dots, points - dots[sightings.dot])
 
 
+def factorise(normal: sparse.csc_matrix) -> SuperLU:
+    """Return the factors of a sparse matrix that is symmetric (or Hermitian) and positive definite."""
+    return splu(normal, permc_spec='MMD_AT_PLUS_A', diag_pivot_thresh=0.0, options={'SymmetricMode': True})
+
+
 class _Problem:
     def __init__(
         self, sightings: Sightings, fixed_dots: NDArray[np.float64], priors: BodyPriors, images: int
@@ -178,7 +183,7 @@ class _Problem:
         # Of free dots the residuals' weighted sum is 0: the gradient needs no term of the dots.
         gradient = WJ.T @ residuals.ravel()
         diagonal, pull = self._prior_terms(states)
-        factor = splu((normal + sparse.diags(diagonal)).tocsc(), permc_spec='MMD_AT_PLUS_A')
+        factor = factorise((normal + sparse.diags(diagonal)).tocsc())
         return -factor.solve(gradient + pull).reshape(-1, UNKNOWNS)
 
     def _jacobian(self, points: NDArray[np.float64], each: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import splu
+
+from floor_localizer.core.survey.adjustment import factorise
 
 _ROUNDS = 4
 _MOST_DOTS = 30
@@ -80,7 +81,7 @@ def solve_graph(
     free[[2 * fixed, 2 * fixed + 1]] = False
     weight = np.where(np.arange(size) % 2 == 0, _SCALE_SIGMA**-2, 1e-6)
     normal = (A.conj().T @ A + sparse.diags(weight)).tocsc()
-    factor = splu(normal[free][:, free], permc_spec='MMD_AT_PLUS_A')
+    factor = factorise(normal[free][:, free])
     known = normal[free][:, ~free] @ state[~free]
     for _ in range(_ROUNDS):
         wanted = weight * state
