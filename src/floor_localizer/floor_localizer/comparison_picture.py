@@ -11,6 +11,8 @@ from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.survey.map_comparison import MapComparison
 
 _MOST_ARROWS = 1500
+_LONGEST = 1.5
+"""Longer differences are drawn so many times as long as the 95th percentile."""
 _ARROW = 0.04
 """Length of the arrow of the 95th percentile, as a share of the picture."""
 
@@ -24,11 +26,13 @@ def draw_comparison(file: BinaryIO, first: DotMap, second: DotMap, found: MapCom
     lengths = np.hypot(*found.residuals.T)
     typical = max(float(np.percentile(lengths, 95.0)), 1e-7)
     size = float(np.ptp(first.points, axis=0).max())
+    # An arrow of two chips that became one would lie across the whole picture.
+    shown = found.residuals * np.minimum(1.0, _LONGEST * typical / np.maximum(lengths, 1e-12))[:, None]
     arrows = axes.quiver(
-        *places[chosen].T, *found.residuals[chosen].T, 1e3 * lengths[chosen],
-        angles='xy', scale_units='xy', scale=typical / (_ARROW * size), cmap='viridis', width=0.0015,
+        *places[chosen].T, *shown[chosen].T, 1e3 * lengths[chosen], angles='xy', scale_units='xy',
+        scale=typical / (_ARROW * size), cmap='viridis', width=0.0015, clim=(0.0, 1e3 * _LONGEST * typical),
     )  # fmt: skip
-    figure.colorbar(arrows, ax=axes, label='second map beside the first [mm]', shrink=0.7)
+    figure.colorbar(arrows, ax=axes, extend='max', label='second map beside the first [mm]', shrink=0.7)
     moved = found.T_first_second.transform(second.points)
     for points, colour, mark, name in (
         (first.points[found.missing], 'tab:red', 'o', f'only in the first ({len(found.missing)})'),

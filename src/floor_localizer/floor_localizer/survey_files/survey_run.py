@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from tqdm import tqdm
 
 from floor_localizer.core.dot_extraction import DotDetector
@@ -22,6 +23,7 @@ from floor_localizer.survey_files.survey_source import SurveySource
 from shirube_geometry import CameraMount
 
 _CHUNK = 40
+_LEAST_DOTS = 8
 _USABLE = 0.5
 """Of the images, at least."""
 
@@ -100,7 +102,7 @@ def _detect(source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint)
     missing = [index for number in waiting for index in chunks[number]]
     collected: dict[int, Found] = {}
     for index, pixels in tqdm(source.read(missing), desc='dots', total=len(missing), unit='image', disable=None):
-        collected[index] = pixels if isinstance(pixels, str) else detector.detect(pixels)
+        collected[index] = pixels if isinstance(pixels, str) else _dots_of(detector, pixels, source.frames[index].name)
         if index == chunks[waiting[0]][-1]:
             number = waiting.pop(0)
             known[number] = collected
@@ -109,10 +111,16 @@ def _detect(source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint)
     return {index: dots for part in known.values() if part is not None for index, dots in part.items()}
 
 
+def _dots_of(detector: DotDetector, pixels: NDArray[np.uint8], name: str) -> Found:
+    """Return the dots of an image, or that it shows too few to be laid on any other."""
+    dots = detector.detect(pixels)
+    return dots if len(dots) >= _LEAST_DOTS else f'{name}: shows {len(dots)} dots, at least {_LEAST_DOTS} are needed'
+
+
 def _put_together(
     images: Sequence[SurveyImage],
     view_width: float,
-    position: np.ndarray,
+    position: NDArray[np.float64],
     settings: SurveySettings,
     checkpoint: Checkpoint,
 ) -> list[Piece]:
@@ -129,7 +137,7 @@ def _put_together(
 
 
 def _pieces_of_span(
-    images: Sequence[SurveyImage], first: int, last: int, position: np.ndarray, settings: SurveySettings,
+    images: Sequence[SurveyImage], first: int, last: int, position: NDArray[np.float64], settings: SurveySettings,
     *, is_linked: bool,
 ) -> list[Piece]:  # fmt: skip
     pieces = []
