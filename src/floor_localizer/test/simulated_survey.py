@@ -41,7 +41,13 @@ def lane_poses(size: tuple[float, float], pitch: float = 0.07, step: float = 0.0
 
 
 def drive_over(
-    floor: DotMap, truth: list[PlanarPose], seed: int = 0, *, sway: float = 0.0, drift: float = 0.01, spurious: int = 0
+    floor: DotMap,
+    truth: list[PlanarPose],
+    seed: int = 0,
+    *,
+    sway: float = 0.0,
+    drift: float = 0.01,
+    spurious: int = 0,
 ) -> Drive:
     """What a robot sees whose odometry is 2 % off and drifts in heading at each step."""
     rng = np.random.default_rng(seed)
@@ -52,7 +58,13 @@ def drive_over(
             odometry = odometry @ PlanarPose(1.02 * step.x, 1.02 * step.y, step.yaw + rng.normal(0.0, drift))
         swing = sway * np.sin([0.2 * k, 0.3 * k + 1.0, 0.25 * k + 2.0])
         view = see(
-            floor, pose, rng, noise=0.1, scale=0.02 * swing[0], tilt=tuple(0.0175 * swing[1:]), spurious=spurious
+            floor,
+            pose,
+            rng,
+            noise=0.1,
+            scale=0.02 * swing[0],
+            tilt=tuple(0.0175 * swing[1:]),
+            spurious=spurious,
         )
         images.append(survey_image(f'image {k}', odometry, view.dots, CAMERA, MOUNT))
     return Drive(floor, images, truth)
@@ -60,8 +72,8 @@ def drive_over(
 
 def pieces_of(images: list[SurveyImage], settings: SurveySettings = SETTINGS) -> list[Piece]:
     pieces: list[Piece] = []
-    for first, last in cut_pieces([image.T_odom_base for image in images], OUTLINE.width, settings):
-        is_linked = bool(pieces)
+    for start, last in cut_pieces([image.T_odom_base for image in images], OUTLINE.width, settings):
+        first, is_linked = start, bool(pieces)
         while True:
             piece = build_piece(images, first, last, POSITION, settings, is_linked=is_linked)
             pieces.append(piece)
@@ -82,7 +94,6 @@ def errors(drive: Drive, result: SurveyResult) -> np.ndarray:
     z, m = found - found.mean(), truth - truth.mean()
     turn = np.vdot(z, m)
     return np.abs(turn / abs(turn) * z - m)
-
 
 
 def small_floor(seed: int = 1, size: tuple[float, float] = (0.45, 0.33)) -> DotMap:

@@ -48,7 +48,12 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
             cv2.imwrite(str(folder / 'images' / f'{k:03d}.png'), image)
             rows.append(f'{k:03d}.png,{rough_pose.x:.6f},{rough_pose.y:.6f},{rough_pose.yaw:.6f}')
             stamp = START_NS + k * STEP_NS
-            bag.write('/camera_info', 'sensor_msgs/msg/CameraInfo', camera_info(PAPER_CAMERA, 'camera', stamp), stamp)
+            bag.write(
+                '/camera_info',
+                'sensor_msgs/msg/CameraInfo',
+                camera_info(PAPER_CAMERA, 'camera', stamp),
+                stamp,
+            )
             bag.write('/odom', 'nav_msgs/msg/Odometry', odometry(rough_pose, (0.2, 0.0), stamp), stamp)
             message = compressed_image(image, 'camera', stamp)
             bag.write('/image_raw/compressed', 'sensor_msgs/msg/CompressedImage', message, stamp)
@@ -74,7 +79,14 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, st
 
 
 def folder_options(scene: Path) -> list[object]:
-    return ['--images', scene / 'images', '--calibration', scene / 'camera.yaml', '--odometry', scene / 'odom.csv']
+    return [
+        '--images',
+        scene / 'images',
+        '--calibration',
+        scene / 'camera.yaml',
+        '--odometry',
+        scene / 'odom.csv',
+    ]
 
 
 def fault_of(err: str) -> str:
@@ -84,7 +96,9 @@ def fault_of(err: str) -> str:
 
 
 @pytest.mark.parametrize('source', ['folder', 'bag'])
-def test_a_drive_becomes_a_map(scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], source: str) -> None:
+def test_a_drive_becomes_a_map(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], source: str
+) -> None:
     given = folder_options(scene) if source == 'folder' else ['--bag', scene / 'bag']
     code, out, err = run(capsys, *given, '--out', tmp_path)
     assert code == 0, err
@@ -99,28 +113,46 @@ def test_a_drive_becomes_a_map(scene: Path, tmp_path: Path, capsys: pytest.Captu
         assert cv2.imread(str(tmp_path / name)) is not None
 
 
-def test_a_known_length_sets_the_scale(scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_known_length_sets_the_scale(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     # A camera that is believed to hang 1 % too high makes a map that is 1 % too large.
-    wrong = ['--images', scene / 'images', '--calibration', scene / 'camera.yaml', '--odometry', scene / 'odom.csv']
+    wrong = [
+        '--images',
+        scene / 'images',
+        '--calibration',
+        scene / 'camera.yaml',
+        '--odometry',
+        scene / 'odom.csv',
+    ]
     high = ('--camera-xyz', '0.05', '-0.02', '0.1313')
     assert main([*map(str, wrong), '--out', str(tmp_path / 'a'), *high]) == 0
     truth, found = load_csv(scene / 'true.csv'), load_csv(tmp_path / 'a' / 'map.csv')
     before = compare(truth, found)
     assert 1.007 < before.scale < 1.013
     # The farthest two common dots, measured to a tenth of a millimetre.
-    ends = before.pairs[[np.argmin(truth.points[before.pairs[:, 0]].sum(1)), np.argmax(truth.points[before.pairs[:, 0]].sum(1))]]
+    ends = before.pairs[
+        [
+            np.argmin(truth.points[before.pairs[:, 0]].sum(1)),
+            np.argmax(truth.points[before.pairs[:, 0]].sum(1)),
+        ]
+    ]
     length = float(np.hypot(*np.diff(truth.points[ends[:, 0]], axis=0)[0])) + 0.0001
     places = found.points[ends[:, 1]].ravel()
     known = ['--known-length', *places, length]
     assert main([*map(str, wrong), '--out', str(tmp_path / 'a'), *high, *map(str, known)]) == 0
     after = compare(truth, load_csv(tmp_path / 'a' / 'map.csv'))
     assert abs(after.scale - 1.0) < 0.0008
-    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'b', '--known-length', *places, 2 * length)
+    code, _, err = run(
+        capsys, *folder_options(scene), '--out', tmp_path / 'b', '--known-length', *places, 2 * length
+    )
     assert code == 1
     assert 'check which dots were measured' in fault_of(err)
 
 
-def test_a_second_drive_extends_the_map(scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_second_drive_extends_the_map(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     truth = load_csv(scene / 'true.csv')
     left = truth.points[:, 0] < 0.2
     save_csv(tmp_path / 'left.csv', DotMap(truth.points[left], truth.diameters[left]))
@@ -165,9 +197,15 @@ def test_a_killed_survey_goes_on_and_ends_the_same(
 ) -> None:
     assert run(capsys, *folder_options(scene), '--out', tmp_path / 'whole')[0] == 0
     command = [sys.executable, '-m', 'floor_localizer.commands.build_map', *map(str, folder_options(scene))]
-    child = subprocess.Popen([*command, '--out', str(tmp_path / 'killed'), *FLAGS], stderr=subprocess.DEVNULL, start_new_session=True)
+    child = subprocess.Popen(
+        [*command, '--out', str(tmp_path / 'killed'), *FLAGS],
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
     deadline = time.monotonic() + 90.0
-    while not (tmp_path / 'killed' / 'checkpoint' / 'dots_00000.npz').exists() and time.monotonic() < deadline:
+    while (
+        not (tmp_path / 'killed' / 'checkpoint' / 'dots_00000.npz').exists() and time.monotonic() < deadline
+    ):
         time.sleep(0.01)
     child.send_signal(signal.SIGKILL)
     child.wait()
@@ -241,11 +279,21 @@ def test_a_bag_with_bad_odometry_is_one_line(
     with BagWriter(tmp_path / 'bag') as bag:
         for k in range(8):
             stamp = START_NS + k * STEP_NS
-            bag.write('/camera_info', 'sensor_msgs/msg/CameraInfo', camera_info(PAPER_CAMERA, 'camera', stamp), stamp)
-            bag.write('/image_raw/compressed', 'sensor_msgs/msg/CompressedImage', compressed_image(image, 'camera', stamp), stamp)
-        for k in stamps:
-            stamp = START_NS + k * STEP_NS
-            bag.write('/odom', 'nav_msgs/msg/Odometry', odometry(PlanarPose(0.1 * k, 0.0, 0.0), (0.2, 0.0), stamp), stamp)
+            bag.write(
+                '/camera_info',
+                'sensor_msgs/msg/CameraInfo',
+                camera_info(PAPER_CAMERA, 'camera', stamp),
+                stamp,
+            )
+            bag.write(
+                '/image_raw/compressed',
+                'sensor_msgs/msg/CompressedImage',
+                compressed_image(image, 'camera', stamp),
+                stamp,
+            )
+        for number, k in enumerate(stamps):
+            message = odometry(PlanarPose(0.1 * k, 0.0, 0.0), (0.2, 0.0), START_NS + k * STEP_NS)
+            bag.write('/odom', 'nav_msgs/msg/Odometry', message, START_NS + number * STEP_NS)
     code, _, err = run(capsys, '--bag', tmp_path / 'bag', '--out', tmp_path / 'out')
     assert code == 1
     assert part in fault_of(err)
@@ -261,7 +309,14 @@ def test_a_drive_whose_images_do_not_overlap_is_one_line(
         (tmp_path / 'images' / name).write_bytes((scene / 'images' / name).read_bytes())
         rows.append(poses[k])
     (tmp_path / 'odom.csv').write_text('\n'.join(rows))
-    given = ['--images', tmp_path / 'images', '--calibration', scene / 'camera.yaml', '--odometry', tmp_path / 'odom.csv']
+    given = [
+        '--images',
+        tmp_path / 'images',
+        '--calibration',
+        scene / 'camera.yaml',
+        '--odometry',
+        tmp_path / 'odom.csv',
+    ]
     code, _, err = run(capsys, *given, '--out', tmp_path / 'out')
     assert code == 1
     assert 'no overlap: only' in fault_of(err)

@@ -138,12 +138,18 @@ def test_the_covariance_is_honest(folder: Path, tmp_path: Path, capsys: pytest.C
         ('--image {0}/plain.png', 'focal length and height cannot both be told'),
         ('--image {0}/plain.png --height -1', '--height: -1 m is not above the floor'),
         ('--image {0}/blank.png --calibration {1}/camera.yaml', 'shows 0 dots'),
-        ('--image {0}/image.png --calibration {1}/camera.yaml --mat {1}/mat2.csv', 'are not those of the mat'),
+        (
+            '--image {0}/image.png --calibration {1}/camera.yaml --mat {1}/mat2.csv',
+            'are not those of the mat',
+        ),
         ('--image {0}/half.png --calibration {1}/camera.yaml', 'put the mat under the whole view'),
         ('--image {0}/none.png --calibration {1}/camera.yaml', 'none.png: cannot be read'),
         ('--image {0}/small.png --calibration {1}/camera.yaml', 'the calibration is for 320 x 240 px'),
         ('--image {0}/image.png --calibration {1}/camera.yaml --mat {0}/bare.csv', 'without a diameter'),
-        ('--image {0}/image.png --calibration {1}/camera.yaml --out {1}/mat1.csv/x.yaml', 'choose a writable place'),
+        (
+            '--image {0}/image.png --calibration {1}/camera.yaml --out {1}/mat1.csv/x.yaml',
+            'choose a writable place',
+        ),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_1(

@@ -54,7 +54,9 @@ def build_map(options: argparse.Namespace) -> None:
     mount = CameraMount(tuple(options.camera_xyz), tuple(options.camera_rpy))
     check_mount(mount)
     if options.extend is not None and options.known_length is not None:
-        raise FloorLocalizerError('--known-length: the map that is extended has its scale already; give one of both')
+        raise FloorLocalizerError(
+            '--known-length: the map that is extended has its scale already; give one of both'
+        )
     existing = None if options.extend is None else load_dot_map(options.extend)
     source = open_source(options)
     key = survey_key(source, str(options.bag or options.images), mount, settings, existing)
@@ -111,9 +113,18 @@ def make_parser() -> argparse.ArgumentParser:
     add('--odometry', type=Path, metavar='FILE',
         help='of the images: CSV "image,x,y,yaw", or TUM with a line an image in their order')  # fmt: skip
     add('--topic', help='the images in the bag (default: /image_raw or the only one)')
-    add('--camera-info-topic', metavar='TOPIC', help='their calibration (default: /camera_info or the only one)')
+    add(
+        '--camera-info-topic',
+        metavar='TOPIC',
+        help='their calibration (default: /camera_info or the only one)',
+    )
     add('--odom-topic', metavar='TOPIC', help='the odometry (default: /odom or the only one)')
-    add('--extend', type=Path, metavar='MAP', help='a map that the drive begins on; its dots stay where they are')
+    add(
+        '--extend',
+        type=Path,
+        metavar='MAP',
+        help='a map that the drive begins on; its dots stay where they are',
+    )
     add('--known-length', type=float, nargs=5, metavar=('X1', 'Y1', 'X2', 'Y2', 'LENGTH'),
         help='places of two dots as they are in the map without this option, and their true distance [m]')  # fmt: skip
     add('--out', type=Path, default=Path('out/survey'), metavar='FOLDER', help='default: %(default)s')

@@ -40,7 +40,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'calibrate_camera: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:
-        print(f'calibrate_camera: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        print(
+            f'calibrate_camera: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr
+        )
         return 1
     print('\n'.join([*lines, f'{options.out}: camera_xyz and camera_rpy, for --params-file']))
     return 0
@@ -61,7 +63,9 @@ def calibrate_camera(options: argparse.Namespace) -> CameraCalibration:
         focal = _USUAL_FOCAL_LENGTH * max(width, height)
         camera = PinholeCamera(width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1))
     if options.height is not None and options.height <= 0.0:
-        raise FloorLocalizerError(f'--height: {options.height:g} m is not above the floor; measure from floor to lens')
+        raise FloorLocalizerError(
+            f'--height: {options.height:g} m is not above the floor; measure from floor to lens'
+        )
     return calibrate(
         DotDetector().detect(image),
         mat,
@@ -108,8 +112,13 @@ def make_parser() -> argparse.ArgumentParser:
     add('--mat', type=Path, required=True, help='dot map that print_mat wrote')
     add('--image', type=Path, required=True, help='of the mat, the robot on a level floor')
     add('--calibration', type=Path, metavar='YAML',
-        help='intrinsics as camera_calibration writes them; without, the focal length is found from --height')  # fmt: skip
-    add('--height', type=float, metavar='M', help='of the lens over the mat, measured with a ruler to 2 mm [m]')
+        help='as camera_calibration writes it; without, the focal length is found from --height')  # fmt: skip
+    add(
+        '--height',
+        type=float,
+        metavar='M',
+        help='of the lens over the mat, measured with a ruler to 2 mm [m]',
+    )
     add('--robot-at', type=float, nargs=3, metavar=('X', 'Y', 'YAW'),
         help="the robot's pose on the mat [m, m, rad], for x, y and heading of the camera")  # fmt: skip
     add('--camera-xyz', type=float, nargs=3, default=_DEFAULT.xyz, metavar=('X', 'Y', 'Z'),

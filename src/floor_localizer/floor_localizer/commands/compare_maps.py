@@ -47,11 +47,12 @@ def comparison_report(found: MapComparison) -> str:
     """Return the figures of a comparison as lines of text."""
     pose = found.T_first_second
     lengths = 1e3 * np.hypot(*found.residuals.T)
+    apart = f'{1e3 * found.rms:.4f} mm rms, {np.percentile(lengths, 95.0):.4f} mm for 95 %'
+    apart += f', {1e3 * found.largest:.4f} mm at most, after that motion'
     rows = (
         ('common dots', f'{len(found.pairs)}'),
-        ('motion', f'x {pose.x:.6f} m, y {pose.y:.6f} m, turn {math.degrees(pose.yaw):.4f}° of the second in the first'),
-        ('apart', f'{1e3 * found.rms:.4f} mm rms, {np.percentile(lengths, 95.0):.4f} mm for 95 %, '
-                  f'{1e3 * found.largest:.4f} mm at most, after that motion'),
+        ('motion', f'x {pose.x:.6f} m, y {pose.y:.6f} m, turn {math.degrees(pose.yaw):.4f}°'),
+        ('apart', apart),
         ('scale', f'the second is larger by {100.0 * (found.scale - 1.0):+.4f} %'),
         ('missing', f'{len(found.missing)} dots of the first are not in the second'),
         ('extra', f'{len(found.extra)} dots of the second are not in the first'),
@@ -63,7 +64,8 @@ def comparison_report(found: MapComparison) -> str:
 def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     parser = argparse.ArgumentParser(
-        prog='compare_maps', description='Lay one dot map on another, wherever their origins are, and compare them.'
+        prog='compare_maps',
+        description='Lay one dot map on another, wherever their origins are, and compare them.',
     )
     parser.add_argument('first', type=Path, help='dot map, CSV or .dotmap')
     parser.add_argument('second', type=Path, help='dot map, CSV or .dotmap')

@@ -69,7 +69,9 @@ class Checkpoint:
             OSError: the place cannot be written to.
         """
         tables = [
-            np.empty((0, 4)) if isinstance(dots, str) else np.column_stack([dots.pixels, dots.diameters, dots.sigmas])
+            np.empty((0, 4))
+            if isinstance(dots, str)
+            else np.column_stack([dots.pixels, dots.diameters, dots.sigmas])
             for dots in found.values()
         ]
         self._save(
@@ -77,7 +79,9 @@ class Checkpoint:
             images=np.array(list(found), dtype=np.int64),
             counts=np.array([len(table) for table in tables], dtype=np.int64),
             dots=np.concatenate(tables) if tables else np.empty((0, 4)),
-            faults=np.array([dots if isinstance(dots, str) else '' for dots in found.values()], dtype=np.str_),
+            faults=np.array(
+                [dots if isinstance(dots, str) else '' for dots in found.values()], dtype=np.str_
+            ),
         )
 
     def load_pieces(self, span: int) -> list[Piece] | None:
@@ -86,7 +90,10 @@ class Checkpoint:
         if content is None:
             return None
         return [
-            Piece(*(content[f'{k}_{name}'] for name in ('images', 'states', 'dots', 'counts')), bool(content[f'{k}_linked']))
+            Piece(
+                *(content[f'{k}_{name}'] for name in ('images', 'states', 'dots', 'counts')),
+                bool(content[f'{k}_linked']),
+            )
             for k in range(int(content['number']))
         ]
 

@@ -33,13 +33,17 @@ def load_odometry(path: Path, images: Sequence[Path]) -> list[PlanarPose]:
     known = _from_csv(path)
     for image in images:
         if image.name not in known:
-            raise FloorLocalizerError(f'{path}: odometry is missing for {image.name}; give a line for each image')
+            raise FloorLocalizerError(
+                f'{path}: odometry is missing for {image.name}; give a line for each image'
+            )
     return [known[image.name] for image in images]
 
 
 def _from_tum(path: Path, count: int) -> list[PlanarPose]:
     trajectory = load_tum(path)
-    lines = [line for line in path.read_text().splitlines() if line.strip() and not line.lstrip().startswith('#')]
+    lines = [
+        line for line in path.read_text().splitlines() if line.strip() and not line.lstrip().startswith('#')
+    ]
     stamps = [float(line.split()[0]) for line in lines]
     back = np.flatnonzero(np.diff(stamps) <= 0.0)
     if len(back):
@@ -47,7 +51,9 @@ def _from_tum(path: Path, count: int) -> list[PlanarPose]:
             f'{path}: its stamps run backwards after {stamps[back[0]]:.3f} s; give the poses in the order of the images'
         )
     if len(trajectory) != count:
-        raise FloorLocalizerError(f'{path}: has {len(trajectory)} poses for {count} images; give a line for each image')
+        raise FloorLocalizerError(
+            f'{path}: has {len(trajectory)} poses for {count} images; give a line for each image'
+        )
     return [
         PlanarPose(float(xyz[0]), float(xyz[1]), yaw_from_quaternion(*(float(part) for part in q)))
         for xyz, q in zip(trajectory.positions, trajectory.quaternions, strict=True)
@@ -58,9 +64,13 @@ def _from_csv(path: Path) -> dict[str, PlanarPose]:
     try:
         rows = list(csv.reader(path.read_text(encoding='utf-8-sig').splitlines()))
     except (OSError, UnicodeDecodeError) as fault:
-        raise FloorLocalizerError(f'{path}: cannot be read; give a CSV with the header "{",".join(COLUMNS)}"') from fault
+        raise FloorLocalizerError(
+            f'{path}: cannot be read; give a CSV with the header "{",".join(COLUMNS)}"'
+        ) from fault
     if not rows or tuple(field.strip().lower() for field in rows[0]) != COLUMNS:
-        raise FloorLocalizerError(f'{path}, line 1: the header must be "{",".join(COLUMNS)}" (metres and radians)')
+        raise FloorLocalizerError(
+            f'{path}, line 1: the header must be "{",".join(COLUMNS)}" (metres and radians)'
+        )
     known: dict[str, PlanarPose] = {}
     for number, row in enumerate(rows[1:], start=2):
         if not row:
@@ -69,7 +79,9 @@ def _from_csv(path: Path) -> dict[str, PlanarPose]:
             name, *numbers = row
             x, y, yaw = (float(field) for field in numbers)
         except ValueError as fault:
-            raise FloorLocalizerError(f'{path}, line {number}: is no name and three numbers; write "{",".join(COLUMNS)}"') from fault
+            raise FloorLocalizerError(
+                f'{path}, line {number}: is no name and three numbers; write "{",".join(COLUMNS)}"'
+            ) from fault
         if not all(math.isfinite(value) for value in (x, y, yaw)):
             raise FloorLocalizerError(f'{path}, line {number}: is not finite; give metres and radians')
         if name.strip() in known:

@@ -23,10 +23,20 @@ def draw_survey(file: BinaryIO, result: SurveyResult) -> None:
     axes = figure.add_subplot(aspect='equal', xlabel='x [m]', ylabel='y [m]', title=f'{len(points)} dots')
     area = float(np.clip(3e5 * np.prod(size / size.max()) / len(points) / 20.0, 0.3, 12.0))
     shades = axes.scatter(
-        *points.T, c=np.minimum(result.counts, _MOST_COUNTED), s=area, cmap='viridis', vmin=0, vmax=_MOST_COUNTED, linewidths=0
+        *points.T,
+        c=np.minimum(result.counts, _MOST_COUNTED),
+        s=area,
+        cmap='viridis',
+        vmin=0,
+        vmax=_MOST_COUNTED,
+        linewidths=0,
     )
-    axes.plot(*result.states[:, :2].T, '-', color='tab:red', linewidth=0.6, alpha=0.7, label='base of the robot')
-    figure.colorbar(shades, ax=axes, label=f'images that saw the dot ({_MOST_COUNTED} or more: yellow)', shrink=0.7)
+    axes.plot(
+        *result.states[:, :2].T, '-', color='tab:red', linewidth=0.6, alpha=0.7, label='base of the robot'
+    )
+    figure.colorbar(
+        shades, ax=axes, label=f'images that saw the dot ({_MOST_COUNTED} or more: yellow)', shrink=0.7
+    )
     figure.legend(loc='outside lower center')
     figure.savefig(file, format='png', dpi=110)
 

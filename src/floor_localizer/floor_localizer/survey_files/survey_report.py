@@ -27,21 +27,36 @@ def survey_report(run: SurveyRun, scale: float | None) -> str:
     lengths = np.hypot(*result.residuals.T)
     counts = result.counts[result.old_dots :]
     sway = 100.0 * result.states[:, 3], np.degrees(result.states[:, 4]), np.degrees(result.states[:, 5])
+    scale_text = 'from the height of the camera'
+    if scale is not None:
+        scale_text = f'from the known length, {100.0 * (scale - 1.0):+.3f} %'
+    residuals = f'{1e3 * math.sqrt(float(np.mean(lengths**2)) / 2.0):.4f} mm rms an axis'
+    residuals += (
+        f', {1e3 * np.percentile(lengths, 95.0):.4f} mm for 95 %, {1e3 * lengths.max():.3f} mm at most'
+    )
+    camera = f'height {sway[0].mean():+.2f} % ± {sway[0].std():.2f} %'
+    for name, angles in (('roll', sway[1]), ('pitch', sway[2])):
+        camera += f', {name} {angles.mean():+.2f}° ± {angles.std():.2f}°'
     rows = [
-        ('images', f'{len(result.images)} of {len(run.images)} are on the map, {len(run.faults)} could not be used'),
-        ('dots', f'{len(result.dot_map)}, of which {len(counts)} are new and {result.dirt} more were seen once: dirt'),
+        (
+            'images',
+            f'{len(result.images)} of {len(run.images)} are on the map, {len(run.faults)} could not be used',
+        ),
+        (
+            'dots',
+            f'{len(result.dot_map)}, {len(counts)} of them new; {result.dirt} more were dropped as dirt',
+        ),
         ('sightings', f'{len(lengths)}, {np.mean(counts) if len(counts) else 0.0:.1f} a new dot'),
         ('loops', f'{result.loops} links between parts of the drive that do not follow each other'),
-        ('residuals', f'{1e3 * math.sqrt(float(np.mean(lengths**2)) / 2.0):.4f} mm rms an axis, '
-                      f'{1e3 * float(np.percentile(lengths, 95.0)):.4f} mm for 95 %, {1e3 * float(lengths.max()):.3f} mm at most'),
-        ('camera', f'height {sway[0].mean():+.2f} % ± {sway[0].std():.2f} %, roll {sway[1].mean():+.2f}° ± {sway[1].std():.2f}°, '
-                   f'pitch {sway[2].mean():+.2f}° ± {sway[2].std():.2f}° beside the mount'),
-        ('scale', 'from the height of the camera' if scale is None else f'from the known length, {100.0 * (scale - 1.0):+.3f} %'),
-    ]  # fmt: skip
+        ('residuals', residuals),
+        ('camera', f'{camera} beside the mount'),
+        ('scale', scale_text),
+    ]
     lines = [f'{name:<12}{text}' for name, text in rows]
     if len(result.left_out):
         names = [run.images[index].name for index in result.left_out[:_MOST_LISTED]]
-        lines.append(f'linked to no others: {", ".join(names)}' + (' ...' if len(result.left_out) > _MOST_LISTED else ''))
+        more = ' ...' if len(result.left_out) > _MOST_LISTED else ''
+        lines.append(f'linked to no others: {", ".join(names)}{more}')
     lines += [f'could not be used: {fault}' for fault in run.faults[:_MOST_LISTED]]
     return '\n'.join(lines)
 

@@ -47,7 +47,10 @@ def survey_key(
     source: SurveySource, name: str, mount: CameraMount, settings: SurveySettings, existing: DotMap | None
 ) -> dict[str, object]:
     """Return everything that the results of a survey depend on."""
-    poses = [(frame.name, frame.T_odom_base.x, frame.T_odom_base.y, frame.T_odom_base.yaw) for frame in source.frames]
+    poses = [
+        (frame.name, frame.T_odom_base.x, frame.T_odom_base.y, frame.T_odom_base.yaw)
+        for frame in source.frames
+    ]
     return {
         'source': name,
         'frames': hashlib.sha256(repr(poses).encode()).hexdigest(),
@@ -77,14 +80,18 @@ def run_survey(
     found = _detect(source, chosen, checkpoint)
     faults = [dots for dots in found.values() if isinstance(dots, str)]
     if len(faults) > (1.0 - _USABLE) * len(found):
-        raise FloorLocalizerError(f'{len(faults)} of {len(found)} images cannot be used; the first: {faults[0]}')
+        raise FloorLocalizerError(
+            f'{len(faults)} of {len(found)} images cannot be used; the first: {faults[0]}'
+        )
     images = [
         survey_image(frames[index].name, frames[index].T_odom_base, dots, source.camera, mount)
         for index, dots in found.items()
         if not isinstance(dots, str)
     ]
     if len(images) < 2:
-        raise FloorLocalizerError(f'{len(images)} image of the drive shows new floor, at least 2 are needed; drive on')
+        raise FloorLocalizerError(
+            f'{len(images)} image of the drive shows new floor, at least 2 are needed; drive on'
+        )
     position = np.array(mount.xyz)
     pieces = _put_together(images, outline.width, position, settings, checkpoint)
     with tqdm(total=len(pieces) + 3, desc='map', unit='step', disable=None) as bar:
@@ -101,8 +108,12 @@ def _detect(source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint)
     detector, waiting = DotDetector(), [number for number, dots in known.items() if dots is None]
     missing = [index for number in waiting for index in chunks[number]]
     collected: dict[int, Found] = {}
-    for index, pixels in tqdm(source.read(missing), desc='dots', total=len(missing), unit='image', disable=None):
-        collected[index] = pixels if isinstance(pixels, str) else _dots_of(detector, pixels, source.frames[index].name)
+    for index, pixels in tqdm(
+        source.read(missing), desc='dots', total=len(missing), unit='image', disable=None
+    ):
+        collected[index] = (
+            pixels if isinstance(pixels, str) else _dots_of(detector, pixels, source.frames[index].name)
+        )
         if index == chunks[waiting[0]][-1]:
             number = waiting.pop(0)
             known[number] = collected
@@ -114,7 +125,11 @@ def _detect(source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint)
 def _dots_of(detector: DotDetector, pixels: NDArray[np.uint8], name: str) -> Found:
     """Return the dots of an image, or that it shows too few to be laid on any other."""
     dots = detector.detect(pixels)
-    return dots if len(dots) >= _LEAST_DOTS else f'{name}: shows {len(dots)} dots, at least {_LEAST_DOTS} are needed'
+    return (
+        dots
+        if len(dots) >= _LEAST_DOTS
+        else f'{name}: shows {len(dots)} dots, at least {_LEAST_DOTS} are needed'
+    )
 
 
 def _put_together(

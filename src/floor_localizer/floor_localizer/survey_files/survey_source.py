@@ -81,9 +81,7 @@ class FolderSource:
 class BagSource:
     """The images of a bag, with its odometry and camera_info."""
 
-    def __init__(
-        self, path: Path, image: str | None, camera_info: str | None, odometry: str | None
-    ) -> None:
+    def __init__(self, path: Path, image: str | None, camera_info: str | None, odometry: str | None) -> None:
         """Read all stamps and poses.
 
         Raises:
@@ -116,7 +114,10 @@ class BagSource:
                 index += 1
                 if index in chosen:
                     is_bad = isinstance(message, BadImage)
-                    yield index, message.fault if is_bad else _sized(message.pixels, self.camera, message.topic)
+                    yield (
+                        index,
+                        message.fault if is_bad else _sized(message.pixels, self.camera, message.topic),
+                    )
 
 
 def _sized(pixels: Pixels, camera: PinholeCamera, name: str) -> Pixels | str:
@@ -142,11 +143,15 @@ def _read_trail(bag: BagReader, topic: str) -> OdometryTrail:
 def _read_stamps(bag: BagReader, topics: RecordingTopics) -> tuple[PinholeCamera, list[int]]:
     """Return the calibration of the first image that has one, and the stamps of all images."""
     camera, stamps = None, []
-    for message in Recording(bag, RecordingTopics(topics.images, topics.camera_infos), camera_from_camera_info).messages():
+    for message in Recording(
+        bag, RecordingTopics(topics.images, topics.camera_infos), camera_from_camera_info
+    ).messages():
         if isinstance(message, RecordedImage | BadImage):
             stamps.append(message.stamp_ns)
             if camera is None and isinstance(message, RecordedImage):
                 camera = message.calibration
     if camera is None:
-        raise FloorLocalizerError(f'{topics.images[0]}: no image comes with a calibration; record camera_info, too')
+        raise FloorLocalizerError(
+            f'{topics.images[0]}: no image comes with a calibration; record camera_info, too'
+        )
     return camera, stamps

@@ -83,4 +83,6 @@ def test_the_result_moves_along_with_the_start(shift: PlanarPose) -> None:
     moved = states.copy()
     moved[:, :2] = shift.transform(states[:, :2])
     moved[:, 2] += shift.yaw
-    np.testing.assert_allclose(adjust(sightings, moved, nowhere, PRIORS).dots[seen], shift.transform(first), atol=2e-6)
+    np.testing.assert_allclose(
+        adjust(sightings, moved, nowhere, PRIORS).dots[seen], shift.transform(first), atol=2e-6
+    )

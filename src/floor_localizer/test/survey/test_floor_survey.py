@@ -61,7 +61,9 @@ def test_a_loop_is_closed_though_the_odometry_has_drifted_off() -> None:
     for k, (x, y, yaw) in enumerate(poses):
         if k and abs(yaw - poses[k - 1][2]) > 0.1:
             turn = (yaw - poses[k - 1][2] + np.pi) % (2 * np.pi) - np.pi
-            truth += [PlanarPose(float(x), float(y), float(poses[k - 1][2] + turn * s)) for s in (0.25, 0.5, 0.75)]
+            truth += [
+                PlanarPose(float(x), float(y), float(poses[k - 1][2] + turn * s)) for s in (0.25, 0.5, 0.75)
+            ]
         truth.append(PlanarPose(float(x), float(y), float(yaw)))
     truth = [pose @ PlanarPose(*MOUNT.xyz[:2], 0.0).inverse() for pose in truth]
     drive = drive_over(random_floor(3, size), truth)
@@ -99,7 +101,7 @@ def test_a_map_of_another_floor_is_not_extended(drive: Drive) -> None:
 def test_a_floor_that_repeats_makes_no_wrong_loop() -> None:
     """Two halves with the same dots: the robot drives on the left, then far away on the right."""
     half = small_floor(2, (0.4, 0.2)).points
-    floor = DotMap(np.vstack([half, half + (0.4, 0.0)]), np.full(2 * len(half), 0.0025))
+    floor = DotMap(np.vstack([half, half + np.array([0.4, 0.0])]), np.full(2 * len(half), 0.0025))
     poses = lane_poses((0.8, 0.2))
     result = survey(drive_over(floor, poses))
     assert errors(drive_over(floor, poses), result).max() < 0.002

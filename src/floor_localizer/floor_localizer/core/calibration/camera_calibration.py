@@ -87,12 +87,10 @@ def calibrate(
     fit = fit_mount(
         dots, mat, matches, camera, fit_focal_length=not focal_length_known, known_height=known_height
     )
-    return _checked(_calibration(fit, camera, supposed, T_mat_base), dots)
+    return _checked(_calibration(fit, supposed, T_mat_base), dots)
 
 
-def _calibration(
-    fit: MountFit, camera: PinholeCamera, supposed: CameraMount, T_mat_base: PlanarPose | None
-) -> CameraCalibration:
+def _calibration(fit: MountFit, supposed: CameraMount, T_mat_base: PlanarPose | None) -> CameraCalibration:
     x, y, height = (float(value) for value in fit.position)
     if T_mat_base is None:
         turn = wrap_angle(_heading(fit.rotation) - _heading(supposed.rotation))

@@ -35,7 +35,9 @@ def match_mat(
     None where no tilt within 15 degrees of the supposed one makes them match.
     """
     field = DotField(mat.points)
-    height = float(np.median(mat.diameters)) * math.sqrt(camera.fx * camera.fy) / float(np.median(dots.diameters))
+    height = (
+        float(np.median(mat.diameters)) * math.sqrt(camera.fx * camera.fy) / float(np.median(dots.diameters))
+    )
     rays = camera.rays_from_pixels(dots.pixels)
     by = Tolerances(_SIGMA, _SCALE, math.radians(2.5) / height, _CHANCE)
     best: Matched | None = None
@@ -51,4 +53,3 @@ def match_mat(
             if len(found.laid) > _ENOUGH * len(dots):
                 break
     return None if best is None else (best.laid, best.under)
-

@@ -89,7 +89,13 @@ def fit_mount(
             camera, dots.pixels[seen], dots.sigmas[seen], mat.points[printed],
             fit_focal_length, known_height, state[0],
         )  # fmt: skip
-        fit = least_squares(problem.residuals, np.concatenate([np.zeros(3), state[1], [state[2]]]), x_scale=problem.scales, loss='soft_l1', f_scale=3.0)
+        fit = least_squares(
+            problem.residuals,
+            np.concatenate([np.zeros(3), state[1], [state[2]]]),
+            x_scale=problem.scales,
+            loss='soft_l1',
+            f_scale=3.0,
+        )
         state = problem.state(fit.x)
         errors = np.linalg.norm(problem.pixel_errors(fit.x), axis=1)
         spread = max(float(np.median(errors)), 0.02)
@@ -131,7 +137,9 @@ def _start(
     for (u, v, _), (x, y) in zip(rays, points - middle, strict=True):
         rows += [[x, y, 1, 0, 0, 0, -u * x, -u * y, -u], [0, 0, 0, x, y, 1, -v * x, -v * y, -v]]
     columns = np.linalg.svd(np.array(rows))[2][-1].reshape(3, 3)
-    columns *= np.sign(columns[2, 2]) / math.sqrt(np.linalg.norm(columns[:, 0]) * np.linalg.norm(columns[:, 1]))
+    columns *= np.sign(columns[2, 2]) / math.sqrt(
+        np.linalg.norm(columns[:, 0]) * np.linalg.norm(columns[:, 1])
+    )
     raw = np.column_stack([columns[:, 0], columns[:, 1], np.cross(columns[:, 0], columns[:, 1])])
     u, _, v = np.linalg.svd(raw)
     R_camera_mat = u @ v

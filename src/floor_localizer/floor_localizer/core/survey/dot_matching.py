@@ -96,7 +96,9 @@ class DotField:
         if len(points) < _LEAST_DOTS or len(self.points) < _LEAST_DOTS:
             return None
         view = make_view(_contiguous(points), by.sigma, by.bend, by.scale, self.density)
-        around = self.density * math.pi * (radius + 2.0 * self.grid.cell) ** 2 * min(turn / math.pi + 0.1, 1.0)
+        around = (
+            self.density * math.pi * (radius + 2.0 * self.grid.cell) ** 2 * min(turn / math.pi + 0.1, 1.0)
+        )
         search = new_search(len(points), max(min(around, float(len(self.points))), 1.0), by.chance, _SHARE)
         pose = np.array([expected.x, expected.y, expected.yaw])
         found = search_near(self.grid, view, search, pose, radius, turn, _NEAR_PAIRS)

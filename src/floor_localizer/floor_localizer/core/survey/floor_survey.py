@@ -95,7 +95,9 @@ def survey_floor(
     picked = [images[k] for k in used]
     for reach in _REACHES:
         progress('adjusting')
-        sightings, count = join_sightings(picked, states, position, reach * settings.same_dot, settings.dot_sigma)
+        sightings, count = join_sightings(
+            picked, states, position, reach * settings.same_dot, settings.dot_sigma
+        )
         fixed = _fixed_dots(sightings, states, position, count, old, reach * settings.same_dot)
         adjusted = adjust(sightings, states, fixed, priors)
         sightings = without_outliers(sightings, adjusted.residuals, _OUTLIER)
@@ -112,10 +114,7 @@ def _main_part(
     """Return the pieces that are linked to the old map, or else to most others."""
     parts = connected_parts(len(pieces) + first, linker.links)
     sizes = np.array([len(piece.images) for piece in pieces])
-    if first:
-        main = parts[0]
-    else:
-        main = int(np.argmax(np.bincount(parts, sizes)))
+    main = parts[0] if first else int(np.argmax(np.bincount(parts, sizes)))
     chosen = np.flatnonzero(parts[first:] == main)
     share = sizes[chosen].sum() / sizes.sum()
     if len(chosen) == 0:
@@ -123,7 +122,9 @@ def _main_part(
             'the images show nothing of the map that is to be extended; begin the drive on floor that is in it'
         )
     if share < _LEAST_PART:
-        torn = next(piece for k, piece in enumerate(pieces[1:], 1) if parts[first + k] != parts[first + k - 1])
+        torn = next(
+            piece for k, piece in enumerate(pieces[1:], 1) if parts[first + k] != parts[first + k - 1]
+        )
         raise FloorLocalizerError(
             f'no overlap: only {share:.0%} of the images are linked to each other, {images[torn.images[0]].name} '
             'fits none before it; drive slower or in narrower lanes, and check camera_xyz, camera_rpy and the odometry'

@@ -28,7 +28,9 @@ class OdometryTrail:
             FloorLocalizerError: there is none, or its stamps do not rise.
         """
         if len(stamps_ns) < 2:
-            raise FloorLocalizerError(f'{source}: holds no odometry; a survey needs it from the first to the last image')
+            raise FloorLocalizerError(
+                f'{source}: holds no odometry; a survey needs it from the first to the last image'
+            )
         back = np.flatnonzero(np.diff(stamps_ns) <= 0)
         if len(back):
             at = (stamps_ns[back[0]] - stamps_ns[0]) / _NANOSECONDS

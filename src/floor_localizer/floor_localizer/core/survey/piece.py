@@ -126,10 +126,19 @@ def match_images(
     radius = settings.odometry_radius + settings.odometry_error * way
     turn = settings.odometry_turn + settings.odometry_error * (way + abs(expected.yaw))
     # Only dots that may be seen by both can match.
-    spacing = 3.0 * float(np.sqrt(np.prod(np.ptp(under.points, axis=0)) / max(len(under), 1))) if len(under) else 0.0
+    spacing = (
+        3.0 * float(np.sqrt(np.prod(np.ptp(under.points, axis=0)) / max(len(under), 1)))
+        if len(under)
+        else 0.0
+    )
     laid_points = overlapping(laid.points, under.points, expected, spacing + radius)
     sigma = float(np.hypot(np.median(laid.sigmas), settings.dot_sigma)) * 2.0 if len(laid) else 1e-4
-    by = Tolerances(max(sigma, 0.0001), _SCALE_SIGMAS * settings.scale_sigma, _TILT_SIGMAS * settings.tilt_sigma / height, settings.chance)
+    by = Tolerances(
+        max(sigma, 0.0001),
+        _SCALE_SIGMAS * settings.scale_sigma,
+        _TILT_SIGMAS * settings.tilt_sigma / height,
+        settings.chance,
+    )
     if len(laid_points) == 0 or len(under) == 0:
         return None
     found = DotField(under.points).match_near(laid_points, expected, radius, turn, by)

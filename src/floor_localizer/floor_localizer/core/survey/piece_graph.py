@@ -4,8 +4,8 @@ A link between two pieces is a set of dots they share, z in one and w in the oth
 
     a_i z + b_i = a_j w + b_j,
 
-which is linear in the complex a and b. The magnitude of a, the piece's scale, stays near 1: w |a - a/|a||^2 is added and
-renewed. One piece, or the dots of a map that is extended, is fixed.
+which is linear in the complex a and b. The magnitude of a, the piece's scale, stays near 1: w |a - a/|a||^2 is added
+and renewed. One piece, or the dots of a map that is extended, is fixed.
 """
 
 from __future__ import annotations
@@ -66,7 +66,12 @@ def solve_graph(
         chosen = np.linspace(0, len(link.in_first) - 1, min(len(link.in_first), _MOST_DOTS)).astype(int)
         z, w = link.in_first[chosen], link.in_second[chosen]
         lines, one = count + np.arange(len(z)), np.ones(len(z))
-        for column, value in ((2 * link.first, z), (2 * link.first + 1, one), (2 * link.second, -w), (2 * link.second + 1, -one)):
+        for column, value in (
+            (2 * link.first, z),
+            (2 * link.first + 1, one),
+            (2 * link.second, -w),
+            (2 * link.second + 1, -one),
+        ):
             rows.append(lines)
             columns.append(np.full(len(z), column))
             values.append(value / sigma)

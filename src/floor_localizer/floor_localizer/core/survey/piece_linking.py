@@ -100,9 +100,19 @@ class PieceLinker:
         pose = PlanarPose(x, y, yaw) @ step
         a = self.turns[-1] / abs(self.turns[-1])
         turn = a * complex(np.exp(1j * pose.yaw))
-        way = float(np.sum(np.hypot(*np.diff(before.states[:, :2], axis=0).T))) if len(before.states) > 1 else 0.0
-        jump = 0.0 if piece.is_linked else self._settings.odometry_radius + float(np.hypot(step.x, step.y)) * 0.1
-        return turn, self.turns[-1] * complex(pose.x, pose.y) + self.shifts[-1], self._drift[-1] + _DRIFT * way + jump
+        way = (
+            float(np.sum(np.hypot(*np.diff(before.states[:, :2], axis=0).T)))
+            if len(before.states) > 1
+            else 0.0
+        )
+        jump = (
+            0.0 if piece.is_linked else self._settings.odometry_radius + float(np.hypot(step.x, step.y)) * 0.1
+        )
+        return (
+            turn,
+            self.turns[-1] * complex(pose.x, pose.y) + self.shifts[-1],
+            self._drift[-1] + _DRIFT * way + jump,
+        )
 
     def _pose(self, index: int) -> PlanarPose:
         return PlanarPose(
@@ -145,18 +155,20 @@ class PieceLinker:
         """Lay a piece on another where it is expected."""
         field = self._fields[other]
         expected = self._pose(other).inverse() @ self._pose(index)
-        points = overlapping(self._fields[index].points, field.points, expected, 2.5 * field.grid.cell + radius)
+        points = overlapping(
+            self._fields[index].points, field.points, expected, 2.5 * field.grid.cell + radius
+        )
         if len(points) == 0:
             return None
         # About their own middle, for what is far from the origin swings far.
         middle = points.mean(axis=0)
         about = PlanarPose(*expected.transform([middle])[0], expected.yaw)
         by = Tolerances(_SIGMA, _SCALE, 0.0, self._settings.chance)
-        return self._shared(
-            index, other, field.match_near(points - middle, about, radius, turn, by), middle
-        )
+        return self._shared(index, other, field.match_near(points - middle, about, radius, turn, by), middle)
 
-    def _shared(self, index: int, other: int, found: Matched | None, middle: NDArray[np.float64]) -> Matched | None:
+    def _shared(
+        self, index: int, other: int, found: Matched | None, middle: NDArray[np.float64]
+    ) -> Matched | None:
         """Return all dots that the pieces share under a match of some; None where these are too few."""
         if found is None:
             return None
@@ -185,7 +197,11 @@ class PieceLinker:
         if found is None:
             return []
         found = Matched(
-            found.turn, found.shift - found.turn * complex(*points.mean(axis=0)), found.laid, found.under, found.log_chance
+            found.turn,
+            found.shift - found.turn * complex(*points.mean(axis=0)),
+            found.laid,
+            found.under,
+            found.log_chance,
         )
         links = []
         self.turns[index], self.shifts[index] = found.turn / abs(found.turn), found.shift

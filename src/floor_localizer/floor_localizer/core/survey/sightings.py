@@ -16,9 +16,7 @@ from shirube_geometry import PlanarPose
 _HALVINGS = 4
 
 
-def merge_sightings(
-    points: NDArray[np.float64], image: NDArray[np.int64], reach: float
-) -> NDArray[np.int64]:
+def merge_sightings(points: NDArray[np.float64], image: NDArray[np.int64], reach: float) -> NDArray[np.int64]:
     """Tell which sightings are of the same dot: chains of sightings of different images within reach.
 
     Where a chain holds two sightings of one image, which are two dots, it is parted with half the reach.

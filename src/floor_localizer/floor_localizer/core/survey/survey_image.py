@@ -98,5 +98,7 @@ def view_outline(camera: PinholeCamera, mount: CameraMount) -> ViewOutline:
     pixels = np.array([[0.0, 0.0], [right, 0.0], [right, lower], [0.0, lower]])
     corners = mount.floor_points_from_rays(camera.rays_from_pixels(pixels))
     if not np.isfinite(corners).all():
-        raise FloorLocalizerError('camera_rpy: the camera sees the horizon; a survey needs one that looks down')
+        raise FloorLocalizerError(
+            'camera_rpy: the camera sees the horizon; a survey needs one that looks down'
+        )
     return ViewOutline(corners)

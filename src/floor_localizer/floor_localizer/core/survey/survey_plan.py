@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from floor_localizer.core.survey.survey_settings import SurveySettings
 from shirube_geometry import PlanarPose
@@ -38,7 +39,7 @@ def cut_pieces(
             since = 0.0
     if cuts[-1] != len(poses) - 1 or len(cuts) == 1:
         cuts.append(len(poses) - 1)
-    return list(zip(cuts[:-1], cuts[1:], strict=True))
+    return list(pairwise(cuts))
 
 
 def _moved(before: PlanarPose, after: PlanarPose, view_width: float) -> float:

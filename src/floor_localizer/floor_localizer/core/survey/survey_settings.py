@@ -14,9 +14,7 @@ class SurveySettings:
     odometry_radius: float = setting(
         0.004, 'error of the odometry from one image to the next', unit='m', minimum=0.0001, maximum=0.1
     )
-    odometry_turn: float = setting(
-        0.03, 'the same for the heading', unit='rad', minimum=0.0001, maximum=0.5
-    )
+    odometry_turn: float = setting(0.03, 'the same for the heading', unit='rad', minimum=0.0001, maximum=0.5)
     odometry_error: float = setting(
         0.05, 'what it grows by, as a share of the way, and in rad/m', minimum=0.0, maximum=0.5
     )
@@ -36,8 +34,15 @@ class SurveySettings:
         0.00003, 'accuracy of a dot on the floor besides noise', unit='m', minimum=0.0, maximum=0.001
     )
     same_dot: float = setting(
-        0.0006, 'sightings that are nearer to each other are the same dot', unit='m', minimum=0.0001, maximum=0.005
+        0.0006,
+        'sightings that are nearer to each other are the same dot',
+        unit='m',
+        minimum=0.0001,
+        maximum=0.005,
     )
     chance: float = setting(
-        1e-6, 'a link between places is taken when fewer as good are expected by chance', minimum=1e-12, maximum=0.01
+        1e-6,
+        'a link between places is taken when fewer as good are expected by chance',
+        minimum=1e-12,
+        maximum=0.01,
     )
