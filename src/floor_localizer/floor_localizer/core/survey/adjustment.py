@@ -5,8 +5,8 @@ Each image k has the six unknowns of `pose_fit`, each dot j its place m_j. With 
     residual_i = p(state_k(i), d_i) - m_j(i),
 
 the squared residuals over their variances, robust against false sightings (Huber), plus scale and tilts over theirs,
-are least. As m_j enters with the unit matrix, the dots leave the normal equations by their weighted means (Schur): what is
-left has six unknowns an image and is sparse, because only images with a dot in common meet in it.
+are least. As m_j enters with the unit matrix, the dots leave the normal equations by their weighted means (Schur):
+what is left has six unknowns an image and is sparse, because only images with a dot in common meet in it.
 """
 
 from __future__ import annotations

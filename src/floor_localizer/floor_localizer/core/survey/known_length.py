@@ -58,7 +58,7 @@ def _dot_at(dot_map: DotMap, place: NDArray[np.float64]) -> NDArray[np.float64]:
     nearest = int(np.argmin(distances))
     if distances[nearest] > _REACH:
         raise FloorLocalizerError(
-            f'--known-length: ({place[0]:g}, {place[1]:g}) m is {1e3 * distances[nearest]:.0f} mm from the nearest dot; '
+            f'--known-length: ({place[0]:g}, {place[1]:g}) m has no dot within {1e3 * _REACH:.0f} mm; '
             'give the places of two dots as they are in the map without --known-length'
         )
     return dot_map.points[nearest]
