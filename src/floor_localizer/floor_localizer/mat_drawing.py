@@ -5,7 +5,7 @@ What is no dot stands in the margins, because the camera would take it for one.
 
 from __future__ import annotations
 
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 from matplotlib.backends.backend_pdf import PdfPages
@@ -55,7 +55,7 @@ class _Page:
     def lines(self, segments: list[list[tuple[float, float]]], width: float = _HAIRLINE) -> None:
         self.figure.add_artist(LineCollection(segments, linewidths=width, colors='black', transform=self.mat))
 
-    def text(self, x: float, y: float, text: str, **form: str | float) -> None:
+    def text(self, x: float, y: float, text: str, **form: Any) -> None:
         self.figure.add_artist(
             Text(
                 x, y, text, fontsize=_TEXT_SIZE, color='black', transform=self.mat, figure=self.figure, **form
@@ -63,7 +63,12 @@ class _Page:
         )
 
     def arrow(self, x: float, y: float, dx: float, dy: float) -> None:
-        shape = {'width': 0.0004, 'head_width': 0.002, 'head_length': 0.003, 'length_includes_head': True}
+        shape: dict[str, Any] = {
+            'width': 0.0004,
+            'head_width': 0.002,
+            'head_length': 0.003,
+            'length_includes_head': True,
+        }
         self.figure.add_artist(
             FancyArrow(x, y, dx, dy, **shape, facecolor='black', edgecolor='none', transform=self.mat)
         )

@@ -91,7 +91,10 @@ class Checkpoint:
             return None
         return [
             Piece(
-                *(content[f'{k}_{name}'] for name in ('images', 'states', 'dots', 'counts')),
+                content[f'{k}_images'],
+                content[f'{k}_states'],
+                content[f'{k}_dots'],
+                content[f'{k}_counts'],
                 bool(content[f'{k}_linked']),
             )
             for k in range(int(content['number']))

@@ -23,7 +23,8 @@ def draw_survey(file: BinaryIO, result: SurveyResult) -> None:
     axes = figure.add_subplot(aspect='equal', xlabel='x [m]', ylabel='y [m]', title=f'{len(points)} dots')
     area = float(np.clip(3e5 * np.prod(size / size.max()) / len(points) / 20.0, 0.3, 12.0))
     shades = axes.scatter(
-        *points.T,
+        points[:, 0],
+        points[:, 1],
         c=np.minimum(result.counts, _MOST_COUNTED),
         s=area,
         cmap='viridis',

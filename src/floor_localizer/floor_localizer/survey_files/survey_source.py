@@ -112,12 +112,12 @@ class BagSource:
                 if not isinstance(message, RecordedImage | BadImage):
                     continue
                 index += 1
-                if index in chosen:
-                    is_bad = isinstance(message, BadImage)
-                    yield (
-                        index,
-                        message.fault if is_bad else _sized(message.pixels, self.camera, message.topic),
-                    )
+                if index not in chosen:
+                    continue
+                if isinstance(message, BadImage):
+                    yield index, message.fault
+                else:
+                    yield index, _sized(message.pixels, self.camera, message.topic)
 
 
 def _sized(pixels: Pixels, camera: PinholeCamera, name: str) -> Pixels | str:

@@ -105,7 +105,7 @@ def fit_mount(
         seen, printed = seen[agreeing], printed[agreeing]
     rotation, position, log_focal = state
     residual = float(np.sqrt(np.mean(np.sum(problem.pixel_errors(fit.x) ** 2, axis=1))))
-    covariance = _covariance(fit.jac, fit.fun, fit_focal_length)
+    covariance = _covariance(np.asarray(fit.jac), fit.fun, fit_focal_length)
     scale = math.exp(log_focal)
     fitted = replace(camera, fx=scale * camera.fx, fy=scale * camera.fy)
     return MountFit(fitted, rotation, position, covariance, residual, seen)

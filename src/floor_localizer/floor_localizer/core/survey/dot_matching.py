@@ -146,7 +146,8 @@ def nearest_pairs(
     Returns:
         indices of the places, rising, and of their dots.
     """
-    distance, nearest = cKDTree(dots).query(places, distance_upper_bound=reach)
+    found = cKDTree(dots).query(places, distance_upper_bound=reach)
+    distance, nearest = np.asarray(found[0]), np.asarray(found[1], dtype=np.int64)
     near = np.flatnonzero(np.isfinite(distance))
     order = near[np.argsort(distance[near], kind='stable')]
     _, first = np.unique(nearest[order], return_index=True)

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.survey.adjustment import Adjusted, BodyPriors, Sightings, adjust, without_outliers
+from floor_localizer.core.survey.dot_matching import nearest_pairs
 from floor_localizer.core.survey.piece import Piece, join_sightings
 from floor_localizer.core.survey.piece_graph import connected_parts
 from floor_localizer.core.survey.piece_linking import PieceLinker
@@ -161,9 +162,8 @@ def _fixed_dots(
     if old is None:
         return fixed
     free = adjust(sightings, states, fixed, BodyPriors(position, 1.0, 1.0), iterations=0)
-    distance, nearest = cKDTree(old).query(free.dots, distance_upper_bound=reach)
-    near = np.flatnonzero(np.isfinite(distance))
-    fixed[near] = old[nearest[near]]
+    seen, known = nearest_pairs(old, free.dots, reach)
+    fixed[seen] = old[known]
     return fixed
 
 

@@ -63,7 +63,7 @@ def build_piece(
     numbers = np.arange(first, first + len(poses))
     states = np.zeros((len(poses), 6))
     states[:, :3] = [(pose.x, pose.y, pose.yaw) for pose in poses]
-    chosen = [images[index] for index in numbers]
+    chosen = [images[index] for index in numbers.tolist()]
     if len(poses) == 1:
         return Piece(numbers, states, chosen[0].points, np.ones(len(chosen[0]), dtype=np.int64), is_linked)
     priors = BodyPriors(position, settings.scale_sigma, settings.tilt_sigma)
@@ -162,13 +162,5 @@ def overlapping(
     """Return the points, shape (n, 2), that have one of the others within reach where they are expected [m]."""
     if len(points) == 0 or len(others) == 0:
         return points[:0]
-    _, near = nearest_any(others, expected.transform(points), reach)
-    return points[near]
-
-
-def nearest_any(
-    dots: NDArray[np.float64], places: NDArray[np.float64], reach: float
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return the distance from each place to the nearest dot, and whether that is within reach [m]."""
-    distance, _ = cKDTree(dots).query(places, distance_upper_bound=reach)
-    return distance, np.isfinite(distance)
+    distance, _ = cKDTree(others).query(expected.transform(points), distance_upper_bound=reach)
+    return points[np.isfinite(distance)]

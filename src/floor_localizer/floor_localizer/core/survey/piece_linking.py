@@ -162,7 +162,8 @@ class PieceLinker:
             return None
         # About their own middle, for what is far from the origin swings far.
         middle = points.mean(axis=0)
-        about = PlanarPose(*expected.transform([middle])[0], expected.yaw)
+        x, y = (float(value) for value in expected.transform([middle])[0])
+        about = PlanarPose(x, y, expected.yaw)
         by = Tolerances(_SIGMA, _SCALE, 0.0, self._settings.chance)
         return self._shared(index, other, field.match_near(points - middle, about, radius, turn, by), middle)
 
@@ -183,7 +184,7 @@ class PieceLinker:
 
     def _link(self, index: int, other: int, found: Matched, *, is_loop: bool) -> Link:
         mine, theirs = self._fields[index].points[found.laid], self._fields[other].points[found.under]
-        return Link(other, index, theirs @ (1.0, 1j), mine @ (1.0, 1j), is_loop)
+        return Link(other, index, _complex(theirs), _complex(mine), is_loop)
 
     def _links_anywhere(self, index: int) -> list[Link]:
         """Look a piece up among the dots of all earlier pieces."""
@@ -242,3 +243,7 @@ class PieceLinker:
         if settle and (torn or self._since_settled >= _SETTLE_EVERY):
             self._since_settled = 0
             self.solve()
+
+
+def _complex(points: NDArray[np.float64]) -> NDArray[np.complex128]:
+    return points[:, 0] + 1j * points[:, 1]
