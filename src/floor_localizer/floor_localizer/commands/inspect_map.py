@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from dataclasses import fields
 from pathlib import Path
 
 from tqdm import tqdm
 
+from floor_localizer.commands.setting_options import add_settings, settings_from
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.map_inspection import describe_map
 from floor_localizer.core.settings import LocalizerSettings
@@ -17,7 +17,7 @@ from floor_localizer.core.uniqueness import Place, ViewSettings, inspect_places,
 from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
 from floor_localizer.map_report import map_report, places_report
 from shirube_files import written_beside
-from shirube_settings import SettingsError, check_settings, describe_settings
+from shirube_settings import SettingsError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -36,8 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def inspect(options: argparse.Namespace) -> None:
     """Print the report and write the files that were asked for."""
-    view = ViewSettings(**{field.name: getattr(options, field.name) for field in fields(ViewSettings)})
-    check_settings(view)
+    view = settings_from(options, ViewSettings)
     dot_map, floor = load_dots_and_index(options.map)
     print(f'{"map":<16}{options.map}')
     print(map_report(describe_map(dot_map, floor)))
@@ -70,14 +69,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument('map', type=Path, help='dot map, CSV or .dotmap')
     parser.add_argument('--write', type=Path, metavar='OUT.dotmap', help='write the fast binary form there')
     parser.add_argument('--picture', type=Path, metavar='OUT.png', help='draw density and places there')
-    for each in describe_settings(ViewSettings):
-        unit = f' [{each.unit}]' if each.unit else ''
-        parser.add_argument(
-            f'--{each.name.replace("_", "-")}',
-            type=each.type,
-            default=each.default,
-            help=f'{each.description}{unit} (default: %(default)s)',
-        )
+    add_settings(parser, ViewSettings)
     return parser
 
 

@@ -1,0 +1,85 @@
+"""Whether a survey joined what does not belong together, and how well a robot finds itself on its map."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from _surveyed_floor import CAMERA, MOUNT, RenderedSurvey
+from numpy.typing import NDArray
+
+from floor_localizer.core.constellation.indexed_map import index_map
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.fix import Fix
+from floor_localizer.core.localizer import FloorLocalizer
+from floor_localizer.core.survey.adjustment import map_points
+from floor_localizer.survey_files.survey_run import SurveyRun
+from shirube_geometry import PlanarPose
+
+_SAME_PLACE = 0.0015
+_EDGE = 0.15
+_STEP = PlanarPose(0.05, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class PoseScores:
+    """Poses on a map against the truth.
+
+    Attributes:
+        tried: number of images.
+        errors: shape (k,), of the positions that were found [m].
+        turns: shape (k,), of their headings [rad].
+        match_rates: shape (k,).
+        step_errors: shape (j,), of the way between two images 50 mm apart [m].
+    """
+
+    tried: int
+    errors: NDArray[np.float64]
+    turns: NDArray[np.float64]
+    match_rates: NDArray[np.float64]
+    step_errors: NDArray[np.float64]
+
+
+def wrong_merges(run: SurveyRun, survey: RenderedSurvey) -> tuple[int, int]:
+    """Return how many dots were made of sightings whose true places differ, of how many."""
+    numbers = [int(run.images[k].name.split()[1]) for k in run.result.images]
+    poses = np.array([(p.x, p.y, p.yaw, 0.0, 0.0, 0.0) for p in (survey.truth[k] for k in numbers)])
+    seen = run.result.sightings
+    true = map_points(seen.directions, np.array(MOUNT.xyz), poses[seen.image])
+    count = np.maximum(np.bincount(seen.dot), 1)
+    means = np.column_stack([np.bincount(seen.dot, true[:, k]) / count for k in range(2)])
+    far = np.hypot(*(true - means[seen.dot]).T) > _SAME_PLACE
+    return len(np.unique(seen.dot[far])), len(np.unique(seen.dot))
+
+
+def locate_on(
+    survey: RenderedSurvey, dot_map: DotMap, T_true_map: PlanarPose | None, places: int
+) -> PoseScores:
+    """Locate rendered images, two at each place, without a prior.
+
+    Args:
+        survey: the floor.
+        dot_map: the map.
+        T_true_map: its frame in the true one, None for the true map.
+        places: at random, at a distance from the border.
+    """
+    localizer, rng = FloorLocalizer(index_map(dot_map), MOUNT), np.random.default_rng(11)
+    T_true_map = T_true_map or PlanarPose(0.0, 0.0, 0.0)
+    size = survey.floor.design.size
+    errors, turns, rates, steps = [], [], [], []
+    for number in range(places):
+        x, y = rng.uniform(_EDGE, np.array(size) - _EDGE)
+        start = PlanarPose(float(x), float(y), float(rng.uniform(-math.pi, math.pi)))
+        found = []
+        for k, pose in enumerate((start, start @ _STEP)):
+            fix = localizer.locate(survey.photograph(pose, 100_000 + 2 * number + k, 0.0), CAMERA)
+            if isinstance(fix, Fix):
+                placed = T_true_map @ fix.T_map_base
+                found.append(placed)
+                errors.append(placed.distance_to(pose))
+                turns.append(abs(placed.turn_to(pose)))
+                rates.append(fix.match_rate)
+        if len(found) == 2:
+            steps.append((found[0].inverse() @ found[1]).distance_to(_STEP))
+    return PoseScores(2 * places, np.array(errors), np.array(turns), np.array(rates), np.array(steps))

@@ -1,0 +1,121 @@
+"""A floor surveyed by a rendered drive against the truth. Prints Markdown.
+
+    shirube bench survey
+    shirube bench survey --size 1.5 --sway
+
+A robot with odometry 2 % off and a heading that drifts by 1 degree a metre drives over a square floor in lanes that
+overlap by 20 %; `build_map`'s core makes the map, whose scale comes from one length that was measured 0.5 mm too long.
+A survey that was stopped goes on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from _survey_scores import PoseScores, locate_on, wrong_merges
+from _surveyed_floor import MOUNT, RenderedSurvey
+
+from floor_localizer.core.survey.known_length import KnownLength, scale_survey
+from floor_localizer.core.survey.map_comparison import MapComparison, compare
+from floor_localizer.core.survey.survey_settings import SurveySettings
+from floor_localizer.survey_files.checkpoint import Checkpoint
+from floor_localizer.survey_files.survey_run import SurveyRun, run_survey
+from scene_simulator.suspension import Suspension
+
+TAPE_ERROR = 0.0005
+SETTINGS = SurveySettings(image_step=0.45)
+
+
+def main() -> int:
+    """Survey, compare, locate, and print the tables."""
+    options = parse()
+    suspension = Suspension(heave=0.0013, tilt=math.radians(0.5)) if options.sway else None
+    survey = RenderedSurvey(options.size, options.seed, suspension)
+    folder = Path(f'out/bench_survey/{options.size}_{options.seed}_{int(options.sway)}')
+    start = time.perf_counter()
+    run = run_survey(
+        survey, MOUNT, SETTINGS, Checkpoint(folder, {'size': options.size, 'seed': options.seed})
+    )
+    report(survey, run, options.size, time.perf_counter() - start, options.places)
+    return 0
+
+
+def report(survey: RenderedSurvey, run: SurveyRun, size: float, seconds: float, places: int) -> None:
+    """Print what came of it."""
+    before = compare(survey.true_map, run.result.dot_map)
+    result, scale = scale_survey(run.result, measured_length(survey, run, before, size))
+    after = compare(survey.true_map, result.dot_map)
+    print(f'{size:g} x {size:g} m, {len(survey.true_map)} chips, {len(run.images)} images, {seconds:.0f} s\n')
+    print(
+        '| scale by | scale % | apart mm: rms / 95 % / max | common | missing | extra |\n|---|---|---|---|---|---|'
+    )
+    print(row('height of the camera', before))
+    print(row(f'a length of {0.8 * size:g} m, 0.5 mm too long ({100 * (scale - 1):+.4f} %)', after))
+    wrong, dots = wrong_merges(run, survey)
+    print(
+        f'\nLoops: {result.loops}; images on the map: {len(result.images)} of {len(run.images)}; dirt: {result.dirt}'
+    )
+    print(f'dots whose sightings are of different places: {wrong} of {dots}.\n')
+    print(
+        '| map | found | matched % | error mm: median / 95 % | of a step of 50 mm: same | error °: median |'
+    )
+    print('|---|---|---|---|---|---|')
+    print(score_row('true', locate_on(survey, survey.true_map, None, places)))
+    print(score_row('surveyed', locate_on(survey, result.dot_map, after.T_first_second, places)))
+
+
+def measured_length(survey: RenderedSurvey, run: SurveyRun, found: MapComparison, size: float) -> KnownLength:
+    """Return what somebody measures between two dots that are 0.8 of the floor's side apart."""
+    true = survey.floor.points[found.pairs[:, 0]]
+    close = np.hypot(*found.residuals.T) < 2.0 * np.median(np.hypot(*found.residuals.T))
+    ends = []
+    for place in ((0.1 * size, 0.5 * size), (0.9 * size, 0.5 * size)):
+        distance = np.where(close, np.hypot(*(true - place).T), np.inf)
+        ends.append(int(np.argmin(distance)))
+    first, second = run.result.dot_map.points[found.pairs[ends, 1]]
+    return KnownLength(first, second, float(np.hypot(*(true[ends[1]] - true[ends[0]]))) + TAPE_ERROR)
+
+
+def row(name: str, found: MapComparison) -> str:
+    """Return a line of the table of maps."""
+    lengths = 1e3 * np.hypot(*found.residuals.T)
+    apart = f'{1e3 * found.rms:.3f} / {np.percentile(lengths, 95):.3f} / {lengths.max():.2f}'
+    counts = f'{len(found.pairs)} | {len(found.missing)} | {len(found.extra)}'
+    return f'| {name} | {100 * (found.scale - 1):+.4f} | {apart} | {counts} |'
+
+
+def score_row(name: str, scores: PoseScores) -> str:
+    """Return a line of the table of poses."""
+    errors, steps = 1e3 * scores.errors, 1e3 * scores.step_errors
+    return (
+        f'| {name} | {len(errors)} of {scores.tried} | {100 * np.mean(scores.match_rates):.1f} | '
+        f'{np.median(errors):.3f} / {np.percentile(errors, 95):.3f} | '
+        f'{np.median(steps):.4f} / {np.percentile(steps, 95):.4f} | {np.degrees(np.median(scores.turns)):.4f} |'
+    )
+
+
+def parse() -> argparse.Namespace:
+    """Return the options."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        '--size', type=float, default=5.0, help='side of the floor [m] (default: %(default)s)'
+    )
+    parser.add_argument('--seed', type=int, default=3, help='default: %(default)s')
+    parser.add_argument(
+        '--places', type=int, default=100, help='where the robot is located (default: %(default)s)'
+    )
+    parser.add_argument(
+        '--sway', action='store_true', help='the body heaves by 1 %% and tilts by 0.5 degrees'
+    )
+    return parser.parse_args()
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,140 @@
+"""``build_map``: a dot map from a drive over the floor, images and rough odometry."""
+
+from __future__ import annotations
+
+import argparse
+import errno
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from floor_localizer.commands.setting_options import add_settings, settings_from
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.mount_check import check_mount
+from floor_localizer.core.survey.known_length import KnownLength, scale_survey
+from floor_localizer.core.survey.survey_settings import SurveySettings
+from floor_localizer.files.csv_form import save_csv
+from floor_localizer.files.dot_map_file import load_dot_map
+from floor_localizer.survey_files.checkpoint import Checkpoint
+from floor_localizer.survey_files.survey_report import save_image_poses, save_sightings, survey_report
+from floor_localizer.survey_files.survey_run import SurveyRun, run_survey, survey_key
+from floor_localizer.survey_files.survey_source import BagSource, FolderSource, SurveySource
+from shirube_bags.errors import ShirubeBagsError
+from shirube_files import write_text, written_beside
+from shirube_geometry import CameraMount
+from shirube_ros.file_errors import CameraFileError
+from shirube_settings import SettingsError
+
+_DEFAULT = CameraMount()
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0, or 1 when the drive cannot be surveyed or a file is bad."""
+    options = make_parser().parse_args(arguments)
+    try:
+        build_map(options)
+    except (FloorLocalizerError, CameraFileError, ShirubeBagsError, SettingsError) as fault:
+        print(f'build_map: {fault}', file=sys.stderr)
+        return 1
+    except OSError as fault:
+        place = fault.filename or options.out
+        remedy = 'choose a writable place'
+        if fault.errno == errno.ENOSPC:
+            remedy = 'free some and give the same command again, it goes on where it stopped'
+        print(f'build_map: {place}: {fault.strerror}; {remedy}', file=sys.stderr)
+        return 1
+    return 0
+
+
+def build_map(options: argparse.Namespace) -> None:
+    """Make the map and write everything about it."""
+    settings = settings_from(options, SurveySettings)
+    mount = CameraMount(tuple(options.camera_xyz), tuple(options.camera_rpy))
+    check_mount(mount)
+    if options.extend is not None and options.known_length is not None:
+        raise FloorLocalizerError(
+            '--known-length: the map that is extended has its scale already; give one of both'
+        )
+    existing = None if options.extend is None else load_dot_map(options.extend)
+    source = open_source(options)
+    key = survey_key(source, str(options.bag or options.images), mount, settings, existing)
+    checkpoint = Checkpoint(options.out / 'checkpoint', key)
+    run = run_survey(source, mount, settings, checkpoint, existing)
+    write_results(options, run)
+
+
+def open_source(options: argparse.Namespace) -> SurveySource:
+    """Return the images that the options name."""
+    if options.bag is not None:
+        return BagSource(options.bag, options.topic, options.camera_info_topic, options.odom_topic)
+    for name in ('calibration', 'odometry'):
+        if getattr(options, name) is None:
+            raise FloorLocalizerError(f'--{name} is missing; a folder of images needs it')
+    return FolderSource(options.images, options.calibration, options.odometry)
+
+
+def write_results(options: argparse.Namespace, run: SurveyRun) -> None:
+    """Write map, tables, report and pictures, each whole or not at all."""
+    # Only this command draws surveys; matplotlib takes half a second to import.
+    from floor_localizer.survey_files.survey_picture import draw_residuals, draw_survey  # noqa: PLC0415
+
+    scale = None
+    if options.known_length is not None:
+        x1, y1, x2, y2, length = options.known_length
+        known = KnownLength(np.array([x1, y1]), np.array([x2, y2]), length)
+        result, scale = scale_survey(run.result, known)
+        run = SurveyRun(result, run.images, run.faults)
+    out: Path = options.out
+    report = survey_report(run, scale)
+    save_sightings(out / 'sightings.csv', run.result)
+    save_image_poses(out / 'images.csv', run)
+    write_text(out / 'report.txt', report + '\n')
+    for name, draw in (('map.png', draw_survey), ('residuals.png', draw_residuals)):
+        with written_beside(out / name) as file:
+            draw(file, run.result)
+    save_csv(out / 'map.csv', run.result.dot_map)
+    print(report)
+    print(f'{out / "map.csv"}: the map; pictures and tables beside it')
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command's options."""
+    parser = argparse.ArgumentParser(
+        prog='build_map',
+        description='Make a dot map from a drive over the floor. One that was stopped goes on when it is given again.',
+    )
+    add = parser.add_argument
+    drive = parser.add_mutually_exclusive_group(required=True)
+    drive.add_argument('--bag', type=Path, help='rosbag2 with images, camera_info and odometry')
+    drive.add_argument('--images', type=Path, metavar='FOLDER', help='images in the order of their names')
+    add('--calibration', type=Path, metavar='YAML', help='of the images, as camera_calibration writes it')
+    add('--odometry', type=Path, metavar='FILE',
+        help='of the images: CSV "image,x,y,yaw", or TUM with a line an image in their order')  # fmt: skip
+    add('--topic', help='the images in the bag (default: /image_raw or the only one)')
+    add(
+        '--camera-info-topic',
+        metavar='TOPIC',
+        help='their calibration (default: /camera_info or the only one)',
+    )
+    add('--odom-topic', metavar='TOPIC', help='the odometry (default: /odom or the only one)')
+    add(
+        '--extend',
+        type=Path,
+        metavar='MAP',
+        help='a map that the drive begins on; its dots stay where they are',
+    )
+    add('--known-length', type=float, nargs=5, metavar=('X1', 'Y1', 'X2', 'Y2', 'LENGTH'),
+        help='places of two dots as they are in the map without this option, and their true distance [m]')  # fmt: skip
+    add('--out', type=Path, default=Path('out/survey'), metavar='FOLDER', help='default: %(default)s')
+    add('--camera-xyz', type=float, nargs=3, default=_DEFAULT.xyz, metavar=('X', 'Y', 'Z'),
+        help='optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
+    add('--camera-rpy', type=float, nargs=3, default=_DEFAULT.rpy, metavar=('R', 'P', 'Y'),
+        help='its fixed-axis roll, pitch, yaw there [rad] (default: looking down)')  # fmt: skip
+    add_settings(parser, SurveySettings)
+    return parser
+
+
+if __name__ == '__main__':
+    sys.exit(main())

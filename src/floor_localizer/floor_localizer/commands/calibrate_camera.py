@@ -1,0 +1,133 @@
+"""``calibrate_camera``: height, tilt and pixel scale of the belly camera from one image of a printed mat."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from floor_localizer.core.calibration.camera_calibration import CameraCalibration, calibrate
+from floor_localizer.core.calibration.mount_fit import KnownHeight
+from floor_localizer.core.dot_extraction import DotDetector
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.files.camera_files import save_intrinsics, save_mount
+from floor_localizer.files.dot_map_file import load_dot_map
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_ros.calibration_file import load_calibration
+from shirube_ros.file_errors import CameraFileError
+from shirube_ros.image_files import load_image
+
+_DEFAULT = CameraMount()
+# What a ruler from the floor to the lens tells, whose optical centre is somewhere in it [m].
+_RULER = 0.002
+# Of a lens of 53 degrees; only a start where the focal length is to be found.
+_USUAL_FOCAL_LENGTH = 1.0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0, or 1 when a file is bad or the image too weak."""
+    options = make_parser().parse_args(arguments)
+    try:
+        found = calibrate_camera(options)
+        lines = report(found, options)
+        save_mount(options.out, found.mount, lines)
+        if options.calibration is None:
+            save_intrinsics(intrinsics_path(options.out), found.fit.camera)
+            lines.append(f'{intrinsics_path(options.out)}: the focal length for this height')
+    except (FloorLocalizerError, CameraFileError) as fault:
+        print(f'calibrate_camera: {fault}', file=sys.stderr)
+        return 1
+    except OSError as fault:
+        print(
+            f'calibrate_camera: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr
+        )
+        return 1
+    print('\n'.join([*lines, f'{options.out}: camera_xyz and camera_rpy, for --params-file']))
+    return 0
+
+
+def calibrate_camera(options: argparse.Namespace) -> CameraCalibration:
+    """Return what the image tells."""
+    mat, image = load_dot_map(options.mat), load_image(options.image)
+    height, width = image.shape[:2]
+    if options.calibration is not None:
+        camera = load_calibration(options.calibration)
+        if (width, height) != (camera.width, camera.height):
+            raise FloorLocalizerError(
+                f'{options.image}: is {width} x {height} px, the calibration is for '
+                f'{camera.width} x {camera.height} px; calibrate at this resolution'
+            )
+    else:
+        focal = _USUAL_FOCAL_LENGTH * max(width, height)
+        camera = PinholeCamera(width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1))
+    if options.height is not None and options.height <= 0.0:
+        raise FloorLocalizerError(
+            f'--height: {options.height:g} m is not above the floor; measure from floor to lens'
+        )
+    return calibrate(
+        DotDetector().detect(image),
+        mat,
+        camera,
+        CameraMount(tuple(options.camera_xyz), tuple(options.camera_rpy)),
+        focal_length_known=options.calibration is not None,
+        known_height=None if options.height is None else KnownHeight(options.height, _RULER),
+        T_mat_base=None if options.robot_at is None else PlanarPose(*options.robot_at),
+    )
+
+
+def intrinsics_path(out: Path) -> Path:
+    """Return where the focal length is saved that was found beside the mount."""
+    return out.with_name(f'{out.stem}_intrinsics.yaml')
+
+
+def report(found: CameraCalibration, options: argparse.Namespace) -> list[str]:
+    """Return what was found, in lines."""
+    fit, xyz = found.fit, found.mount.xyz
+    rpy = ', '.join(f'{math.degrees(angle):.2f}' for angle in found.mount.rpy)
+    lines = [
+        f'{fit.dots} dots of the mat, {fit.residual:.3f} px (rms) from where the fit puts them',
+        f'height {1e3 * xyz[2]:.3f} mm ± {1e3 * found.sigma_height:.3f} mm',
+        f'tilt {math.degrees(found.tilt):.3f}° ± {math.degrees(found.sigma_tilt):.3f}° (roll, pitch, yaw {rpy}°)',
+        f'pixel {1e3 * found.pixel:.5f} mm ± {1e3 * found.sigma_pixel:.5f} mm on the floor below the camera',
+    ]
+    if options.calibration is None:
+        focal = fit.camera.fx
+        lines.append(f'focal length {focal:.1f} px ± {focal * found.sigma_focal:.1f} px, without distortion')
+    if options.robot_at is None:
+        lines.append('x, y and heading of the camera are as they were given: one image does not tell them')
+    else:
+        lines.append(f'x {1e3 * xyz[0]:.2f} mm, y {1e3 * xyz[1]:.2f} mm for the robot as it was placed')
+    return lines
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command's options."""
+    parser = argparse.ArgumentParser(
+        prog='calibrate_camera',
+        description='Tell height, tilt and pixel scale of the belly camera from an image of a printed mat.',
+    )
+    add = parser.add_argument
+    add('--mat', type=Path, required=True, help='dot map that print_mat wrote')
+    add('--image', type=Path, required=True, help='of the mat, the robot on a level floor')
+    add('--calibration', type=Path, metavar='YAML',
+        help='as camera_calibration writes it; without, the focal length is found from --height')  # fmt: skip
+    add(
+        '--height',
+        type=float,
+        metavar='M',
+        help='of the lens over the mat, measured with a ruler to 2 mm [m]',
+    )
+    add('--robot-at', type=float, nargs=3, metavar=('X', 'Y', 'YAW'),
+        help="the robot's pose on the mat [m, m, rad], for x, y and heading of the camera")  # fmt: skip
+    add('--camera-xyz', type=float, nargs=3, default=_DEFAULT.xyz, metavar=('X', 'Y', 'Z'),
+        help='where the camera is supposed to be; x and y are kept without --robot-at [m]')  # fmt: skip
+    add('--camera-rpy', type=float, nargs=3, default=_DEFAULT.rpy, metavar=('R', 'P', 'Y'),
+        help='its supposed roll, pitch, yaw [rad] (default: looking down)')  # fmt: skip
+    add('--out', type=Path, default=Path('belly_camera.yaml'), metavar='YAML', help='default: %(default)s')
+    return parser
+
+
+if __name__ == '__main__':
+    sys.exit(main())

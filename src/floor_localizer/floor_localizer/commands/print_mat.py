@@ -1,0 +1,84 @@
+"""``print_mat``: a random-dot mat as a PDF at true scale, and its dot map."""
+
+from __future__ import annotations
+
+import argparse
+import secrets
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from floor_localizer.commands.setting_options import add_settings, settings_from
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.mat.mat_settings import MatSettings, SheetSettings
+from floor_localizer.core.mat.sheet_layout import PAPERS, ROLL, lay_out, mat_of_one_sheet
+from floor_localizer.core.mat.unique_mat import lay_unique_mat
+from floor_localizer.core.uniqueness import ViewSettings
+from floor_localizer.files.csv_form import save_csv
+from floor_localizer.map_report import places_report
+from shirube_files import written_beside
+from shirube_settings import SettingsError
+
+_SEEDS = 10**6
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0, or 1 when an option is bad or a file cannot be written."""
+    options = make_parser().parse_args(arguments)
+    try:
+        print_mat(options)
+    except (FloorLocalizerError, SettingsError) as fault:
+        print(f'print_mat: {fault}', file=sys.stderr)
+        return 1
+    except OSError as fault:
+        print(
+            f'print_mat: {fault.filename or options.out}: {fault.strerror}; choose a writable place',
+            file=sys.stderr,
+        )
+        return 1
+    return 0
+
+
+def print_mat(options: argparse.Namespace) -> None:
+    """Write the PDF and the dot map."""
+    # Only this command draws PDFs; matplotlib takes half a second to import.
+    from floor_localizer.mat_drawing import draw_mat  # noqa: PLC0415
+
+    sheets, view = settings_from(options, SheetSettings), settings_from(options, ViewSettings)
+    mat_settings = settings_from(options, MatSettings)
+    width, height = mat_of_one_sheet(options.paper, sheets)
+    mat_settings = replace(
+        mat_settings, width=mat_settings.width or width, height=mat_settings.height or height
+    )
+    layout = lay_out(mat_settings, options.paper, sheets)
+    seed = secrets.randbelow(_SEEDS) if options.seed is None else options.seed
+    mat, places = lay_unique_mat(mat_settings, seed, view)
+    with written_beside(options.out) as file:
+        draw_mat(file, mat, layout)
+    map_path = options.out.with_suffix('.csv')
+    save_csv(map_path, mat.dot_map)
+    print(f'{options.out}: {len(mat.points)} dots on {len(layout.sheets)} x {options.paper}, seed {seed}')
+    print(places_report(places, view))
+    print(
+        f'{map_path}: the dot map, origin in the lower left corner; print at 100 % and measure the scale bar'
+    )
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command's options."""
+    parser = argparse.ArgumentParser(
+        prog='print_mat',
+        description='Make a mat of random dots: a PDF to print at true scale, and beside it the dot map.',
+    )
+    add = parser.add_argument
+    add('--out', type=Path, default=Path('mat.pdf'), metavar='PDF', help='default: %(default)s')
+    add('--paper', choices=[*PAPERS, ROLL], default='A4', help='default: %(default)s')
+    add('--seed', type=int, help='makes the same mat again (default: a new one each time)')
+    for kind in (MatSettings, SheetSettings, ViewSettings):
+        add_settings(parser, kind)
+    return parser
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,34 @@
+"""Options of a command that are made of a settings class, one each, with its default, unit and range."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import fields
+from typing import TypeVar
+
+from shirube_settings import check_settings, describe_settings
+
+Settings = TypeVar('Settings')
+
+
+def add_settings(parser: argparse.ArgumentParser, kind: type) -> None:
+    """Add an option for each setting of a class."""
+    for each in describe_settings(kind):
+        unit = f' [{each.unit}]' if each.unit else ''
+        parser.add_argument(
+            f'--{each.name.replace("_", "-")}',
+            type=each.type,
+            default=each.default,
+            help=f'{each.description}{unit} (default: %(default)s)',
+        )
+
+
+def settings_from(options: argparse.Namespace, kind: type[Settings]) -> Settings:
+    """Return the settings that the options hold.
+
+    Raises:
+        SettingsError: one is out of its range.
+    """
+    settings = kind(**{field.name: getattr(options, field.name) for field in fields(kind)})  # type: ignore[arg-type]
+    check_settings(settings)
+    return settings

@@ -1,0 +1,1 @@
+"""Where the belly camera sits, from an image of a known mat."""

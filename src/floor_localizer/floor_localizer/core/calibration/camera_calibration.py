@@ -1,0 +1,148 @@
+"""Height, tilt and pixel scale of the belly camera from one image of a mat, or why they cannot be told."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from floor_localizer.core.calibration.mat_matching import match_mat
+from floor_localizer.core.calibration.mount_fit import KnownHeight, MountFit, fit_mount
+from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, wrap_angle
+
+_LEAST_DOTS = 12
+_LEAST_SPREAD = 0.4
+"""Share of the image's width and height that the matched dots span at least."""
+_RESIDUAL_MAX = 1.5
+_SIGMA_TILT_MAX, _SIGMA_HEIGHT_MAX, _SIGMA_FOCAL_MAX = math.radians(0.3), 0.02, 0.03
+
+
+@dataclass(frozen=True)
+class CameraCalibration:
+    """Where the camera sits.
+
+    Attributes:
+        mount: the camera in the base frame.
+        fit: what the image told.
+        tilt: between the optical axis and straight down [rad].
+        sigma_tilt: standard deviation of the tilt about its worst axis [rad].
+        sigma_height: of the height [m].
+        pixel: size of a pixel on the floor below the camera [m].
+        sigma_pixel: its standard deviation [m].
+        sigma_focal: of the focal length, as a share of it; 0 where it was given.
+    """
+
+    mount: CameraMount
+    fit: MountFit
+    tilt: float
+    sigma_tilt: float
+    sigma_height: float
+    pixel: float
+    sigma_pixel: float
+    sigma_focal: float
+
+
+def calibrate(
+    dots: DetectedDots,
+    mat: DotMap,
+    camera: PinholeCamera,
+    supposed: CameraMount,
+    *,
+    focal_length_known: bool = True,
+    known_height: KnownHeight | None = None,
+    T_mat_base: PlanarPose | None = None,
+) -> CameraCalibration:
+    """Tell where the camera sits on the robot.
+
+    Args:
+        dots: of the image of the mat.
+        mat: its dot map, with diameters.
+        camera: the intrinsics; only the image's size and a rough focal length count where that is not known.
+        supposed: the mount as it is supposed; x, y and heading are taken from it where the robot's pose is not given.
+        focal_length_known: whether the focal length is to be believed.
+        known_height: of the camera, if it was measured.
+        T_mat_base: where the robot stands on the mat, if that is known.
+
+    Raises:
+        FloorLocalizerError: the image is too weak for what is asked; the line tells the remedy.
+    """
+    if not np.isfinite(mat.diameters).all():
+        raise FloorLocalizerError('--mat: has dots without a diameter; give the map that print_mat wrote')
+    if len(dots) < _LEAST_DOTS:
+        raise FloorLocalizerError(
+            f'the image shows {len(dots)} dots, at least {_LEAST_DOTS} are needed; show more of the mat'
+        )
+    matches = match_mat(dots, camera, mat, supposed)
+    if matches is None:
+        raise FloorLocalizerError(
+            f'the {len(dots)} dots of the image are not those of the mat; give the map with the seed on the sheet, '
+            'and --camera-rpy if the camera is tilted by more than 15 degrees'
+        )
+    fit = fit_mount(
+        dots, mat, matches, camera, fit_focal_length=not focal_length_known, known_height=known_height
+    )
+    return _checked(_calibration(fit, supposed, T_mat_base), dots)
+
+
+def _calibration(fit: MountFit, supposed: CameraMount, T_mat_base: PlanarPose | None) -> CameraCalibration:
+    x, y, height = (float(value) for value in fit.position)
+    if T_mat_base is None:
+        turn = wrap_angle(_heading(fit.rotation) - _heading(supposed.rotation))
+        place = np.array(supposed.xyz[:2])
+    else:
+        turn, place = T_mat_base.yaw, T_mat_base.inverse().transform([[x, y]])[0]
+    rotation = Rotation.from_euler('z', -turn) * Rotation.from_matrix(fit.rotation)
+    roll, pitch, yaw = (float(angle) for angle in rotation.as_euler('xyz'))
+    mount = CameraMount((float(place[0]), float(place[1]), height), (roll, pitch, yaw))
+    covariance = fit.covariance
+    variance_focal, variance_height = covariance[6, 6], covariance[5, 5] / height**2
+    focal = math.sqrt(fit.camera.fx * fit.camera.fy)
+    variance_pixel = max(variance_height + variance_focal - 2.0 * covariance[5, 6] / height, 0.0)
+    return CameraCalibration(
+        mount,
+        fit,
+        math.acos(min(-float(fit.rotation[2, 2]), 1.0)),
+        math.sqrt(max(float(np.linalg.eigvalsh(covariance[:2, :2])[-1]), 0.0)),
+        math.sqrt(max(covariance[5, 5], 0.0)),
+        height / focal,
+        math.sqrt(variance_pixel) * height / focal,
+        math.sqrt(max(variance_focal, 0.0)),
+    )
+
+
+def _heading(rotation: NDArray[np.float64]) -> float:
+    """Return the direction of the image's v axis on the floor [rad]."""
+    return math.atan2(float(rotation[1, 1]), float(rotation[0, 1]))
+
+
+def _checked(found: CameraCalibration, dots: DetectedDots) -> CameraCalibration:
+    """Refuse what is too weak to drive by."""
+    fit, camera = found.fit, found.fit.camera
+    spans = np.ptp(dots.pixels[fit.used], axis=0) / (camera.width, camera.height)
+    if fit.dots < _LEAST_DOTS or spans.min() < _LEAST_SPREAD:
+        raise FloorLocalizerError(
+            f'{fit.dots} dots match on {spans[0]:.0%} x {spans[1]:.0%} of the image, at least {_LEAST_DOTS} on '
+            f'{_LEAST_SPREAD:.0%} are needed; put the mat under the whole view, flat and in focus'
+        )
+    if fit.residual > _RESIDUAL_MAX:
+        raise FloorLocalizerError(
+            f'the dots are off by {fit.residual:.2f} px (rms), at most {_RESIDUAL_MAX:g} is good; '
+            'flatten the mat, check its scale bar, and give the calibration of this camera'
+        )
+    if found.sigma_focal > _SIGMA_FOCAL_MAX:
+        raise FloorLocalizerError(
+            f'focal length and height cannot both be told from this view (± {found.sigma_focal:.0%}), only the pixel: '
+            f'{1e3 * found.pixel:.4f} mm; give --calibration, or --height from floor to lens, or tilt the robot'
+        )
+    if found.sigma_tilt > _SIGMA_TILT_MAX or found.sigma_height > _SIGMA_HEIGHT_MAX * found.mount.xyz[2]:
+        raise FloorLocalizerError(
+            f'the tilt is certain to {math.degrees(found.sigma_tilt):.2f}° and the height to '
+            f'{1e3 * found.sigma_height:.1f} mm only; use a denser mat or a sharper image'
+        )
+    return found

@@ -1,0 +1,178 @@
+"""The camera's pose over a mat by least squares on its dots in the image.
+
+With the mat's dots m_i (z = 0), the camera's rotation R and position c in the mat's frame and its lens project(),
+
+    u_i = project(R^T (m_i - c)) + noise,
+
+the six unknowns of R and c, and the focal length where it is not known, minimise the squared residuals with a robust
+loss. From a camera that looks straight down, height and focal length cannot both be told: only their ratio, the
+scale of the pixels. Then the height must be given with its accuracy, or the tilt be large.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.dot_map import DotMap
+from shirube_geometry import PinholeCamera
+
+_SAME = 3.5
+_ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class MountFit:
+    """Camera over a mat.
+
+    Attributes:
+        camera: the intrinsics, with the focal length that was fitted or given.
+        rotation: shape (3, 3), ``R_mat_camera``.
+        position: shape (3,), optical centre in the mat's frame [m].
+        covariance: shape (7, 7), of three small turns about the mat's axes [rad], the position [m] and the logarithm of
+            the focal length; the last is 0 where it was given.
+        residual: rms distance of the dots from where the fit puts them [px].
+        used: indices of the image's dots that took part.
+        dots: number of them that agree.
+    """
+
+    camera: PinholeCamera
+    rotation: NDArray[np.float64]
+    position: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    residual: float
+    used: NDArray[np.int64]
+
+    @property
+    def dots(self) -> int:
+        """Number of dots that took part."""
+        return len(self.used)
+
+
+@dataclass(frozen=True)
+class KnownHeight:
+    """A height that was measured: its value and standard deviation [m]."""
+
+    height: float
+    sigma: float
+
+
+def fit_mount(
+    dots: DetectedDots,
+    mat: DotMap,
+    matches: tuple[NDArray[np.int64], NDArray[np.int64]],
+    camera: PinholeCamera,
+    *,
+    fit_focal_length: bool,
+    known_height: KnownHeight | None = None,
+) -> MountFit:
+    """Fit the camera's pose to matched dots; those that do not agree are left out.
+
+    Args:
+        dots: of the image.
+        mat: the mat.
+        matches: indices of the image's dots and of the mat's.
+        camera: the lens, with a guess of the focal length where that is fitted.
+        fit_focal_length: whether it is.
+        known_height: of the optical centre, if it was measured.
+    """
+    seen, printed = matches
+    state = _start(camera, dots.pixels[seen], mat.points[printed])
+    for _ in range(_ROUNDS):
+        problem = _Problem(
+            camera, dots.pixels[seen], dots.sigmas[seen], mat.points[printed],
+            fit_focal_length, known_height, state[0],
+        )  # fmt: skip
+        fit = least_squares(
+            problem.residuals,
+            np.concatenate([np.zeros(3), state[1], [state[2]]]),
+            x_scale=problem.scales,
+            loss='soft_l1',
+            f_scale=3.0,
+        )
+        state = problem.state(fit.x)
+        errors = np.linalg.norm(problem.pixel_errors(fit.x), axis=1)
+        spread = max(float(np.median(errors)), 0.02)
+        agreeing = errors < _SAME * spread * 1.5
+        if agreeing.all():
+            break
+        seen, printed = seen[agreeing], printed[agreeing]
+    rotation, position, log_focal = state
+    residual = float(np.sqrt(np.mean(np.sum(problem.pixel_errors(fit.x) ** 2, axis=1))))
+    covariance = _covariance(np.asarray(fit.jac), fit.fun, fit_focal_length)
+    scale = math.exp(log_focal)
+    fitted = replace(camera, fx=scale * camera.fx, fy=scale * camera.fy)
+    return MountFit(fitted, rotation, position, covariance, residual, seen)
+
+
+def _covariance(
+    jacobian: NDArray[np.float64], residuals: NDArray[np.float64], fit_focal_length: bool
+) -> NDArray[np.float64]:
+    """Return the inverse normal matrix, larger where the residuals exceed the dots' standard deviations."""
+    unknowns = 7 if fit_focal_length else 6
+    normal = jacobian[:, :unknowns].T @ jacobian[:, :unknowns]
+    freedom = max(len(residuals) - 7, 1)
+    excess = max(float(np.sum(residuals**2)) / freedom, 1.0)
+    covariance = np.zeros((7, 7))
+    try:
+        covariance[:unknowns, :unknowns] = excess * np.linalg.inv(normal)
+    except np.linalg.LinAlgError:
+        covariance[:] = np.inf
+    return covariance
+
+
+def _start(
+    camera: PinholeCamera, pixels: NDArray[np.float64], points: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    """Return rotation, position and a change of the focal length of 0 from the homography of the dots."""
+    rays = camera.rays_from_pixels(pixels)
+    middle = points.mean(axis=0)
+    rows = []
+    for (u, v, _), (x, y) in zip(rays, points - middle, strict=True):
+        rows += [[x, y, 1, 0, 0, 0, -u * x, -u * y, -u], [0, 0, 0, x, y, 1, -v * x, -v * y, -v]]
+    columns = np.linalg.svd(np.array(rows))[2][-1].reshape(3, 3)
+    columns *= np.sign(columns[2, 2]) / math.sqrt(
+        np.linalg.norm(columns[:, 0]) * np.linalg.norm(columns[:, 1])
+    )
+    raw = np.column_stack([columns[:, 0], columns[:, 1], np.cross(columns[:, 0], columns[:, 1])])
+    u, _, v = np.linalg.svd(raw)
+    R_camera_mat = u @ v
+    position = -R_camera_mat.T @ columns[:, 2] + (*middle, 0.0)
+    return R_camera_mat.T, position, 0.0
+
+
+@dataclass(frozen=True)
+class _Problem:
+    camera: PinholeCamera
+    pixels: NDArray[np.float64]
+    sigmas: NDArray[np.float64]
+    points: NDArray[np.float64]
+    fit_focal_length: bool
+    known_height: KnownHeight | None
+    R_start: NDArray[np.float64]
+
+    @property
+    def scales(self) -> NDArray[np.float64]:
+        return np.array([0.01, 0.01, 0.01, 0.001, 0.001, 0.001, 0.01])
+
+    def state(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+        return Rotation.from_rotvec(x[:3]).as_matrix() @ self.R_start, x[3:6], float(x[6])
+
+    def pixel_errors(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        rotation, position, log_focal = self.state(x)
+        seen = (np.column_stack([self.points, np.zeros(len(self.points))]) - position) @ rotation
+        scale = math.exp(log_focal) if self.fit_focal_length else 1.0
+        camera = replace(self.camera, fx=scale * self.camera.fx, fy=scale * self.camera.fy)
+        return camera.pixels_from_points(seen) - self.pixels
+
+    def residuals(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        parts = [(self.pixel_errors(x) / self.sigmas[:, None]).ravel()]
+        if self.known_height is not None:
+            parts.append(np.array([(x[5] - self.known_height.height) / self.known_height.sigma]))
+        return np.concatenate(parts)

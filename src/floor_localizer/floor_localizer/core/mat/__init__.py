@@ -1,0 +1,1 @@
+"""Mats with random dots to print."""

@@ -1,0 +1,166 @@
+"""A piece of floor from some images in a row: matched one after the other, then adjusted together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from floor_localizer.core.survey.adjustment import BodyPriors, Sightings, adjust, map_points
+from floor_localizer.core.survey.dot_matching import DotField, Tolerances
+from floor_localizer.core.survey.sightings import merge_sightings
+from floor_localizer.core.survey.survey_image import SurveyImage
+from floor_localizer.core.survey.survey_settings import SurveySettings
+from shirube_geometry import PlanarPose
+
+_SCALE_SIGMAS, _TILT_SIGMAS = 4.0, 2.0
+_FIRST_REACH = 2.0
+_BACK = 3
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Images in a row that belong together.
+
+    Attributes:
+        images: indices of the images.
+        states: shape (k, 6), of each image, as in `adjustment`; the frame is the base of the first one.
+        dots: shape (m, 2), in that frame [m].
+        counts: shape (m,), how many images saw each.
+        is_linked: whether the first image is also the last one of the piece before.
+    """
+
+    images: NDArray[np.int64]
+    states: NDArray[np.float64]
+    dots: NDArray[np.float64]
+    counts: NDArray[np.int64]
+    is_linked: bool
+
+
+def build_piece(
+    images: Sequence[SurveyImage], first: int, last: int, position: NDArray[np.float64], settings: SurveySettings,
+    *, is_linked: bool,
+) -> Piece:  # fmt: skip
+    """Put images together as far as they overlap.
+
+    Args:
+        images: all images of the survey.
+        first: index of the first one.
+        last: index of the last one at most; the piece ends earlier where an image matches none before it.
+        position: of the optical centre, shape (3,) [m].
+        settings: of the survey.
+        is_linked: whether the first image is also the last one of the piece before.
+    """
+    poses = [PlanarPose(0.0, 0.0, 0.0)]
+    for index in range(first + 1, last + 1):
+        pose = _beside(images, first, index, poses, float(position[2]), settings)
+        if pose is None:
+            break
+        poses.append(pose)
+    numbers = np.arange(first, first + len(poses))
+    states = np.zeros((len(poses), 6))
+    states[:, :3] = [(pose.x, pose.y, pose.yaw) for pose in poses]
+    chosen = [images[index] for index in numbers.tolist()]
+    if len(poses) == 1:
+        return Piece(numbers, states, chosen[0].points, np.ones(len(chosen[0]), dtype=np.int64), is_linked)
+    priors = BodyPriors(position, settings.scale_sigma, settings.tilt_sigma)
+    for reach in (_FIRST_REACH * settings.same_dot, settings.same_dot):
+        sightings, count = join_sightings(chosen, states, position, reach, settings.dot_sigma)
+        adjusted = adjust(sightings, states, np.full((count, 2), np.nan), priors)
+        states = adjusted.states
+    counts = np.bincount(sightings.dot, minlength=count)
+    return Piece(numbers, states, adjusted.dots, counts, is_linked)
+
+
+def join_sightings(
+    images: Sequence[SurveyImage],
+    states: NDArray[np.float64],
+    position: NDArray[np.float64],
+    reach: float,
+    dot_sigma: float,
+) -> tuple[Sightings, int]:
+    """Return the sightings of images under their states, and the number of dots that they are of."""
+    image = np.repeat(np.arange(len(images)), [len(each) for each in images])
+    directions = np.concatenate([each.directions for each in images])
+    sigmas = np.hypot(np.concatenate([each.sigmas for each in images]), dot_sigma)
+    points = map_points(directions, position, states[image])
+    dot = merge_sightings(points, image, reach)
+    diameters = np.concatenate([each.diameters for each in images])
+    return Sightings(image, dot, directions, sigmas, diameters), int(dot.max(initial=-1)) + 1
+
+
+def _beside(
+    images: Sequence[SurveyImage],
+    first: int,
+    index: int,
+    poses: Sequence[PlanarPose],
+    height: float,
+    settings: SurveySettings,
+) -> PlanarPose | None:
+    """Return the pose of an image that is laid on one of those shortly before it, None where it fits none."""
+    image = images[index]
+    for before in range(index - 1, max(index - 1 - _BACK, first - 1), -1):
+        expected = images[before].T_odom_base.inverse() @ image.T_odom_base
+        found = match_images(images[before], image, expected, height, settings)
+        if found is not None:
+            return poses[before - first] @ found
+    return None
+
+
+def match_images(
+    under: SurveyImage, laid: SurveyImage, expected: PlanarPose, height: float, settings: SurveySettings
+) -> PlanarPose | None:
+    """Lay one image on another near where the odometry expects it.
+
+    Args:
+        under: the image it is laid on.
+        laid: the other one.
+        expected: its base in the base of the first.
+        height: of the camera [m].
+        settings: of the survey.
+    """
+    way = float(np.hypot(expected.x, expected.y))
+    radius = settings.odometry_radius + settings.odometry_error * way
+    turn = settings.odometry_turn + settings.odometry_error * (way + abs(expected.yaw))
+    # Only dots that may be seen by both can match.
+    spacing = (
+        3.0 * float(np.sqrt(np.prod(np.ptp(under.points, axis=0)) / max(len(under), 1)))
+        if len(under)
+        else 0.0
+    )
+    laid_points = overlapping(laid.points, under.points, expected, spacing + radius)
+    sigma = float(np.hypot(np.median(laid.sigmas), settings.dot_sigma)) * 2.0 if len(laid) else 1e-4
+    by = Tolerances(
+        max(sigma, 0.0001),
+        _SCALE_SIGMAS * settings.scale_sigma,
+        _TILT_SIGMAS * settings.tilt_sigma / height,
+        settings.chance,
+    )
+    if len(laid_points) == 0 or len(under) == 0:
+        return None
+    found = DotField(under.points).match_near(laid_points, expected, radius, turn, by)
+    if found is None:
+        return None
+    return rigid_pose(laid_points[found.laid], under.points[found.under])
+
+
+def rigid_pose(laid: NDArray[np.float64], under: NDArray[np.float64]) -> PlanarPose:
+    """Return the rigid motion that best lays dots, shape (k, 2), on others."""
+    z, m = laid @ (1.0, 1j), under @ (1.0, 1j)
+    turn = np.vdot(z - z.mean(), m - m.mean())
+    turn /= abs(turn)
+    shift = m.mean() - turn * z.mean()
+    return PlanarPose(float(shift.real), float(shift.imag), float(np.angle(turn)))
+
+
+def overlapping(
+    points: NDArray[np.float64], others: NDArray[np.float64], expected: PlanarPose, reach: float
+) -> NDArray[np.float64]:
+    """Return the points, shape (n, 2), that have one of the others within reach where they are expected [m]."""
+    if len(points) == 0 or len(others) == 0:
+        return points[:0]
+    distance, _ = cKDTree(others).query(expected.transform(points), distance_upper_bound=reach)
+    return points[np.isfinite(distance)]

@@ -1,0 +1,102 @@
+"""Where all pieces lie: similarities a z + b of the plane whose links agree best.
+
+A link between two pieces is a set of dots they share, z in one and w in the other, and asks for
+
+    a_i z + b_i = a_j w + b_j,
+
+which is linear in the complex a and b. The magnitude of a, the piece's scale, stays near 1: w |a - a/|a||^2 is added
+and renewed. One piece, or the dots of a map that is extended, is fixed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from floor_localizer.core.survey.adjustment import factorise
+
+_ROUNDS = 4
+_MOST_DOTS = 30
+# A piece may be larger or smaller by about this share: the scales of its images, averaged.
+_SCALE_SIGMA = 0.005
+
+
+@dataclass(frozen=True)
+class Link:
+    """Dots that two pieces share.
+
+    Attributes:
+        first: index of a piece.
+        second: index of another one.
+        in_first: shape (k,) complex, the dots in the first piece [m].
+        in_second: shape (k,) complex, the same dots in the second one [m].
+        is_loop: whether the pieces do not follow each other.
+    """
+
+    first: int
+    second: int
+    in_first: NDArray[np.complex128]
+    in_second: NDArray[np.complex128]
+    is_loop: bool
+
+
+def solve_graph(
+    turns: NDArray[np.complex128],
+    shifts: NDArray[np.complex128],
+    links: Sequence[Link],
+    fixed: int,
+    sigma: float,
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """Return the similarities of all pieces.
+
+    Args:
+        turns: shape (n,), start of a.
+        shifts: shape (n,), start of b [m].
+        links: between them; all are linked to each other.
+        fixed: the piece that stays.
+        sigma: of a shared dot [m].
+    """
+    rows, columns, values, count = [], [], [], 0
+    for link in links:
+        chosen = np.linspace(0, len(link.in_first) - 1, min(len(link.in_first), _MOST_DOTS)).astype(int)
+        z, w = link.in_first[chosen], link.in_second[chosen]
+        lines, one = count + np.arange(len(z)), np.ones(len(z))
+        for column, value in (
+            (2 * link.first, z),
+            (2 * link.first + 1, one),
+            (2 * link.second, -w),
+            (2 * link.second + 1, -one),
+        ):
+            rows.append(lines)
+            columns.append(np.full(len(z), column))
+            values.append(value / sigma)
+        count += len(z)
+    size = 2 * len(turns)
+    A = sparse.csr_matrix(
+        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(count, size)
+    )
+    state = np.empty(size, dtype=np.complex128)
+    state[0::2], state[1::2] = turns, shifts
+    free = np.ones(size, dtype=np.bool_)
+    free[[2 * fixed, 2 * fixed + 1]] = False
+    weight = np.where(np.arange(size) % 2 == 0, _SCALE_SIGMA**-2, 1e-6)
+    normal = (A.conj().T @ A + sparse.diags(weight)).tocsc()
+    factor = factorise(normal[free][:, free])
+    known = normal[free][:, ~free] @ state[~free]
+    for _ in range(_ROUNDS):
+        wanted = weight * state
+        wanted[0::2] /= np.abs(state[0::2])
+        state[free] = factor.solve(wanted[free] - known)
+    return state[0::2].copy(), state[1::2].copy()
+
+
+def connected_parts(count: int, links: Sequence[Link]) -> NDArray[np.int64]:
+    """Return the number of the part that each piece belongs to, shape (count,)."""
+    ends = np.array([(link.first, link.second) for link in links], dtype=np.int64).reshape(-1, 2)
+    matrix = sparse.coo_matrix((np.ones(len(ends)), ends.T), shape=(count, count))
+    return connected_components(matrix, directed=False)[1].astype(np.int64)

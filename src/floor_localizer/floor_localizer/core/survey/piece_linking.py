@@ -1,0 +1,249 @@
+"""Which pieces share dots: those that follow each other, those that lie side by side, and loops that close.
+
+Piece after piece is placed by the odometry of its first image and laid on the pieces that may lie there; where it may
+be anywhere by now, it is looked for on all the dots so far by constellations. What could be chance is no link.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.survey.dot_matching import DotField, Matched, Tolerances, nearest_pairs
+from floor_localizer.core.survey.piece import Piece, overlapping
+from floor_localizer.core.survey.piece_graph import Link, solve_graph
+from floor_localizer.core.survey.survey_image import SurveyImage
+from floor_localizer.core.survey.survey_settings import SurveySettings
+from shirube_geometry import PlanarPose
+
+_SIGMA = 0.0002
+"""Of a dot in a piece: pieces bend a little [m]."""
+_SCALE = 0.02
+_LEAST_SHARED = 6
+# The chain of images drifts by this share of the way; the search area ends at the widest.
+_DRIFT, _DRIFT_TURN, _WIDEST, _WIDEST_TURN = 0.02, 0.02, 0.12, 0.4
+_SETTLE_EVERY = 8
+_TORN = 0.001
+"""A link that is torn by more than this makes all pieces be placed anew [m]."""
+_SURELY = 1e-3
+"""A link from anywhere must be surer by this."""
+
+
+class PieceLinker:
+    """Places pieces one after the other."""
+
+    def __init__(
+        self, images: Sequence[SurveyImage], settings: SurveySettings, existing: NDArray[np.float64] | None
+    ) -> None:
+        """Begin.
+
+        Args:
+            images: of the survey.
+            settings: of the survey.
+            existing: shape (n, 2), dots of a map that is extended [m]; it becomes piece 0.
+        """
+        self._images, self._settings = images, settings
+        self.turns: list[complex] = []
+        self.shifts: list[complex] = []
+        self.links: list[Link] = []
+        self._pieces: list[Piece | None] = []
+        self._fields: list[DotField] = []
+        self._drift: list[float] = []
+        self._since_settled = 0
+        self._all_dots: tuple[int, DotField, NDArray[np.int64]] | None = None
+        if existing is not None:
+            self._append(None, DotField(existing), 1.0 + 0.0j, 0.0j, 0.0)
+
+    def add(self, piece: Piece) -> None:
+        """Place the next piece."""
+        index = len(self._pieces)
+        turn, shift, drift = self._expected(piece)
+        self._append(piece, DotField(piece.dots), turn, shift, drift)
+        if index == 0:
+            return
+        new = [*self._chain_link(index), *self._links_beside(index)]
+        if not any(link.is_loop for link in new) and (drift >= _WIDEST or not new):
+            new += self._links_anywhere(index)
+        self.links += new
+        if any(link.is_loop for link in new):
+            self._drift[index] = 0.0
+        self._place(index, new)
+
+    def solve(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """Return the similarities of all pieces so far, and keep them."""
+        turns, shifts = np.array(self.turns), np.array(self.shifts)
+        if self.links:
+            turns, shifts = solve_graph(turns, shifts, self.links, 0, _SIGMA)
+            self.turns, self.shifts = turns.tolist(), shifts.tolist()
+        return turns, shifts
+
+    def _append(
+        self, piece: Piece | None, field: DotField, turn: complex, shift: complex, drift: float
+    ) -> None:
+        self._pieces.append(piece)
+        self._fields.append(field)
+        self._drift.append(drift)
+        self.turns.append(turn)
+        self.shifts.append(shift)
+
+    def _expected(self, piece: Piece) -> tuple[complex, complex, float]:
+        """Return where a piece is expected by the one before, and how far it may be off [m]."""
+        before = self._pieces[-1] if self._pieces else None
+        if before is None:
+            # On a map that is extended it may be anywhere.
+            return 1.0 + 0.0j, 0.0j, _WIDEST if self._pieces else 0.0
+        last = before.images[-1]
+        x, y, yaw = (float(value) for value in before.states[-1, :3])
+        step = self._images[last].T_odom_base.inverse() @ self._images[piece.images[0]].T_odom_base
+        pose = PlanarPose(x, y, yaw) @ step
+        a = self.turns[-1] / abs(self.turns[-1])
+        turn = a * complex(np.exp(1j * pose.yaw))
+        way = (
+            float(np.sum(np.hypot(*np.diff(before.states[:, :2], axis=0).T)))
+            if len(before.states) > 1
+            else 0.0
+        )
+        jump = (
+            0.0 if piece.is_linked else self._settings.odometry_radius + float(np.hypot(step.x, step.y)) * 0.1
+        )
+        return (
+            turn,
+            self.turns[-1] * complex(pose.x, pose.y) + self.shifts[-1],
+            self._drift[-1] + _DRIFT * way + jump,
+        )
+
+    def _pose(self, index: int) -> PlanarPose:
+        return PlanarPose(
+            self.shifts[index].real, self.shifts[index].imag, float(np.angle(self.turns[index]))
+        )
+
+    def _chain_link(self, index: int) -> Iterator[Link]:
+        """Link a piece to the one before by the dots of the image that both have."""
+        piece, before = self._pieces[index], self._pieces[index - 1]
+        if piece is None or before is None or not piece.is_linked:
+            return
+        found = self._lay(index, index - 1, 0.003, 0.02)
+        if found is not None:
+            yield self._link(index, index - 1, found, is_loop=False)
+
+    def _links_beside(self, index: int) -> Iterator[Link]:
+        """Link a piece to those that may lie where it is expected."""
+        radius = min(self._drift[index] + 0.003, _WIDEST)
+        turn = min(_DRIFT_TURN * (1.0 + 20.0 * self._drift[index]), _WIDEST_TURN)
+        last = index - 1 if self._pieces[index].is_linked else index  # type: ignore[union-attr]
+        for other in range(last - 1, -1, -1):
+            if self._may_overlap(index, other, radius):
+                found = self._lay(index, other, radius, turn)
+                if found is not None:
+                    yield self._link(index, other, found, is_loop=True)
+                    # The first link tells where the piece lies; the others must lie there, too.
+                    self._place(index, [self._link(index, other, found, is_loop=True)], settle=False)
+                    radius, turn = 0.004, 0.02
+
+    def _may_overlap(self, index: int, other: int, radius: float) -> bool:
+        mine, theirs = self._fields[index].points, self._fields[other].points
+        pose = self._pose(other).inverse() @ self._pose(index)
+        placed = pose.transform(mine)
+        return bool(
+            (placed.min(axis=0) - radius < theirs.max(axis=0)).all()
+            and (placed.max(axis=0) + radius > theirs.min(axis=0)).all()
+        )
+
+    def _lay(self, index: int, other: int, radius: float, turn: float) -> Matched | None:
+        """Lay a piece on another where it is expected."""
+        field = self._fields[other]
+        expected = self._pose(other).inverse() @ self._pose(index)
+        points = overlapping(
+            self._fields[index].points, field.points, expected, 2.5 * field.grid.cell + radius
+        )
+        if len(points) == 0:
+            return None
+        # About their own middle, for what is far from the origin swings far.
+        middle = points.mean(axis=0)
+        x, y = (float(value) for value in expected.transform([middle])[0])
+        about = PlanarPose(x, y, expected.yaw)
+        by = Tolerances(_SIGMA, _SCALE, 0.0, self._settings.chance)
+        return self._shared(index, other, field.match_near(points - middle, about, radius, turn, by), middle)
+
+    def _shared(
+        self, index: int, other: int, found: Matched | None, middle: NDArray[np.float64]
+    ) -> Matched | None:
+        """Return all dots that the pieces share under a match of some; None where these are too few."""
+        if found is None:
+            return None
+        z = (self._fields[index].points - middle) @ (1.0, 1j)
+        placed = found.turn * z + found.shift
+        laid, under = nearest_pairs(
+            self._fields[other].points, np.column_stack([placed.real, placed.imag]), 5.0 * _SIGMA
+        )
+        if len(laid) < _LEAST_SHARED:
+            return None
+        return Matched(found.turn, found.shift - found.turn * complex(*middle), laid, under, found.log_chance)
+
+    def _link(self, index: int, other: int, found: Matched, *, is_loop: bool) -> Link:
+        mine, theirs = self._fields[index].points[found.laid], self._fields[other].points[found.under]
+        return Link(other, index, _complex(theirs), _complex(mine), is_loop)
+
+    def _links_anywhere(self, index: int) -> list[Link]:
+        """Look a piece up among the dots of all earlier pieces."""
+        others = self._earlier_dots(index)
+        if others is None:
+            return []
+        field, owners = others
+        points = self._fields[index].points
+        by = Tolerances(_SIGMA, _SCALE, 0.0, _SURELY * self._settings.chance)
+        found = field.match_anywhere(points - points.mean(axis=0), by)
+        if found is None:
+            return []
+        found = Matched(
+            found.turn,
+            found.shift - found.turn * complex(*points.mean(axis=0)),
+            found.laid,
+            found.under,
+            found.log_chance,
+        )
+        links = []
+        self.turns[index], self.shifts[index] = found.turn / abs(found.turn), found.shift
+        for other in np.unique(owners[found.under]):
+            laid = self._lay(index, int(other), 0.004, 0.02)
+            if laid is not None:
+                links.append(self._link(index, int(other), laid, is_loop=True))
+        return links
+
+    def _earlier_dots(self, index: int) -> tuple[DotField, NDArray[np.int64]] | None:
+        """Return the dots of pieces well before, and which piece each is of; renewed now and then."""
+        until = index - 3 if self._pieces[0] is not None else index
+        if until < 1:
+            return None
+        if self._all_dots is None or until - self._all_dots[0] > 20 + until // 4:
+            parts, owners = [], []
+            for k in range(until):
+                z = self.turns[k] * (self._fields[k].points @ (1.0, 1j)) + self.shifts[k]
+                parts.append(np.column_stack([z.real, z.imag]))
+                owners.append(np.full(len(z), k))
+            self._all_dots = (until, DotField(np.concatenate(parts)), np.concatenate(owners))
+        return self._all_dots[1], self._all_dots[2]
+
+    def _place(self, index: int, links: Sequence[Link], *, settle: bool = True) -> None:
+        """Place a piece where its links want it; where they disagree, place all pieces anew."""
+        if not links:
+            return
+        mine = np.concatenate([link.in_second for link in links])
+        theirs = np.concatenate(
+            [self.turns[link.first] * link.in_first + self.shifts[link.first] for link in links]
+        )
+        off = mine - mine.mean()
+        turn = np.vdot(off, theirs - theirs.mean())
+        turn /= abs(turn)
+        self.turns[index], self.shifts[index] = complex(turn), complex(theirs.mean() - turn * mine.mean())
+        self._since_settled += 1
+        torn = np.abs(turn * mine + self.shifts[index] - theirs).max() > _TORN
+        if settle and (torn or self._since_settled >= _SETTLE_EVERY):
+            self._since_settled = 0
+            self.solve()
+
+
+def _complex(points: NDArray[np.float64]) -> NDArray[np.complex128]:
+    return points[:, 0] + 1j * points[:, 1]

@@ -1,0 +1,85 @@
+"""Which sightings are of the same dot, and which dots are dirt."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from floor_localizer.core.survey.survey_image import SurveyImage, ViewOutline
+from shirube_geometry import PlanarPose
+
+_HALVINGS = 4
+
+
+def merge_sightings(points: NDArray[np.float64], image: NDArray[np.int64], reach: float) -> NDArray[np.int64]:
+    """Tell which sightings are of the same dot: chains of sightings of different images within reach.
+
+    Where a chain holds two sightings of one image, which are two dots, it is parted with half the reach.
+
+    Args:
+        points: shape (n, 2), the sightings on the map [m].
+        image: shape (n,), of each.
+        reach: of the same dot [m].
+
+    Returns:
+        shape (n,), the number of each sighting's dot, from 0 on without gaps.
+    """
+    labels = np.arange(len(points))
+    waiting = np.arange(len(points))
+    for _ in range(_HALVINGS):
+        if len(waiting) == 0:
+            break
+        groups = _chains(points[waiting], image[waiting], reach)
+        clean = ~_has_twins(groups, image[waiting])
+        first = np.full(int(groups.max(initial=-1)) + 1, -1)
+        first[groups[::-1]] = waiting[::-1]
+        labels[waiting[clean]] = first[groups[clean]]
+        waiting = waiting[~clean]
+        reach *= 0.5
+    return np.unique(labels, return_inverse=True)[1].astype(np.int64)
+
+
+def _chains(points: NDArray[np.float64], image: NDArray[np.int64], reach: float) -> NDArray[np.int64]:
+    pairs = cKDTree(points).query_pairs(reach, output_type='ndarray')
+    pairs = pairs[image[pairs[:, 0]] != image[pairs[:, 1]]]
+    links = sparse.coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
+    return connected_components(links, directed=False)[1].astype(np.int64)
+
+
+def _has_twins(groups: NDArray[np.int64], image: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Tell of each sighting whether its group holds two sightings of one image."""
+    order = np.lexsort((image, groups))
+    same = (np.diff(groups[order]) == 0) & (np.diff(image[order]) == 0)
+    bad = np.zeros(int(groups.max(initial=-1)) + 1, dtype=np.bool_)
+    bad[groups[order][1:][same]] = True
+    return bad[groups]
+
+
+def count_views(
+    dots: NDArray[np.float64],
+    images: Sequence[SurveyImage],
+    states: NDArray[np.float64],
+    outline: ViewOutline,
+    margin: float,
+) -> NDArray[np.int64]:
+    """Return how many images should have seen each dot, shape (m,).
+
+    Args:
+        dots: shape (m, 2) [m].
+        images: those that were used.
+        states: shape (k, 6), theirs.
+        outline: of a view.
+        margin: a dot nearer to the border may not be whole in the image [m].
+    """
+    tree, counts = cKDTree(dots), np.zeros(len(dots), dtype=np.int64)
+    reach = float(np.hypot(*(outline.corners - outline.middle).T).max())
+    for _, state in zip(images, states, strict=True):
+        pose = PlanarPose(*(float(value) for value in state[:3]))
+        near = np.array(tree.query_ball_point(pose.transform([outline.middle])[0], reach), dtype=np.int64)
+        counts[near[outline.contains(pose.inverse().transform(dots[near]), margin)]] += 1
+    return counts

@@ -1,0 +1,104 @@
+"""What one image of a survey shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+
+
+@dataclass(frozen=True)
+class SurveyImage:
+    """The dots of an image, seen from the robot.
+
+    Attributes:
+        name: of the image, for messages.
+        T_odom_base: where the odometry puts the robot.
+        directions: shape (n, 3), rays to the dots in the base frame of the level robot.
+        points: shape (n, 2), where they meet the floor then [m].
+        sigmas: shape (n,), standard deviation of a dot along each axis on the floor [m].
+        diameters: shape (n,), of the dots on the floor [m].
+    """
+
+    name: str
+    T_odom_base: PlanarPose
+    directions: NDArray[np.float64]
+    points: NDArray[np.float64]
+    sigmas: NDArray[np.float64]
+    diameters: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        """Return the number of dots."""
+        return len(self.points)
+
+
+def survey_image(
+    name: str, T_odom_base: PlanarPose, dots: DetectedDots, camera: PinholeCamera, mount: CameraMount
+) -> SurveyImage:
+    """Return what an image tells of the floor; dots beyond the horizon are left out."""
+    rays = camera.rays_from_pixels(dots.pixels)
+    points = mount.floor_points_from_rays(rays)
+    below = np.isfinite(points).all(axis=1)
+    metres_per_pixel = mount.xyz[2] / float(np.sqrt(camera.fx * camera.fy))
+    return SurveyImage(
+        name,
+        T_odom_base,
+        np.ascontiguousarray(rays[below] @ mount.rotation.T),
+        np.ascontiguousarray(points[below]),
+        metres_per_pixel * dots.sigmas[below],
+        metres_per_pixel * dots.diameters[below],
+    )
+
+
+@dataclass(frozen=True)
+class ViewOutline:
+    """What the level robot sees of the floor.
+
+    Attributes:
+        corners: shape (4, 2), of the view in the base frame, in turn [m].
+    """
+
+    corners: NDArray[np.float64]
+
+    @property
+    def width(self) -> float:
+        """Side of the square as large as the view [m]."""
+        x, y = self.corners.T
+        return float(np.sqrt(0.5 * abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))))
+
+    @property
+    def middle(self) -> NDArray[np.float64]:
+        """Middle of the view, shape (2,) [m]."""
+        return self.corners.mean(axis=0)
+
+    def contains(self, points: NDArray[np.float64], margin: float) -> NDArray[np.bool_]:
+        """Tell which points of the base frame, shape (n, 2), are in view and not near its border."""
+        inside = np.ones(len(points), dtype=np.bool_)
+        middle = self.middle
+        for start, end in zip(self.corners, np.roll(self.corners, -1, axis=0), strict=True):
+            normal = np.array([start[1] - end[1], end[0] - start[0]]) / np.hypot(*(end - start))
+            if normal @ (middle - start) < 0.0:
+                normal = -normal
+            inside &= (points - start) @ normal > margin
+        return inside
+
+
+def view_outline(camera: PinholeCamera, mount: CameraMount) -> ViewOutline:
+    """Return what a camera sees of the floor.
+
+    Raises:
+        FloorLocalizerError: it sees the horizon.
+    """
+    right, lower = camera.width - 1.0, camera.height - 1.0
+    pixels = np.array([[0.0, 0.0], [right, 0.0], [right, lower], [0.0, lower]])
+    corners = mount.floor_points_from_rays(camera.rays_from_pixels(pixels))
+    if not np.isfinite(corners).all():
+        raise FloorLocalizerError(
+            'camera_rpy: the camera sees the horizon; a survey needs one that looks down'
+        )
+    return ViewOutline(corners)

@@ -1,0 +1,175 @@
+"""A mat as a PDF at true scale: one page a sheet, vectors in exact millimetres.
+
+What is no dot stands in the margins, because the camera would take it for one.
+"""
+
+from __future__ import annotations
+
+from typing import Any, BinaryIO
+
+import numpy as np
+from matplotlib.backends.backend_pdf import PdfPages
+from matplotlib.collections import LineCollection, PathCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrow, Rectangle
+from matplotlib.path import Path as Outline
+from matplotlib.text import Text
+from matplotlib.transforms import Affine2D, Transform
+
+from floor_localizer.core.mat.random_mat import Mat
+from floor_localizer.core.mat.sheet_layout import Layout, Sheet
+
+_INCH = 0.0254
+_HAIRLINE, _TEXT_SIZE = 0.3, 6.0  # [pt]
+_MARK = 0.004
+"""Length of a trim mark [m]."""
+_GAP = 0.0015
+"""Between the mat and what stands in the margin [m]."""
+_SCALE_BAR = 0.1
+
+
+def draw_mat(file: BinaryIO, mat: Mat, layout: Layout) -> None:
+    """Write the PDF; the same mat gives the same bytes.
+
+    Args:
+        file: where to.
+        mat: the dots.
+        layout: the sheets.
+    """
+    with PdfPages(file, metadata={'CreationDate': None, 'Title': _title(mat)}) as pages:
+        for sheet in layout.sheets:
+            pages.savefig(_draw_sheet(mat, layout, sheet))
+
+
+class _Page:
+    """A page whose artists have coordinates on the mat, in metres."""
+
+    def __init__(self, layout: Layout, sheet: Sheet) -> None:
+        self.figure = Figure(figsize=(layout.page[0] / _INCH, layout.page[1] / _INCH))
+        margin = layout.settings.margin
+        self.mat: Transform = (
+            Affine2D().translate(margin - sheet.x0, margin - sheet.y0).scale(1.0 / _INCH)
+            + self.figure.dpi_scale_trans
+        )
+
+    def lines(self, segments: list[list[tuple[float, float]]], width: float = _HAIRLINE) -> None:
+        self.figure.add_artist(LineCollection(segments, linewidths=width, colors='black', transform=self.mat))
+
+    def text(self, x: float, y: float, text: str, **form: Any) -> None:
+        self.figure.add_artist(
+            Text(
+                x, y, text, fontsize=_TEXT_SIZE, color='black', transform=self.mat, figure=self.figure, **form
+            )
+        )
+
+    def arrow(self, x: float, y: float, dx: float, dy: float) -> None:
+        shape: dict[str, Any] = {
+            'width': 0.0004,
+            'head_width': 0.002,
+            'head_length': 0.003,
+            'length_includes_head': True,
+        }
+        self.figure.add_artist(
+            FancyArrow(x, y, dx, dy, **shape, facecolor='black', edgecolor='none', transform=self.mat)
+        )
+
+
+def _draw_sheet(mat: Mat, layout: Layout, sheet: Sheet) -> Figure:
+    page = _Page(layout, sheet)
+    _draw_dots(page, mat, sheet)
+    _draw_trim_marks(page, sheet)
+    _draw_glue_marks(page, layout, sheet)
+    _draw_scale_bar(page, sheet)
+    if sheet.row == 0 and sheet.column == 0:
+        _draw_origin(page)
+    lines = [_title(mat)]
+    if len(layout.sheets) > 1:
+        lines[0] += (
+            f' | sheet row {sheet.row + 1} of {layout.rows}, column {sheet.column + 1} of {layout.columns}'
+        )
+    top = sheet.y0 + sheet.height + _GAP
+    page.text(sheet.x0 + _MARK, top, '\n'.join(lines), va='bottom', ha='left')
+    return page.figure
+
+
+def _title(mat: Mat) -> str:
+    settings = mat.settings
+    return (
+        f'shirube mat | seed {mat.seed} | {1e3 * settings.width:g} x {1e3 * settings.height:g} mm | '
+        f'{len(mat.points)} dots of {1e3 * settings.diameter:g} mm, {settings.density:g}/m², '
+        f'{1e3 * settings.spacing:g} mm apart or more | print at 100 %'
+    )
+
+
+def _draw_dots(page: _Page, mat: Mat, sheet: Sheet) -> None:
+    """Draw the dots of the sheet, cut at its border."""
+    radius = 0.5 * mat.settings.diameter
+    lower = np.array([sheet.x0, sheet.y0])
+    off = mat.points - lower
+    size = np.array([sheet.width, sheet.height])
+    shown = mat.points[((off > -radius) & (off < size + radius)).all(axis=1)]
+    dots = PathCollection(
+        [Outline.unit_circle().transformed(Affine2D().scale(radius / _INCH))],
+        offsets=shown,
+        offset_transform=page.mat,
+        transform=page.figure.dpi_scale_trans,
+        facecolors='black',
+        edgecolors='none',
+        linewidths=0.0,
+    )
+    page.figure.add_artist(dots)
+    dots.set_clip_path(Rectangle((sheet.x0, sheet.y0), sheet.width, sheet.height, transform=page.mat))
+
+
+def _draw_trim_marks(page: _Page, sheet: Sheet) -> None:
+    """Draw two ticks outside each corner of what the sheet shows."""
+    left, right = sheet.x0, sheet.x0 + sheet.width
+    lower, upper = sheet.y0, sheet.y0 + sheet.height
+    segments = []
+    for x, out_x in ((left, -1.0), (right, 1.0)):
+        for y, out_y in ((lower, -1.0), (upper, 1.0)):
+            segments.append([(x + out_x * _GAP, y), (x + out_x * (_GAP + _MARK), y)])
+            segments.append([(x, y + out_y * _GAP), (x, y + out_y * (_GAP + _MARK))])
+    page.lines(segments)
+
+
+def _draw_glue_marks(page: _Page, layout: Layout, sheet: Sheet) -> None:
+    """Mark in the margins where the neighbours' trimmed borders come to lie."""
+    overlap = layout.settings.overlap
+    left, right = sheet.x0, sheet.x0 + sheet.width
+    lower, upper = sheet.y0, sheet.y0 + sheet.height
+    if sheet.column + 1 < layout.columns:
+        x = right - overlap
+        page.lines(
+            [[(x, lower - _GAP), (x, lower - _GAP - _MARK)], [(x, upper + _GAP), (x, upper + _GAP + _MARK)]]
+        )
+        words = f'column {sheet.column + 2} is glued on from here'
+        page.text(x - 0.001, lower - _GAP, words, va='top', ha='right')
+    if sheet.row + 1 < layout.rows:
+        y = upper - overlap
+        page.lines(
+            [[(left - _GAP, y), (left - _GAP - _MARK, y)], [(right + _GAP, y), (right + _GAP + _MARK, y)]]
+        )
+        words = f'row {sheet.row + 2} is glued on from here'
+        page.text(left - _GAP, y - 0.001, words, va='top', ha='right', rotation=90.0)
+
+
+def _draw_scale_bar(page: _Page, sheet: Sheet) -> None:
+    """Draw a bar to check the printer with, 100 mm or what fits."""
+    length = min(_SCALE_BAR, max(0.01 * int(100.0 * (sheet.width - 0.06)), 0.02))
+    start, y = sheet.x0 + 0.015, sheet.y0 - 2.0 * _GAP - _MARK
+    ticks = [
+        [(start + 0.01 * k, y), (start + 0.01 * k, y + (0.002 if k % 5 == 0 else 0.001))]
+        for k in range(round(length / 0.01) + 1)
+    ]
+    page.lines([[(start, y), (start + length, y)], *ticks], width=0.5)
+    page.text(start + length + 0.002, y, f'{1e3 * length:g} mm: measure it', va='bottom', ha='left')
+
+
+def _draw_origin(page: _Page) -> None:
+    """Draw the map's origin and axes beside the lower left corner."""
+    page.arrow(0.0, -_GAP, 0.011, 0.0)
+    page.arrow(-_GAP, 0.0, 0.0, 0.011)
+    page.text(0.012, -_GAP, 'x', va='center', ha='left')
+    page.text(-_GAP, 0.012, 'y', va='bottom', ha='center')
+    page.text(-_GAP, -_GAP, '0', va='top', ha='right')

@@ -1,0 +1,132 @@
+"""What a survey has done so far, so that one that was killed goes on: files that are whole or not there."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.survey.piece import Piece
+from shirube_files import write_text, written_beside
+
+Found = DetectedDots | str
+"""The dots of an image, or what is wrong with it."""
+
+
+class Checkpoint:
+    """A folder of checkpoint files of one survey."""
+
+    def __init__(self, folder: Path, survey: dict[str, object]) -> None:
+        """Open or begin.
+
+        Args:
+            folder: of the files.
+            survey: everything that the results depend on.
+
+        Raises:
+            FloorLocalizerError: the folder holds another survey.
+            OSError: the folder cannot be written to.
+        """
+        self._folder = folder
+        text = json.dumps(survey, sort_keys=True, default=str)
+        key, path = hashlib.sha256(text.encode()).hexdigest(), folder / 'survey.json'
+        if path.exists():
+            try:
+                known = json.loads(path.read_text())['key']
+            except (ValueError, KeyError, TypeError):
+                known = ''
+            if known != key:
+                raise FloorLocalizerError(
+                    f'{folder}: belongs to a survey with other images or options; remove it or choose another --out'
+                )
+        else:
+            write_text(path, json.dumps({'key': key, 'survey': survey}, default=str, indent=1))
+
+    def load_dots(self, chunk: int) -> dict[int, Found] | None:
+        """Return the dots of a chunk of images by their index, None where there are none yet."""
+        content = self._load(f'dots_{chunk:05d}.npz')
+        if content is None:
+            return None
+        ends = np.cumsum(content['counts'])
+        found: dict[int, Found] = {}
+        for k, index in enumerate(content['images'].tolist()):
+            rows = content['dots'][ends[k] - content['counts'][k] : ends[k]]
+            fault = str(content['faults'][k])
+            found[index] = fault or DetectedDots(rows[:, :2].copy(), rows[:, 2].copy(), rows[:, 3].copy())
+        return found
+
+    def save_dots(self, chunk: int, found: dict[int, Found]) -> None:
+        """Write the dots of a chunk of images.
+
+        Raises:
+            OSError: the place cannot be written to.
+        """
+        tables = [
+            np.empty((0, 4))
+            if isinstance(dots, str)
+            else np.column_stack([dots.pixels, dots.diameters, dots.sigmas])
+            for dots in found.values()
+        ]
+        self._save(
+            f'dots_{chunk:05d}.npz',
+            images=np.array(list(found), dtype=np.int64),
+            counts=np.array([len(table) for table in tables], dtype=np.int64),
+            dots=np.concatenate(tables) if tables else np.empty((0, 4)),
+            faults=np.array(
+                [dots if isinstance(dots, str) else '' for dots in found.values()], dtype=np.str_
+            ),
+        )
+
+    def load_pieces(self, span: int) -> list[Piece] | None:
+        """Return the pieces of a span of images, None where there are none yet."""
+        content = self._load(f'pieces_{span:05d}.npz')
+        if content is None:
+            return None
+        return [
+            Piece(
+                content[f'{k}_images'],
+                content[f'{k}_states'],
+                content[f'{k}_dots'],
+                content[f'{k}_counts'],
+                bool(content[f'{k}_linked']),
+            )
+            for k in range(int(content['number']))
+        ]
+
+    def save_pieces(self, span: int, pieces: Sequence[Piece]) -> None:
+        """Write the pieces of a span of images.
+
+        Raises:
+            OSError: the place cannot be written to.
+        """
+        arrays: dict[str, object] = {'number': len(pieces)}
+        for k, piece in enumerate(pieces):
+            arrays |= {
+                f'{k}_images': piece.images, f'{k}_states': piece.states, f'{k}_dots': piece.dots,
+                f'{k}_counts': piece.counts, f'{k}_linked': piece.is_linked,
+            }  # fmt: skip
+        self._save(f'pieces_{span:05d}.npz', **arrays)
+
+    def remove(self) -> None:
+        """Remove all files: the survey is done."""
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _load(self, name: str) -> dict[str, np.ndarray] | None:
+        try:
+            with np.load(self._folder / name, allow_pickle=False) as content:
+                return dict(content)
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError, zipfile.BadZipFile):
+            return None  # damaged: it is made again
+
+    def _save(self, name: str, **arrays: object) -> None:
+        with written_beside(self._folder / name) as file:
+            np.savez(file, **arrays)  # type: ignore[arg-type]

@@ -1,0 +1,70 @@
+"""Pictures of a survey: how often each dot was seen and where the robot drove; what the residuals look like."""
+
+from __future__ import annotations
+
+from typing import BinaryIO
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from floor_localizer.core.survey.floor_survey import SurveyResult
+
+_LONG_SIDE, _SHORT_SIDE_LEAST = 9.0, 3.5  # of the floor in the picture [inch]
+_MOST_COUNTED = 8
+_CELLS = 24
+
+
+def draw_survey(file: BinaryIO, result: SurveyResult) -> None:
+    """Write a PNG of the map: the dots by how often they were seen, and the drive."""
+    points = result.dot_map.points
+    size = np.maximum(np.ptp(points, axis=0), 1e-3)
+    width, height = np.maximum(_LONG_SIDE * size / size.max(), _SHORT_SIDE_LEAST)
+    figure = Figure(figsize=(width + 1.6, height + 1.0), layout='constrained')
+    axes = figure.add_subplot(aspect='equal', xlabel='x [m]', ylabel='y [m]', title=f'{len(points)} dots')
+    area = float(np.clip(3e5 * np.prod(size / size.max()) / len(points) / 20.0, 0.3, 12.0))
+    shades = axes.scatter(
+        points[:, 0],
+        points[:, 1],
+        c=np.minimum(result.counts, _MOST_COUNTED),
+        s=area,
+        cmap='viridis',
+        vmin=0,
+        vmax=_MOST_COUNTED,
+        linewidths=0,
+    )
+    axes.plot(
+        *result.states[:, :2].T, '-', color='tab:red', linewidth=0.6, alpha=0.7, label='base of the robot'
+    )
+    figure.colorbar(
+        shades, ax=axes, label=f'images that saw the dot ({_MOST_COUNTED} or more: yellow)', shrink=0.7
+    )
+    figure.legend(loc='outside lower center')
+    figure.savefig(file, format='png', dpi=110)
+
+
+def draw_residuals(file: BinaryIO, result: SurveyResult) -> None:
+    """Write a PNG of the residuals: their mean over the floor as arrows, and how large they are."""
+    points = result.dot_map.points
+    figure = Figure(figsize=(11.0, 5.0), layout='constrained')
+    left, right = figure.subplots(1, 2)
+    places = result.states[result.sightings.image, :2]
+    lower, size = places.min(axis=0), np.maximum(np.ptp(places, axis=0), 1e-6)
+    cells = np.minimum((_CELLS * (places - lower) / size.max()).astype(int), _CELLS - 1)
+    flat = cells[:, 0] * _CELLS + cells[:, 1]
+    number = np.bincount(flat, minlength=_CELLS**2)
+    squares = np.bincount(flat, np.sum(result.residuals**2, axis=1), _CELLS**2)
+    rms = 1e3 * np.sqrt(squares / np.maximum(2 * number, 1))
+    shown = np.where(number > 0, rms, np.nan).reshape(_CELLS, _CELLS).T
+    extent = (lower[0], lower[0] + size.max(), lower[1], lower[1] + size.max())
+    shades = left.imshow(shown, origin='lower', extent=extent, cmap='magma', vmin=0.0)
+    left.set(title='rms residual an axis, by place of the robot', xlabel='x [m]', ylabel='y [m]')
+    left.set_xlim(points[:, 0].min(), max(points[:, 0].max(), extent[1]))
+    left.set_ylim(points[:, 1].min(), max(points[:, 1].max(), extent[3]))
+    figure.colorbar(shades, ax=left, label='mm', shrink=0.8)
+    most = 1e3 * float(np.percentile(np.abs(result.residuals), 99.7))
+    bins = np.linspace(-most, most, 80)
+    for k, name in enumerate('xy'):
+        right.hist(1e3 * result.residuals[:, k], bins=bins.tolist(), histtype='step', label=name)
+    right.set(title='residuals', xlabel='mm', ylabel='sightings')
+    right.legend()
+    figure.savefig(file, format='png', dpi=100)

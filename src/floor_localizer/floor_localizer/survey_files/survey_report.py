@@ -1,0 +1,87 @@
+"""What a survey tells in lines of text, and as tables."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from pathlib import Path
+
+import numpy as np
+
+from floor_localizer.core.survey.floor_survey import SurveyResult
+from floor_localizer.survey_files.survey_run import SurveyRun
+from shirube_files import write_text
+
+_MOST_LISTED = 10
+
+
+def survey_report(run: SurveyRun, scale: float | None) -> str:
+    """Return the figures of a survey as lines of text.
+
+    Args:
+        run: the survey.
+        scale: by which it was made larger for a known length, None without one.
+    """
+    result = run.result
+    lengths = np.hypot(*result.residuals.T)
+    counts = result.counts[result.old_dots :]
+    sway = 100.0 * result.states[:, 3], np.degrees(result.states[:, 4]), np.degrees(result.states[:, 5])
+    scale_text = 'from the height of the camera'
+    if scale is not None:
+        scale_text = f'from the known length, {100.0 * (scale - 1.0):+.3f} %'
+    residuals = f'{1e3 * math.sqrt(float(np.mean(lengths**2)) / 2.0):.4f} mm rms an axis'
+    residuals += (
+        f', {1e3 * np.percentile(lengths, 95.0):.4f} mm for 95 %, {1e3 * lengths.max():.3f} mm at most'
+    )
+    camera = f'height {sway[0].mean():+.2f} % ± {sway[0].std():.2f} %'
+    for name, angles in (('roll', sway[1]), ('pitch', sway[2])):
+        camera += f', {name} {angles.mean():+.2f}° ± {angles.std():.2f}°'
+    rows = [
+        (
+            'images',
+            f'{len(result.images)} of {len(run.images)} are on the map, {len(run.faults)} could not be used',
+        ),
+        (
+            'dots',
+            f'{len(result.dot_map)}, {len(counts)} of them new; {result.dirt} more were dropped as dirt',
+        ),
+        ('sightings', f'{len(lengths)}, {np.mean(counts) if len(counts) else 0.0:.1f} a new dot'),
+        ('loops', f'{result.loops} links between parts of the drive that do not follow each other'),
+        ('residuals', residuals),
+        ('camera', f'{camera} beside the mount'),
+        ('scale', scale_text),
+    ]
+    lines = [f'{name:<12}{text}' for name, text in rows]
+    if len(result.left_out):
+        names = [run.images[index].name for index in result.left_out[:_MOST_LISTED]]
+        more = ' ...' if len(result.left_out) > _MOST_LISTED else ''
+        lines.append(f'linked to no others: {", ".join(names)}{more}')
+    lines += [f'could not be used: {fault}' for fault in run.faults[:_MOST_LISTED]]
+    return '\n'.join(lines)
+
+
+def save_sightings(path: Path, result: SurveyResult) -> None:
+    """Write each dot with the number of images that saw it.
+
+    Raises:
+        OSError: the place cannot be written to.
+    """
+    dots = result.dot_map
+    rows = zip(dots.points.tolist(), dots.diameters.tolist(), result.counts.tolist(), strict=True)
+    lines = [f'{x:.6f},{y:.6f},{"" if math.isnan(d) else f"{d:.6f}"},{count}' for (x, y), d, count in rows]
+    write_text(path, '\n'.join(['x,y,diameter,count', *lines, '']))
+
+
+def save_image_poses(path: Path, run: SurveyRun) -> None:
+    """Write where each image was taken.
+
+    Raises:
+        OSError: the place cannot be written to.
+    """
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator='\n')
+    table.writerow(('image', 'x', 'y', 'yaw', 'scale', 'roll', 'pitch'))
+    for index, state in zip(run.result.images.tolist(), run.result.states.tolist(), strict=True):
+        table.writerow([run.images[index].name, *(f'{value:.7f}' for value in state)])
+    write_text(path, text.getvalue())

@@ -1,0 +1,50 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from floor_localizer.core.constellation.indexed_map import index_map
+from floor_localizer.core.constellation.pair_search import search_pairs
+from floor_localizer.core.constellation.search_state import new_search
+from floor_localizer.core.constellation.view_dots import make_view
+from floor_localizer.core.mat.mat_settings import MatSettings
+from floor_localizer.core.mat.random_mat import Mat, lay_mat
+
+SETTINGS = MatSettings(width=0.3, height=0.2)
+
+
+def looks_alike(mat: Mat, other: Mat) -> bool:
+    """Whether the middle of one is found anywhere on the other, by trying all pairs."""
+    middle = mat.points[np.abs(mat.points - (0.15, 0.1)).max(axis=1) < 0.05]
+    floor = index_map(other.dot_map)
+    view = make_view(middle, 0.0001, 0.0, 0.05, floor.density)
+    search = new_search(len(middle), len(other.points), 1e-3, 0.25)
+    return search_pairs(floor.grid, floor.addresses, view, search, 60)
+
+
+def test_dots_keep_their_distance_and_stay_on_the_mat() -> None:
+    mat = lay_mat(SETTINGS, 1)
+    assert len(mat.points) == 300
+    assert cKDTree(mat.points).query(mat.points, k=2)[0][:, 1].min() >= SETTINGS.spacing
+    assert mat.points.min() >= SETTINGS.diameter / 2
+    assert (mat.points <= np.array([0.3, 0.2]) - SETTINGS.diameter / 2).all()
+
+
+def test_dots_are_spread_evenly() -> None:
+    mat = lay_mat(replace(SETTINGS, width=1.0, height=1.0), 4)
+    counts = np.histogram2d(*mat.points.T, bins=4, range=[[0, 1], [0, 1]])[0]
+    # 312 a cell; without clumps its deviation is below Poisson's 18.
+    assert np.abs(counts - counts.mean()).max() < 60
+
+
+@pytest.mark.parametrize('seed', [2, 3, 4])
+def test_two_mats_never_look_alike(seed: int) -> None:
+    mat = lay_mat(SETTINGS, 1)
+    assert looks_alike(mat, mat)
+    assert not looks_alike(mat, lay_mat(SETTINGS, seed))
+
+
+@pytest.mark.parametrize('change', [{'width': 0.31}, {'diameter': 0.0024}, {'density': 4999.0}])
+def test_a_mat_of_other_measures_looks_otherwise(change: dict[str, float]) -> None:
+    assert not looks_alike(lay_mat(SETTINGS, 1), lay_mat(replace(SETTINGS, **change), 1))

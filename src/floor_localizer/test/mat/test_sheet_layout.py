@@ -1,0 +1,33 @@
+import numpy as np
+import pytest
+
+from floor_localizer.core.mat.mat_settings import MatSettings, SheetSettings
+from floor_localizer.core.mat.sheet_layout import PAPERS, lay_out, mat_of_one_sheet
+
+
+@pytest.mark.parametrize('paper', PAPERS)
+def test_one_sheet_holds_the_mat_that_fills_it(paper: str) -> None:
+    width, height = mat_of_one_sheet(paper, SheetSettings())
+    layout = lay_out(MatSettings(width=width, height=height), paper, SheetSettings())
+    assert len(layout.sheets) == 1
+    assert layout.page == PAPERS[paper]
+
+
+@pytest.mark.parametrize('size', [(0.5, 0.3), (1.2, 0.9), (0.19, 0.8)])
+def test_sheets_cover_the_mat_and_overlap(size: tuple[float, float]) -> None:
+    settings = SheetSettings()
+    layout = lay_out(MatSettings(width=size[0], height=size[1]), 'A4', settings)
+    for axis, number in (('x0', layout.columns), ('y0', layout.rows)):
+        side = 'width' if axis == 'x0' else 'height'
+        spans = sorted({(getattr(s, axis), getattr(s, axis) + getattr(s, side)) for s in layout.sheets})
+        assert len(spans) == number
+        assert spans[0][0] == 0.0
+        np.testing.assert_allclose(spans[-1][1], size[axis == 'y0'])
+        for before, after in zip(spans, spans[1:]):
+            np.testing.assert_allclose(before[1] - after[0], settings.overlap)
+
+
+def test_a_wide_mat_turns_the_paper() -> None:
+    layout = lay_out(MatSettings(width=0.27, height=0.18), 'A4', SheetSettings())
+    assert len(layout.sheets) == 1
+    assert layout.page == (0.297, 0.21)

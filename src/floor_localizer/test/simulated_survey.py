@@ -1,0 +1,100 @@
+"""A drive in lanes over a random floor, seen by the model of `floor_views`: a second implementation of the camera."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from floor_views import CAMERA, MOUNT, random_floor, see
+
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.survey.floor_survey import SurveyResult, survey_floor
+from floor_localizer.core.survey.piece import Piece, build_piece
+from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
+from floor_localizer.core.survey.survey_plan import cut_pieces
+from floor_localizer.core.survey.survey_settings import SurveySettings
+from shirube_geometry import PlanarPose
+
+SETTINGS = SurveySettings()
+OUTLINE = view_outline(CAMERA, MOUNT)
+POSITION = np.array(MOUNT.xyz)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A floor, what was seen of it, and the true poses."""
+
+    floor: DotMap
+    images: list[SurveyImage]
+    truth: list[PlanarPose]
+
+
+def lane_poses(size: tuple[float, float], pitch: float = 0.07, step: float = 0.035) -> list[PlanarPose]:
+    """Poses forth and back; the camera sees nothing beyond the floor."""
+    poses = []
+    for lane, y in enumerate(np.arange(0.06, size[1] - 0.05, pitch)):
+        along = np.arange(0.06, size[0] - 0.05, step)
+        heading = 0.0 if lane % 2 == 0 else math.pi
+        poses += [PlanarPose(float(x), float(y), heading) for x in (along if lane % 2 == 0 else along[::-1])]
+    return [pose @ PlanarPose(*MOUNT.xyz[:2], 0.0).inverse() for pose in poses]
+
+
+def drive_over(
+    floor: DotMap,
+    truth: list[PlanarPose],
+    seed: int = 0,
+    *,
+    sway: float = 0.0,
+    drift: float = 0.01,
+    spurious: int = 0,
+) -> Drive:
+    """What a robot sees whose odometry is 2 % off and drifts in heading at each step."""
+    rng = np.random.default_rng(seed)
+    odometry, images = PlanarPose(1.0, -2.0, 0.5), []
+    for k, pose in enumerate(truth):
+        if k:
+            step = truth[k - 1].inverse() @ pose
+            odometry = odometry @ PlanarPose(1.02 * step.x, 1.02 * step.y, step.yaw + rng.normal(0.0, drift))
+        swing = sway * np.sin([0.2 * k, 0.3 * k + 1.0, 0.25 * k + 2.0])
+        view = see(
+            floor,
+            pose,
+            rng,
+            noise=0.1,
+            scale=0.02 * swing[0],
+            tilt=tuple(0.0175 * swing[1:]),
+            spurious=spurious,
+        )
+        images.append(survey_image(f'image {k}', odometry, view.dots, CAMERA, MOUNT))
+    return Drive(floor, images, truth)
+
+
+def pieces_of(images: list[SurveyImage], settings: SurveySettings = SETTINGS) -> list[Piece]:
+    pieces: list[Piece] = []
+    for start, last in cut_pieces([image.T_odom_base for image in images], OUTLINE.width, settings):
+        first, is_linked = start, bool(pieces)
+        while True:
+            piece = build_piece(images, first, last, POSITION, settings, is_linked=is_linked)
+            pieces.append(piece)
+            if piece.images[-1] >= last:
+                break
+            first, is_linked = int(piece.images[-1]) + 1, False
+    return pieces
+
+
+def survey(drive: Drive, existing: DotMap | None = None) -> SurveyResult:
+    return survey_floor(drive.images, pieces_of(drive.images), OUTLINE, POSITION, SETTINGS, existing)
+
+
+def errors(drive: Drive, result: SurveyResult) -> np.ndarray:
+    """Place errors of the images, shape (k,) [m], after the rigid motion that makes them least."""
+    truth = np.array([(drive.truth[k].x, drive.truth[k].y) for k in result.images]) @ (1.0, 1j)
+    found = result.states[:, :2] @ (1.0, 1j)
+    z, m = found - found.mean(), truth - truth.mean()
+    turn = np.vdot(z, m)
+    return np.abs(turn / abs(turn) * z - m)
+
+
+def small_floor(seed: int = 1, size: tuple[float, float] = (0.45, 0.33)) -> DotMap:
+    return random_floor(seed, size)

@@ -1,0 +1,107 @@
+import numpy as np
+import pytest
+from floor_views import random_floor
+from scipy.spatial import cKDTree
+from simulated_survey import Drive, drive_over, errors, lane_poses, small_floor, survey
+
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.survey.map_comparison import compare
+
+SIZE = (0.45, 0.33)
+
+
+@pytest.fixture(scope='module')
+def drive() -> Drive:
+    return drive_over(small_floor(), lane_poses(SIZE), spurious=1)
+
+
+def test_lanes_become_one_map(drive: Drive) -> None:
+    result = survey(drive)
+    assert len(result.images) == len(drive.images)
+    assert errors(drive, result).max() < 0.0004
+    found = compare(drive.floor, result.dot_map)
+    assert found.rms < 0.0002
+    assert abs(found.scale - 1.0) < 0.002
+    assert len(found.missing) < 0.04 * len(drive.floor)
+
+
+def test_dirt_that_was_seen_once_is_dropped(drive: Drive) -> None:
+    result = survey(drive)
+    # One false dot an image; those in the outer strip, which one image sees, stay.
+    assert result.dirt > 0.5 * len(drive.images)
+    assert len(compare(drive.floor, result.dot_map).extra) < 0.2 * len(drive.images)
+    assert (result.counts[result.counts > 1]).size > 0.8 * len(result.dot_map)
+
+
+def test_a_swaying_robot_bends_the_map_but_little() -> None:
+    drive = drive_over(small_floor(), lane_poses(SIZE), sway=0.5)
+    result = survey(drive)
+    found = compare(drive.floor, result.dot_map)
+    assert abs(found.scale - 1.0) < 0.01
+    assert found.rms < 0.0015
+    assert np.sqrt(np.mean(result.residuals**2)) < 0.00006
+
+
+def test_a_loop_is_closed_though_the_odometry_has_drifted_off() -> None:
+    size = (0.5, 0.5)
+    corners = [(0.07, 0.07), (0.43, 0.07), (0.43, 0.43), (0.07, 0.43), (0.07, 0.09)]
+    poses = []
+    for start, end in zip(corners, corners[1:]):
+        way = np.subtract(end, start)
+        for share in np.arange(0.0, 1.0, 0.03 / np.hypot(*way)):
+            x, y = np.array(start) + share * way
+            poses.append((x, y, np.arctan2(way[1], way[0])))
+    from floor_views import MOUNT  # noqa: PLC0415
+
+    from shirube_geometry import PlanarPose  # noqa: PLC0415
+
+    # The robot turns on the spot below its camera in steps of 0.4 rad.
+    truth = []
+    for k, (x, y, yaw) in enumerate(poses):
+        if k and abs(yaw - poses[k - 1][2]) > 0.1:
+            turn = (yaw - poses[k - 1][2] + np.pi) % (2 * np.pi) - np.pi
+            truth += [
+                PlanarPose(float(x), float(y), float(poses[k - 1][2] + turn * s)) for s in (0.25, 0.5, 0.75)
+            ]
+        truth.append(PlanarPose(float(x), float(y), float(yaw)))
+    truth = [pose @ PlanarPose(*MOUNT.xyz[:2], 0.0).inverse() for pose in truth]
+    drive = drive_over(random_floor(3, size), truth)
+    result = survey(drive)
+    assert result.loops >= 1
+    assert errors(drive, result).max() < 0.001
+
+
+def test_an_extended_map_keeps_its_dots(drive: Drive) -> None:
+    old = drive.floor.points[:, 0] < 0.22
+    existing = DotMap(drive.floor.points[old], drive.floor.diameters[old])
+    result = survey(drive, existing)
+    np.testing.assert_array_equal(result.dot_map.points[: old.sum()], existing.points)
+    new = result.dot_map.points[old.sum() :]
+    distance, _ = cKDTree(drive.floor.points).query(new)
+    assert len(new) > 0.7 * (~old).sum()
+    # In the old map's own frame, without any motion.
+    assert np.sqrt(np.mean(distance[distance < 0.003] ** 2)) < 0.0005
+    assert np.mean(distance < 0.003) > 0.97
+
+
+def test_images_of_different_floors_do_not_overlap(drive: Drive) -> None:
+    images = [
+        drive_over(small_floor(10 + k), [pose], seed=k).images[0] for k, pose in enumerate(drive.truth[:8])
+    ]
+    with pytest.raises(FloorLocalizerError, match=r'no overlap: only .* fits none before it'):
+        survey(Drive(drive.floor, images, drive.truth[:8]))
+
+
+def test_a_map_of_another_floor_is_not_extended(drive: Drive) -> None:
+    with pytest.raises(FloorLocalizerError, match='show nothing of the map that is to be extended'):
+        survey(drive, small_floor(7))
+
+
+def test_a_floor_that_repeats_makes_no_wrong_loop() -> None:
+    """Two halves with the same dots: the robot drives on the left, then far away on the right."""
+    half = small_floor(2, (0.4, 0.2)).points
+    floor = DotMap(np.vstack([half, half + np.array([0.4, 0.0])]), np.full(2 * len(half), 0.0025))
+    poses = lane_poses((0.8, 0.2))
+    result = survey(drive_over(floor, poses))
+    assert errors(drive_over(floor, poses), result).max() < 0.002

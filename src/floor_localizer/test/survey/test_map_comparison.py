@@ -1,0 +1,53 @@
+import numpy as np
+import pytest
+from floor_views import random_floor
+
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.survey.map_comparison import compare
+from shirube_geometry import PlanarPose
+
+MOTION = PlanarPose(3.0, -2.0, 2.5)
+
+
+def moved(floor: DotMap, motion: PlanarPose, scale: float = 1.0) -> DotMap:
+    return DotMap(scale * motion.inverse().transform(floor.points), floor.diameters)
+
+
+def test_a_moved_map_is_the_same_map(floor: DotMap) -> None:
+    found = compare(floor, moved(floor, MOTION))
+    assert found.T_first_second.distance_to(MOTION) < 1e-6
+    assert abs(found.T_first_second.turn_to(MOTION)) < 1e-6
+    assert len(found.pairs) == len(floor)
+    assert found.rms < 1e-6
+    assert len(found.missing) == len(found.extra) == found.outside == 0
+
+
+def test_the_scale_is_told(floor: DotMap) -> None:
+    assert abs(compare(floor, moved(floor, MOTION, 1.002)).scale - 1.002) < 5e-5
+
+
+def test_noise_is_told_as_rms(floor: DotMap) -> None:
+    noise = np.random.default_rng(1).normal(0.0, 0.0001, floor.points.shape)
+    found = compare(floor, DotMap(floor.points + noise, floor.diameters))
+    np.testing.assert_allclose(found.rms, 0.0001 * np.sqrt(2.0), rtol=0.05)
+
+
+def test_missing_and_extra_dots_are_named(floor: DotMap) -> None:
+    inside = np.flatnonzero((np.abs(floor.points - (0.45, 0.3)) < (0.35, 0.2)).all(axis=1))[:30]
+    less = DotMap(np.delete(floor.points, inside, axis=0), np.delete(floor.diameters, inside))
+    found = compare(floor, less)
+    assert set(found.missing) == set(inside)
+    assert set(compare(less, floor).extra) == set(inside)
+
+
+def test_dots_beyond_the_other_map_are_outside(floor: DotMap) -> None:
+    left = floor.points[:, 0] < 0.5
+    found = compare(DotMap(floor.points[left], floor.diameters[left]), floor)
+    assert len(found.missing) == 0
+    assert found.outside > 0.9 * (~left).sum()
+
+
+def test_maps_of_different_floors_are_refused(floor: DotMap) -> None:
+    with pytest.raises(FloorLocalizerError, match='no floor in common'):
+        compare(floor, random_floor(9))

@@ -1,0 +1,86 @@
+"""A rendered drive as a folder of images and as a bag, and how the command is run on it."""
+
+import math
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from simulated_survey import lane_poses
+
+from floor_localizer.commands.build_map import main
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.files.camera_files import save_intrinsics
+from floor_localizer.files.csv_form import save_csv
+from scene_simulator.dot_floor import FloorDesign, lay_floor
+from scene_simulator.floor_camera import PAPER_CAMERA, FloorCamera
+from scene_simulator.scene_messages import camera_info, compressed_image, odometry
+from shirube_bags.bag_writer import BagWriter
+from shirube_geometry import CameraMount, PlanarPose
+
+SIZE = (0.4, 0.25)
+MOUNT = CameraMount((0.05, -0.02, 0.13))
+FLAGS = ('--camera-xyz', '0.05', '-0.02', '0.13')
+START_NS, STEP_NS = 1_700_000_000_000_000_000, 100_000_000
+
+
+def record_drive(folder: Path) -> Path:
+    """A folder of images with their odometry, a bag of the same, and the true map."""
+    floor = lay_floor(FloorDesign(size=SIZE, count=round(5384 * SIZE[0] * SIZE[1])), seed=1)
+    save_csv(folder / 'true.csv', DotMap(floor.points, floor.diameters))
+    save_intrinsics(folder / 'camera.yaml', PAPER_CAMERA)
+    truth, rng, camera = lane_poses(SIZE), np.random.default_rng(1), FloorCamera()
+    odometry_poses = rough(truth)
+    (folder / 'images').mkdir()
+    rows = ['image,x,y,yaw']
+    with BagWriter(folder / 'bag') as bag:
+        for k, (pose, rough_pose) in enumerate(zip(truth, odometry_poses)):
+            image = camera.photograph(floor, [pose], MOUNT, rng=rng).image
+            cv2.imwrite(str(folder / 'images' / f'{k:03d}.png'), image)
+            rows.append(f'{k:03d}.png,{rough_pose.x:.6f},{rough_pose.y:.6f},{rough_pose.yaw:.6f}')
+            stamp = START_NS + k * STEP_NS
+            bag.write(
+                '/camera_info',
+                'sensor_msgs/msg/CameraInfo',
+                camera_info(PAPER_CAMERA, 'camera', stamp),
+                stamp,
+            )
+            bag.write('/odom', 'nav_msgs/msg/Odometry', odometry(rough_pose, (0.2, 0.0), stamp), stamp)
+            message = compressed_image(image, 'camera', stamp)
+            bag.write('/image_raw/compressed', 'sensor_msgs/msg/CompressedImage', message, stamp)
+    (folder / 'odom.csv').write_text('\n'.join([*rows, '']))
+    return folder
+
+
+def rough(truth: list[PlanarPose]) -> list[PlanarPose]:
+    """2 % too far, and a heading that drifts by 1 degree a metre."""
+    found = [PlanarPose(0.0, 0.0, 0.0)]
+    for before, after in zip(truth, truth[1:]):
+        step = before.inverse() @ after
+        way = math.hypot(step.x, step.y)
+        found.append(found[-1] @ PlanarPose(1.02 * step.x, 1.02 * step.y, step.yaw + 0.0175 * way))
+    return found
+
+
+def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+    capsys.readouterr()
+    code = main([*map(str, arguments), *FLAGS])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def folder_options(scene: Path) -> list[object]:
+    return [
+        '--images',
+        scene / 'images',
+        '--calibration',
+        scene / 'camera.yaml',
+        '--odometry',
+        scene / 'odom.csv',
+    ]
+
+
+def fault_of(err: str) -> str:
+    lines = [line for line in err.splitlines() if line.startswith('build_map: ')]
+    assert len(lines) == 1, err
+    return lines[0]

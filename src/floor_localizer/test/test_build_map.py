@@ -1,0 +1,164 @@
+import errno
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+from survey_scene import FLAGS, fault_of, folder_options, record_drive, run
+
+from floor_localizer.commands.build_map import main
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.survey.map_comparison import compare
+from floor_localizer.files.csv_form import load_csv, save_csv
+from floor_localizer.survey_files import checkpoint
+
+
+@pytest.fixture(scope='module')
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return record_drive(tmp_path_factory.mktemp('drive'))
+
+
+@pytest.mark.parametrize('source', ['folder', 'bag'])
+def test_a_drive_becomes_a_map(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], source: str
+) -> None:
+    given = folder_options(scene) if source == 'folder' else ['--bag', scene / 'bag']
+    code, out, err = run(capsys, *given, '--out', tmp_path)
+    assert code == 0, err
+    found = compare(load_csv(scene / 'true.csv'), load_csv(tmp_path / 'map.csv'))
+    assert np.percentile(np.hypot(*found.residuals.T), 90.0) < 0.0002
+    assert len(found.extra) <= 3
+    assert len(found.missing) < 0.08 * len(found.pairs)
+    assert 'loops' in out
+    assert (tmp_path / 'report.txt').read_text().strip() in out
+    assert (tmp_path / 'sightings.csv').read_text().startswith('x,y,diameter,count\n')
+    for name in ('map.png', 'residuals.png'):
+        assert cv2.imread(str(tmp_path / name)) is not None
+
+
+def test_a_known_length_sets_the_scale(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # A camera that is believed to hang 1 % too high makes a map that is 1 % too large.
+    wrong = [
+        '--images',
+        scene / 'images',
+        '--calibration',
+        scene / 'camera.yaml',
+        '--odometry',
+        scene / 'odom.csv',
+    ]
+    high = ('--camera-xyz', '0.05', '-0.02', '0.1313')
+    assert main([*map(str, wrong), '--out', str(tmp_path / 'a'), *high]) == 0
+    truth, found = load_csv(scene / 'true.csv'), load_csv(tmp_path / 'a' / 'map.csv')
+    before = compare(truth, found)
+    assert 1.007 < before.scale < 1.013
+    # The farthest two common dots, measured to a tenth of a millimetre.
+    ends = before.pairs[
+        [
+            np.argmin(truth.points[before.pairs[:, 0]].sum(1)),
+            np.argmax(truth.points[before.pairs[:, 0]].sum(1)),
+        ]
+    ]
+    length = float(np.hypot(*np.diff(truth.points[ends[:, 0]], axis=0)[0])) + 0.0001
+    places = found.points[ends[:, 1]].ravel()
+    known = ['--known-length', *places, length]
+    assert main([*map(str, wrong), '--out', str(tmp_path / 'a'), *high, *map(str, known)]) == 0
+    after = compare(truth, load_csv(tmp_path / 'a' / 'map.csv'))
+    assert abs(after.scale - 1.0) < 0.0008
+    code, _, err = run(
+        capsys, *folder_options(scene), '--out', tmp_path / 'b', '--known-length', *places, 2 * length
+    )
+    assert code == 1
+    assert 'check which dots were measured' in fault_of(err)
+
+
+def test_a_second_drive_extends_the_map(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    truth = load_csv(scene / 'true.csv')
+    left = truth.points[:, 0] < 0.2
+    save_csv(tmp_path / 'left.csv', DotMap(truth.points[left], truth.diameters[left]))
+    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path, '--extend', tmp_path / 'left.csv')
+    assert code == 0, err
+    found = load_csv(tmp_path / 'map.csv')
+    np.testing.assert_allclose(found.points[: left.sum()], truth.points[left], atol=1e-6)
+    assert len(found) > 1.5 * left.sum()
+
+
+def test_a_full_disk_is_told_and_the_survey_goes_on(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    saved = np.savez
+    calls = []
+
+    def full(file: object, **arrays: object) -> None:
+        calls.append(1)
+        if len(calls) == 2:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        saved(file, **arrays)
+
+    monkeypatch.setattr(checkpoint.np, 'savez', full)
+    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
+    assert code == 1
+    assert 'No space left on device; free some and give the same command again' in fault_of(err)
+    assert [path.name for path in (tmp_path / 'checkpoint').iterdir() if path.name.startswith('.')] == []
+    monkeypatch.setattr('floor_localizer.survey_files.survey_run.DotDetector', forbidden)
+    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
+    assert code == 0, err  # the dots were kept: no image was looked at again
+
+
+def forbidden() -> SimpleNamespace:
+    def detect(_: object) -> None:
+        raise AssertionError('an image is looked at again')
+
+    return SimpleNamespace(detect=detect)
+
+
+def test_a_killed_survey_goes_on_and_ends_the_same(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(capsys, *folder_options(scene), '--out', tmp_path / 'whole')[0] == 0
+    command = [sys.executable, '-m', 'floor_localizer.commands.build_map', *map(str, folder_options(scene))]
+    child = subprocess.Popen(
+        [*command, '--out', str(tmp_path / 'killed'), *FLAGS],
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    deadline = time.monotonic() + 90.0
+    while (
+        not (tmp_path / 'killed' / 'checkpoint' / 'dots_00000.npz').exists() and time.monotonic() < deadline
+    ):
+        time.sleep(0.01)
+    child.send_signal(signal.SIGKILL)
+    child.wait()
+    assert not (tmp_path / 'killed' / 'map.csv').exists()
+    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'killed')
+    assert code == 0, err
+    assert (tmp_path / 'killed' / 'map.csv').read_bytes() == (tmp_path / 'whole' / 'map.csv').read_bytes()
+
+
+def test_images_that_cannot_be_used_are_told_and_left_out(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    images = tmp_path / 'images'
+    images.mkdir()
+    for path in (scene / 'images').iterdir():
+        (images / path.name).write_bytes(path.read_bytes())
+    cv2.imwrite(str(images / '005.png'), np.full((100, 120), 200, dtype=np.uint8))
+    (images / '009.png').write_bytes((images / '009.png').read_bytes()[:500])
+    cv2.imwrite(str(images / '012.png'), np.full((235, 235), 200, dtype=np.uint8))
+    given = ['--images', images, '--calibration', scene / 'camera.yaml', '--odometry', scene / 'odom.csv']
+    code, out, err = run(capsys, *given, '--out', tmp_path / 'out')
+    assert code == 0, err
+    assert '005.png: is 120 x 100 px, the calibration is for 235 x 235 px' in out
+    assert '009.png: is truncated' in out
+    assert '012.png: shows 0 dots' in out
+    found = compare(load_csv(scene / 'true.csv'), load_csv(tmp_path / 'out' / 'map.csv'))
+    assert np.percentile(np.hypot(*found.residuals.T), 90.0) < 0.0004

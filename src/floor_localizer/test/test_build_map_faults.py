@@ -1,0 +1,136 @@
+from pathlib import Path
+
+import cv2
+import pytest
+from survey_scene import START_NS, STEP_NS, fault_of, folder_options, record_drive, run
+
+from scene_simulator.floor_camera import PAPER_CAMERA
+from scene_simulator.scene_messages import camera_info, compressed_image, odometry
+from shirube_bags.bag_writer import BagWriter
+from shirube_geometry import PlanarPose
+
+
+@pytest.fixture(scope='module')
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return record_drive(tmp_path_factory.mktemp('drive'))
+
+
+def changed_csv(scene: Path, folder: Path, change: str) -> Path:
+    lines = (scene / 'odom.csv').read_text().splitlines()
+    if change == 'missing':
+        del lines[7]
+    elif change == 'words':
+        lines[7] = '006.png,a,b,c'
+    elif change == 'header':
+        lines[0] = 'x,y,yaw'
+    (folder / f'{change}.csv').write_text('\n'.join(lines))
+    return folder / f'{change}.csv'
+
+
+@pytest.mark.parametrize(
+    ('change', 'part'),
+    [
+        ('missing', 'odometry is missing for 006.png'),
+        ('words', 'line 8: is no name and three numbers'),
+        ('header', 'line 1: the header must be "image,x,y,yaw"'),
+    ],
+)
+def test_bad_odometry_is_one_line(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], change: str, part: str
+) -> None:
+    given = folder_options(scene)[:-1]
+    code, _, err = run(capsys, *given, changed_csv(scene, tmp_path, change), '--out', tmp_path / 'out')
+    assert code == 1
+    assert part in fault_of(err)
+
+
+@pytest.mark.parametrize(
+    ('stamps', 'part'),
+    [
+        ([], 'has no odometry'),
+        ([0, 1, 2, 1, 3], '/odom: its stamps run backwards 0.200 s after the first'),
+        ([0, 1], '/odom: odometry is missing around image'),
+    ],
+)
+def test_a_bag_with_bad_odometry_is_one_line(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], stamps: list[int], part: str
+) -> None:
+    image = cv2.imread(str(scene / 'images' / '000.png'), cv2.IMREAD_GRAYSCALE)
+    with BagWriter(tmp_path / 'bag') as bag:
+        for k in range(8):
+            stamp = START_NS + k * STEP_NS
+            bag.write(
+                '/camera_info',
+                'sensor_msgs/msg/CameraInfo',
+                camera_info(PAPER_CAMERA, 'camera', stamp),
+                stamp,
+            )
+            bag.write(
+                '/image_raw/compressed',
+                'sensor_msgs/msg/CompressedImage',
+                compressed_image(image, 'camera', stamp),
+                stamp,
+            )
+        for number, k in enumerate(stamps):
+            message = odometry(PlanarPose(0.1 * k, 0.0, 0.0), (0.2, 0.0), START_NS + k * STEP_NS)
+            bag.write('/odom', 'nav_msgs/msg/Odometry', message, START_NS + number * STEP_NS)
+    code, _, err = run(capsys, '--bag', tmp_path / 'bag', '--out', tmp_path / 'out')
+    assert code == 1
+    assert part in fault_of(err)
+
+
+def test_a_drive_whose_images_do_not_overlap_is_one_line(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / 'images').mkdir()
+    rows, poses = ['image,x,y,yaw'], (scene / 'odom.csv').read_text().splitlines()[1:]
+    for k in range(0, 20, 4):
+        name = f'{k:03d}.png'
+        (tmp_path / 'images' / name).write_bytes((scene / 'images' / name).read_bytes())
+        rows.append(poses[k])
+    (tmp_path / 'odom.csv').write_text('\n'.join(rows))
+    given = [
+        '--images',
+        tmp_path / 'images',
+        '--calibration',
+        scene / 'camera.yaml',
+        '--odometry',
+        tmp_path / 'odom.csv',
+    ]
+    code, _, err = run(capsys, *given, '--out', tmp_path / 'out')
+    assert code == 1
+    assert 'no overlap: only' in fault_of(err)
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'part'),
+    [
+        ('--images {0}/images --odometry {0}/odom.csv', '--calibration is missing'),
+        ('--images {0}/images --calibration {0}/camera.yaml', '--odometry is missing'),
+        ('--images {0}/none --calibration {0}/camera.yaml --odometry {0}/odom.csv', 'none: does not exist'),
+        ('--bag {0}/none', 'none: does not exist'),
+        ('--bag {0}/bag --out {0}/odom.csv/x', 'choose a writable place'),
+        ('--bag {0}/bag --camera-rpy 0 0 0', 'camera_rpy'),
+        ('--bag {0}/bag --extend {0}/none.csv', 'none.csv: cannot be read'),
+        ('--bag {0}/bag --extend {0}/true.csv --known-length 0 0 1 0 1', 'give one of both'),
+        ('--bag {0}/bag --image-step 2', 'image_step is 2'),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_1(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: str, part: str
+) -> None:
+    given = arguments.format(scene).split()
+    if '--out' not in given:
+        given += ['--out', str(tmp_path)]
+    code, _, err = run(capsys, *given)
+    assert code == 1
+    assert part in fault_of(err)
+
+
+def test_checkpoints_of_another_survey_are_not_mixed_in(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(capsys, *folder_options(scene), '--out', tmp_path)[0] == 0
+    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path, '--image-step', 0.5)
+    assert code == 1
+    assert 'belongs to a survey with other images or options' in fault_of(err)

@@ -1,0 +1,176 @@
+import math
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from floor_localizer.commands.calibrate_camera import main
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.mat.mat_settings import MatSettings
+from floor_localizer.core.mat.random_mat import lay_mat
+from floor_localizer.files.camera_files import save_intrinsics
+from floor_localizer.files.csv_form import save_csv
+from scene_simulator.dot_floor import DotFloor, FloorDesign
+from scene_simulator.floor_camera import FloorCamera
+from scene_simulator.floor_marks import FloorMarks
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, matrix_from_rpy
+from shirube_ros.calibration_file import load_calibration
+
+CAMERA = PinholeCamera(320, 240, 330.0, 331.0, 158.0, 121.0, (-0.2, 0.05, 0.0005, -0.0003, 0.0))
+PLAIN = PinholeCamera(320, 240, 330.0, 330.0, 159.5, 119.5)
+ROBOT = PlanarPose(0.11, 0.12, 0.7)
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A mat's map, the calibration and a mat that is another one."""
+    place = tmp_path_factory.mktemp('mat')
+    settings = MatSettings(width=0.25, height=0.25)
+    for seed in (1, 2):
+        mat = lay_mat(settings, seed)
+        save_csv(place / f'mat{seed}.csv', mat.dot_map)
+    save_intrinsics(place / 'camera.yaml', CAMERA)
+    return place
+
+
+def printed_mat(seed: int = 1) -> DotFloor:
+    """The mat on paper, whose dots are round: polygons of 48 corners of the same area."""
+    mat = lay_mat(MatSettings(width=0.25, height=0.25), seed)
+    angles = np.arange(48) * math.tau / 48
+    circle = np.column_stack([np.cos(angles), np.sin(angles)])
+    circle *= 0.5 * mat.settings.diameter * math.sqrt(math.pi / (24 * math.sin(math.tau / 48)))
+    count = len(mat.points)
+    outlines = np.broadcast_to(circle, (count, 48, 2)).copy()
+    marks = FloorMarks(mat.points, outlines, np.full((count, 3), 0.05), np.ones(count))
+    design = FloorDesign(size=(0.25, 0.25), count=count, ground=(0.85, 0.85, 0.85), mottling=0.0)
+    return DotFloor(design, marks, np.full(count, mat.settings.diameter))
+
+
+def photograph(path: Path, mount: CameraMount, camera: PinholeCamera = CAMERA, seed: int = 1) -> Path:
+    rng = np.random.default_rng(3)
+    image = FloorCamera(camera).photograph(printed_mat(seed), [ROBOT], mount, rng=rng).image
+    cv2.imwrite(str(path), image)
+    return path
+
+
+def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+    capsys.readouterr()
+    code = main([str(argument) for argument in arguments])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def saved(path: Path) -> CameraMount:
+    parameters = yaml.safe_load(path.read_text())['floor_localizer']['ros__parameters']
+    return CameraMount(tuple(parameters['camera_xyz']), tuple(parameters['camera_rpy']))
+
+
+def angle_between(first: CameraMount, second: CameraMount) -> float:
+    cosine = 0.5 * (np.trace(first.rotation.T @ second.rotation) - 1.0)
+    return math.degrees(math.acos(min(cosine, 1.0)))
+
+
+@pytest.mark.parametrize(
+    'mount',
+    [
+        CameraMount((0.0, 0.0, 0.13)),
+        CameraMount((0.02, -0.01, 0.11), (math.pi + 0.05, 0.03, -1.3)),
+        CameraMount((0.0, 0.01, 0.16), (math.pi - 0.2, 0.1, -math.pi / 2)),
+    ],
+)
+def test_the_whole_mount_is_found(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], mount: CameraMount
+) -> None:
+    image = photograph(tmp_path / 'image.png', mount)
+    where = ('--robot-at', ROBOT.x, ROBOT.y, ROBOT.yaw)
+    files = ('--mat', folder / 'mat1.csv', '--image', image, '--calibration', folder / 'camera.yaml')
+    code, out, err = run(capsys, *files, *where, '--out', tmp_path / 'found.yaml')
+    assert code == 0, err
+    found = saved(tmp_path / 'found.yaml')
+    np.testing.assert_allclose(found.xyz, mount.xyz, atol=0.0005)
+    assert angle_between(found, mount) < 0.2
+    assert 'tilt' in out
+
+
+def test_without_the_robots_pose_height_and_tilt_are_found_and_the_rest_is_kept(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    truth = CameraMount((0.04, 0.01, 0.12), (math.pi + 0.04, 0.02, -math.pi / 2))
+    image = photograph(tmp_path / 'image.png', truth)
+    files = ('--mat', folder / 'mat1.csv', '--image', image, '--calibration', folder / 'camera.yaml')
+    code, out, _ = run(capsys, *files, '--camera-xyz', 0.04, 0.01, 0.2, '--out', tmp_path / 'found.yaml')
+    assert code == 0
+    found = saved(tmp_path / 'found.yaml')
+    np.testing.assert_allclose(found.xyz, truth.xyz, atol=0.0005)
+    assert angle_between(found, truth) < 0.3
+    assert 'one image does not tell them' in out
+
+
+def test_the_focal_length_is_found_from_the_height(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    image = photograph(tmp_path / 'image.png', CameraMount(), PLAIN)
+    files = ('--mat', folder / 'mat1.csv', '--image', image)
+    code, out, err = run(capsys, *files, '--height', 0.13, '--out', tmp_path / 'found.yaml')
+    assert code == 0, err
+    camera = load_calibration(tmp_path / 'found_intrinsics.yaml')
+    assert abs(camera.fx / PLAIN.fx - 1.0) < 0.02
+    assert abs(saved(tmp_path / 'found.yaml').xyz[2] - 0.13) < 0.003
+    assert f'{130.0 / 330.0:.2f}' in next(line for line in out.splitlines() if line.startswith('pixel'))
+
+
+def test_the_covariance_is_honest(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The rotation matrix of the fit and the one of the simulator are one and the same."""
+    mount = CameraMount((0.0, 0.0, 0.13), (math.pi + 0.02, -0.03, -math.pi / 2))
+    np.testing.assert_allclose(matrix_from_rpy(mount.rpy), mount.rotation)
+    image = photograph(tmp_path / 'image.png', mount)
+    files = ('--mat', folder / 'mat1.csv', '--image', image, '--calibration', folder / 'camera.yaml')
+    _, out, _ = run(capsys, *files, '--out', tmp_path / 'found.yaml')
+    height = next(line for line in out.splitlines() if line.startswith('height')).split()
+    assert abs(float(height[1]) - 130.0) < 5.0 * float(height[4])
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'part'),
+    [
+        ('--image {0}/plain.png', 'focal length and height cannot both be told'),
+        ('--image {0}/plain.png --height -1', '--height: -1 m is not above the floor'),
+        ('--image {0}/blank.png --calibration {1}/camera.yaml', 'shows 0 dots'),
+        (
+            '--image {0}/image.png --calibration {1}/camera.yaml --mat {1}/mat2.csv',
+            'are not those of the mat',
+        ),
+        ('--image {0}/half.png --calibration {1}/camera.yaml', 'put the mat under the whole view'),
+        ('--image {0}/none.png --calibration {1}/camera.yaml', 'none.png: cannot be read'),
+        ('--image {0}/small.png --calibration {1}/camera.yaml', 'the calibration is for 320 x 240 px'),
+        ('--image {0}/image.png --calibration {1}/camera.yaml --mat {0}/bare.csv', 'without a diameter'),
+        (
+            '--image {0}/image.png --calibration {1}/camera.yaml --out {1}/mat1.csv/x.yaml',
+            'choose a writable place',
+        ),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_1(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: str, part: str
+) -> None:
+    image = cv2.imread(str(photograph(tmp_path / 'image.png', CameraMount())), cv2.IMREAD_GRAYSCALE)
+    photograph(tmp_path / 'plain.png', CameraMount(), PLAIN)
+    cv2.imwrite(str(tmp_path / 'blank.png'), np.full_like(image, 200))
+    cv2.imwrite(str(tmp_path / 'small.png'), image[:100, :100])
+    half = image.copy()
+    half[:, 110:] = 200
+    cv2.imwrite(str(tmp_path / 'half.png'), half)
+    points = lay_mat(MatSettings(width=0.25, height=0.25), 1).points
+    save_csv(tmp_path / 'bare.csv', DotMap(points, np.full(len(points), np.nan)))
+    given = arguments.format(tmp_path, folder).split()
+    if '--mat' not in given:
+        given += ['--mat', str(folder / 'mat1.csv')]
+    if '--out' not in given:
+        given += ['--out', str(tmp_path / 'found.yaml')]
+    code, _, err = run(capsys, *given)
+    assert code == 1
+    assert err.count('\n') == 1
+    assert part in err
+    assert not (tmp_path / 'found.yaml').exists()
