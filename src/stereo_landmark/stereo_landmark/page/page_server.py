@@ -22,8 +22,6 @@ from stereo_landmark.page.page_answers import PageAnswers
 
 _MESSAGE_MAX = 1 << 20
 """A page sends less in one request [bytes]."""
-_LOOKS_ONLY = frozenset({'hello', 'snapshot', 'edges', 'check', 'test', 'save'})
-"""Requests after which other pages show the same as before."""
 
 
 class PageServer:
@@ -40,6 +38,7 @@ class PageServer:
         # One worker: the session is no business of two threads, and requests keep their order.
         self._worker = ThreadPoolExecutor(max_workers=1)
         self._pages: set[web.WebSocketResponse] = set()
+        self._told = answers.shown
 
     def application(self) -> web.Application:
         """Return the application, to be run or tested."""
@@ -78,6 +77,7 @@ class PageServer:
             pass  # the page was closed while it waited for an answer
         finally:
             self._pages.discard(socket)
+            await self._tell_others(socket)
         return socket
 
     async def _answer(self, socket: web.WebSocketResponse, text: str) -> None:
@@ -90,10 +90,19 @@ class PageServer:
             return
         answer = await self._in_worker(lambda: self._answers.answer(request))
         await socket.send_json({'id': request.get('id'), **answer})
-        if str(request.get('do')) not in _LOOKS_ONLY and 'error' not in answer:
-            for other in self._pages - {socket}:
-                with suppress(ConnectionResetError):
-                    await other.send_json({'changed': True})
+        # While a slider is dragged the others wait for its end: the page asks for the whole state then.
+        if request.get('do') != 'edges':
+            await self._tell_others(socket)
+
+    async def _tell_others(self, socket: web.WebSocketResponse) -> None:
+        """Say to the other pages that there is something new to see, if so."""
+        shown = self._answers.shown
+        if shown == self._told:
+            return
+        self._told = shown
+        for other in self._pages - {socket}:
+            with suppress(ConnectionResetError):
+                await other.send_json({'changed': True})
 
     async def _in_worker(self, work: Any) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self._worker, work)
