@@ -130,6 +130,12 @@ def test_a_chosen_primitive_is_looked_for_and_measured_once_however_often_the_pa
     assert len(looked) == len(measured) == 2
 
 
+def test_a_step_that_changes_nothing_is_none():
+    session = new_session()
+    session.do(lambda state: edits.draw_region(state, None))
+    assert not session.history.can_undo
+
+
 def test_a_step_that_is_refused_changes_nothing():
     session = session_with_meters(2)
     before = session.state

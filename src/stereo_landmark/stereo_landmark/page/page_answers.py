@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from enum import Enum
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from shirube_ros.file_errors import CameraFileError
@@ -95,6 +96,15 @@ class PageAnswers:
     def shown(self) -> Hashable:
         """What pages show besides what each has for itself; equal where they need not look again."""
         return self.session.state, self._kept, len(self._checks)
+
+    def keep_draft(self, drafts: PlaceSaver) -> Path:
+        """Write what was not saved, with hints or without, and return the file.
+
+        Raises:
+            StereoLandmarkError: nothing is chosen that could be kept.
+            OSError: it cannot be written.
+        """
+        return drafts.save(self.session.draft(), self.session.images, replace=True)
 
     def answer(self, request: Request) -> Answer:
         """Return the answer to a request."""

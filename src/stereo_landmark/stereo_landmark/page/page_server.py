@@ -33,7 +33,7 @@ class PageServer:
     """
 
     def __init__(self, answers: PageAnswers, token: str = '') -> None:
-        self._answers = answers
+        self.answers = answers
         self._token = token
         # One worker: the session is no business of two threads, and requests keep their order.
         self._worker = ThreadPoolExecutor(max_workers=1)
@@ -57,7 +57,7 @@ class PageServer:
         pair, side = int(request.match_info['pair']), request.match_info['side']
 
         def picture() -> bytes:
-            return png_bytes(getattr(self._answers.images(pair), side))
+            return png_bytes(getattr(self.answers.images(pair), side))
 
         try:
             body = await self._in_worker(picture)
@@ -88,7 +88,7 @@ class PageServer:
         if not isinstance(request, dict):
             await socket.send_json({'error': 'request: must be a JSON object; reload the page'})
             return
-        answer = await self._in_worker(lambda: self._answers.answer(request))
+        answer = await self._in_worker(lambda: self.answers.answer(request))
         await socket.send_json({'id': request.get('id'), **answer})
         # While a slider is dragged the others wait for its end: the page asks for the whole state then.
         if request.get('do') != 'edges':
@@ -96,7 +96,7 @@ class PageServer:
 
     async def _tell_others(self, socket: web.WebSocketResponse) -> None:
         """Say to the other pages that there is something new to see, if so."""
-        shown = self._answers.shown
+        shown = self.answers.shown
         if shown == self._told:
             return
         self._told = shown

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -96,7 +96,7 @@ class TeachingSession:
         return self._images_of(self.state.pair)
 
     def do(self, edit: Callable[[TeachingState], TeachingState], gesture: str = '') -> None:
-        """Make a step; if it is refused nothing has changed.
+        """Make a step; if it is refused nothing has changed, and one that changes nothing is none.
 
         Args:
             edit: one of :mod:`stereo_landmark.core.teaching.edits`, all but its first argument bound.
@@ -105,7 +105,9 @@ class TeachingSession:
         Raises:
             StereoLandmarkError: the step cannot be made.
         """
-        self.history.advance(edit(self.state), gesture)
+        state = edit(self.state)
+        if state is not self.state:
+            self.history.advance(state, gesture)
 
     def segments(self, image: NDArray[np.uint8]) -> Segments:
         """Return the edges of an image with the present image processing (paper 4a)."""
@@ -167,8 +169,19 @@ class TeachingSession:
         Raises:
             StereoLandmarkError: a target has nothing to be found by.
         """
+        return self._place_of(self.state.targets)
+
+    def draft(self) -> TaughtPlace:
+        """Return the place without the targets for which nothing is chosen yet.
+
+        Raises:
+            StereoLandmarkError: nothing is chosen at all, or what is chosen cannot be measured.
+        """
+        return self._place_of([target for target in self.state.targets if target.primitives])
+
+    def _place_of(self, targets: Sequence[TargetDraft]) -> TaughtPlace:
         state, seen = self.state, self._seen
-        choices = [choice_of(draft, seen) for draft in state.targets]
+        choices = [choice_of(draft, seen) for draft in targets]
         return seen.teacher.teach(state.name, choices, state.T_map_place)
 
     def check(self, number: int) -> list[TrialRun]:
