@@ -3,7 +3,9 @@
 import ipaddress
 
 import pytest
-from taught_wall import write_files
+from pair_bag import write_pairs
+from stereo_calibrations import rectified_calibration
+from taught_wall import CALIBRATIONS, CAMERA, HERE, seen, write_files
 from teaching_wall import meters_of
 
 from stereo_landmark.commands.teach import main
@@ -74,6 +76,35 @@ def test_a_draft_of_nothing_is_told(files, served, capsys):
     served(lambda answers: answers.answer({'do': 'name_place', 'name': 'hall'}))
     assert main(files.options()) == 0
     assert 'hall was not saved, and no draft can be kept' in capsys.readouterr().err
+
+
+def drive(path, calibrations=CALIBRATIONS):
+    write_pairs(path, [(t * 10**9, t * 10**9, *seen(HERE)) for t in (1, 2)], calibrations)
+    return str(path)
+
+
+def test_a_place_is_tried_in_other_drives(files, served, tmp_path):
+    def look(answers):
+        state = answers.answer({'do': 'hello'})['state']
+        assert state['pairs'] == ['as taught', 'later 0.0 s', 'later 1.0 s']
+        found = answers.answer({'do': 'test', 'pair': 2})['answer']
+        assert [found['x'], found['y'], found['yaw']] == pytest.approx([HERE[0], HERE[1], HERE[3]], abs=0.02)
+        assert 'there is no pair 4, there are 3' in answers.answer({'do': 'test', 'pair': 3})['error']
+        assert 'with --live only' in answers.answer({'do': 'take'})['error']
+
+    served(look)
+    place = str(files.places / 'wall.yaml')
+    assert main(['--place', place, '--test-bag', drive(tmp_path / 'later')]) == 0
+
+
+def test_drives_of_other_cameras_are_refused(files, served, tmp_path, capsys):
+    served(lambda _: pytest.fail('the page was opened'))
+    wider = rectified_calibration(CAMERA), rectified_calibration(CAMERA, 0.25)
+    place = str(files.places / 'wall.yaml')
+    assert main(['--place', place, '--test-bag', drive(tmp_path / 'other', wider)]) == 1
+    assert 'other was recorded with other cameras' in capsys.readouterr().err
+    assert main(['--live', '--test-bag', str(tmp_path / 'other')]) == 1
+    assert 'with --live take further pictures' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -22,9 +22,10 @@ from stereo_landmark.node_settings import NodeSettings
 from stereo_landmark.page.access import is_loopback, new_token
 from stereo_landmark.page.bag_pairs import bag_pairs
 from stereo_landmark.page.file_pairs import file_pairs
+from stereo_landmark.page.joined_pairs import JoinedPairs
 from stereo_landmark.page.page_answers import Keeping, PageAnswers
 from stereo_landmark.page.page_server import PageServer, serve
-from stereo_landmark.page.pair_source import PairSource
+from stereo_landmark.page.pair_source import PairSource, RecordedPairs
 from stereo_landmark.page.place_saver import PlaceSaver
 from stereo_landmark.page.reachable_name import reachable_name
 from stereo_landmark.page.taught_pair import taught_pair
@@ -108,13 +109,26 @@ def _source(options: argparse.Namespace) -> Iterator[PairSource]:
     check_settings(NodeSettings(camera_xyz=xyz, camera_rpy=rpy))
     mount = CameraMount(xyz, rpy)
     if options.live:
+        if options.test_bag:
+            raise StereoLandmarkError('--test-bag goes with recorded pairs; with --live take further pictures')
         # Loaded when it is asked for: files and bags need no ROS.
         with import_module('stereo_landmark.page.live_pairs').live_pairs(options, mount) as source:
             yield source
-    elif options.place is not None:
-        yield taught_pair(options.place)
-    else:
-        yield bag_pairs(options, mount) if options.bag else file_pairs(options, mount)
+        return
+    yield _with_test_bags(_recorded(options, mount), options)
+
+
+def _recorded(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs:
+    if options.place is not None:
+        return taught_pair(options.place)
+    return bag_pairs(options, mount) if options.bag else file_pairs(options, mount)
+
+
+def _with_test_bags(source: RecordedPairs, options: argparse.Namespace) -> PairSource:
+    if not options.test_bag:
+        return source
+    drives = [argparse.Namespace(**{**vars(options), 'bag': path}) for path in options.test_bag]
+    return JoinedPairs(source, [(each.bag.name, bag_pairs(each, source.rig.mount)) for each in drives])
 
 
 def add_page_options(parser: argparse.ArgumentParser) -> None:
@@ -130,6 +144,8 @@ def add_page_options(parser: argparse.ArgumentParser) -> None:
         )
     for name in ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu'):
         add(f'--{name}', metavar='TOPIC', help='of the bag (default: the usual or the only one)')
+    add('--test-bag', type=Path, nargs='+', default=(), metavar='BAG',
+        help='further drives with the same cameras, to test the place on')  # fmt: skip
     add('--rectify', action='store_true', help='the images are raw')
     add('--approximate-sync', type=float, metavar='SECONDS',
         help='largest difference of stamps (default: none)')  # fmt: skip
