@@ -11,8 +11,8 @@ from typing import Any, Self
 import numpy as np
 import pytest
 import rclpy
-from place_scenes import MOUNT
 from geometry_msgs.msg import Quaternion
+from place_scenes import MOUNT
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Header

@@ -130,9 +130,7 @@ class PageAnswers:
         choice = self._choice
         checks = {target: check for (of, target), check in self._checks.items() if of == choice}
         shown = snapshot(self.session, self._source)
-        return {
-            'state': {**shown, 'keeping': self.keeping.value, 'choice': choice, 'checks': checks}
-        }
+        return {'state': {**shown, 'keeping': self.keeping.value, 'choice': choice, 'checks': checks}}
 
     @property
     def _choice(self) -> int:

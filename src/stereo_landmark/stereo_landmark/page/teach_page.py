@@ -110,7 +110,9 @@ def _source(options: argparse.Namespace) -> Iterator[PairSource]:
     mount = CameraMount(xyz, rpy)
     if options.live:
         if options.test_bag:
-            raise StereoLandmarkError('--test-bag goes with recorded pairs; with --live take further pictures')
+            raise StereoLandmarkError(
+                '--test-bag goes with recorded pairs; with --live take further pictures'
+            )
         # Loaded when it is asked for: files and bags need no ROS.
         with import_module('stereo_landmark.page.live_pairs').live_pairs(options, mount) as source:
             yield source

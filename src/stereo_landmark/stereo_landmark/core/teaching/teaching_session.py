@@ -214,9 +214,7 @@ class TeachingSession:
             images = self.images
             _check_size(images, self.rig)
             left, right = (detect_scene(image, state.processing) for image in (images.left, images.right))
-            self._seen_pairs[key] = SeenPair(
-                StereoView(left, right, self.rig, images.tilt), state.processing
-            )
+            self._seen_pairs[key] = SeenPair(StereoView(left, right, self.rig, images.tilt), state.processing)
             for old in list(self._seen_pairs)[:-VIEWS_KEPT]:
                 del self._seen_pairs[old]
         return self._seen_pairs[key]
