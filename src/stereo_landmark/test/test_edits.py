@@ -73,7 +73,9 @@ def test_a_region_holds_what_is_wholly_inside():
     region = Region(10.0, 20.0, 30.0, 40.0)
     assert region.holds(np.array([[10.0, 20.0], [30.0, 40.0]]))
     assert not region.holds(np.array([[15.0, 25.0], [30.1, 30.0]]))
-    assert edits.draw_region(TeachingState(), region).target.region == region
+    drawn = edits.draw_region(TeachingState(), region)
+    assert drawn.target.region == region
+    assert edits.draw_region(drawn, Region(10.0, 20.0, 30.0, 40.0)) is drawn
 
 
 @pytest.mark.parametrize(

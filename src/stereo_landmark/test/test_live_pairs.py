@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 import math
+import threading
+from argparse import Namespace
 from threading import Event, Thread
 from typing import Any, Self
 
 import numpy as np
 import pytest
+import rclpy
+from geometry_msgs.msg import Quaternion
 from place_scenes import MOUNT
 from rclpy.node import Node
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Header
 from taught_wall import CALIBRATIONS, HERE, RIG, TAUGHT, seen
 
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.isolated_graph import IsolatedGraph
+from stereo_landmark.commands.teach import make_parser
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.page.live_pairs import CameraListener, LivePairs
+from stereo_landmark.page.live_pairs import CameraListener, LivePairs, live_pairs
 
 SIDES = ('left', 'right')
 
@@ -31,6 +36,8 @@ class Cameras:
         self.listener = graph.add(lambda **options: Node('listener', **options))
         self.state = state
         self._graph, self._end, self._stamp = graph, Event(), 0
+        self.roll = 0.0
+        self._imu = self.node.create_publisher(Imu, 'imu', 5)
         self._images = [self.node.create_publisher(Image, f'{side}/image_rect', 5) for side in SIDES]
         self._infos = [self.node.create_publisher(CameraInfo, f'{side}/camera_info', 5) for side in SIDES]
         self._thread = Thread(target=self._work)
@@ -44,6 +51,10 @@ class Cameras:
         self._end.set()
         self._thread.join()
 
+    def restart(self) -> None:
+        """Begin the stamps anew, as a bag or a simulation does that starts again."""
+        self._stamp = 0
+
     def _work(self) -> None:
         while not self._end.is_set():
             if self.state is not None:
@@ -54,9 +65,14 @@ class Cameras:
         self._stamp += 1
         header = Header(frame_id='camera')
         header.stamp.sec = self._stamp
+        self._imu.publish(imu_of(self.roll, header))
         for number, image in enumerate(images):
             self._infos[number].publish(info_of(CALIBRATIONS[number], header))
             self._images[number].publish(image_from_array(image, header))
+
+
+def imu_of(roll: float, header: Header) -> Imu:
+    return Imu(header=header, orientation=Quaternion(x=math.sin(0.5 * roll), w=math.cos(0.5 * roll)))
 
 
 def info_of(calibration: CameraCalibration, header: Header) -> CameraInfo:
@@ -83,8 +99,32 @@ def test_each_picture_is_what_the_cameras_see_now(graph: IsolatedGraph) -> None:
         assert math.isclose(pairs.rig.baseline, 0.2)
 
 
+def test_pictures_have_the_tilt_of_their_moment_and_go_on_when_time_jumps_back(graph: IsolatedGraph) -> None:
+    with Cameras(graph) as cameras:
+        pairs = LivePairs(cameras.heard, MOUNT, rectify=False)
+        cameras.roll = 0.02
+        pairs.take()
+        number = pairs.take()
+        assert pairs.images(number).tilt == pytest.approx((0.02, 0.0), abs=1e-9)
+        cameras.restart()
+        cameras.roll = -0.01
+        pairs.take()
+        number = pairs.take()
+        assert pairs.images(number).tilt == pytest.approx((-0.01, 0.0), abs=1e-9)
+
+
 def test_silent_cameras_are_told(graph: IsolatedGraph, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr('stereo_landmark.page.live_pairs.FIRST_WAIT', 0.3)
     silent = pytest.raises(StereoLandmarkError, match=r'no pair of images came within 0\.3 s')
     with Cameras(graph, None) as cameras, silent:
         LivePairs(cameras.heard, MOUNT, rectify=False)
+
+
+def test_nothing_runs_on_when_the_page_has_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr('stereo_landmark.page.live_pairs.FIRST_WAIT', 0.2)
+    before = set(threading.enumerate())
+    options = make_parser().parse_args(['--live'], Namespace(ros_args=[]))
+    with pytest.raises(StereoLandmarkError, match='no pair of images'), live_pairs(options, MOUNT):
+        pass
+    assert set(threading.enumerate()) <= before
+    assert not rclpy.ok()

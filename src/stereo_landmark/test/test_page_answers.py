@@ -7,6 +7,7 @@ import pytest
 from taught_wall import HERE, RIG, T_MAP_PLACE
 from teaching_wall import PAIRS, images_of, meters_of, new_session
 
+from stereo_landmark.core.teaching.procedure_check import Outcome, TrialRun
 from stereo_landmark.files.place_file import load_images, load_place
 from stereo_landmark.page.page_answers import PageAnswers
 from stereo_landmark.page.pair_source import RecordedPairs
@@ -101,6 +102,42 @@ def test_too_few_points_are_not_saved(answers, tmp_path):
     choose_meters(answers, 2)
     assert 'too few points' in ask(answers, 'save', replace=False)['error']
     assert not list(tmp_path.iterdir())
+
+
+def test_what_is_not_saved_is_known_whoever_asks(answers):
+    def keeping(what, **fields):
+        return ask(answers, what, **fields)['state']['keeping']
+
+    assert keeping('hello') == 'new'
+    choose_meters(answers)
+    assert keeping('hello') == 'unsaved'
+    assert keeping('save', replace=False) == 'saved'
+    assert keeping('show_kind', kind='corner', shown=True) == 'saved'
+    assert keeping('set', name='edges.threshold', value=7.0) == 'unsaved'
+    assert keeping('reset', group='edges.') == 'saved'
+    assert keeping('undo') == 'unsaved'
+    assert keeping('undo') == 'saved'
+    assert keeping('locate_place', pose=[1.0, 2.0, 3.0]) == 'unsaved'
+
+
+def test_red_hints_stop_a_place_from_being_saved_until_the_choice_is_another(answers, tmp_path, monkeypatch):
+    choose_meters(answers)
+    mistaken = TrialRun(('ellipse 1',), Outcome.MISTAKEN, '0.40 m away')
+    monkeypatch.setattr(answers.session, 'check', lambda _: [mistaken])
+    refused = ask(answers, 'save', replace=False)
+    assert 'not saved: target_1: without ellipse 1 something else is taken for it' in refused['error']
+    assert not list(tmp_path.iterdir())
+    (hint,) = refused['state']['checks']['0']['hints']
+    assert hint['weight'] == 'stop'
+    moved = ask(answers, 'locate_place', pose=[1.0, 2.0, 3.0])['state']
+    assert moved['checks'] == refused['state']['checks']
+    monkeypatch.undo()
+    assert 'not saved' in ask(answers, 'save', replace=False)['error']
+    reordered = ask(answers, 'move', name='ellipse 4', place=0)['state']
+    assert reordered['checks'] == {}
+    assert reordered['choice'] != moved['choice']
+    assert ask(answers, 'save', replace=False)['saved']
+    assert ask(answers, 'undo')['state']['choice'] == moved['choice']
 
 
 def test_a_place_from_elsewhere_is_replaced_only_on_purpose(answers, tmp_path):

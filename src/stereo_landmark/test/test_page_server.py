@@ -59,6 +59,26 @@ def test_pages_see_the_steps_of_each_other(talk):
     talk(conversation)
 
 
+def test_other_pages_are_told_of_a_slider_when_it_rests(talk):
+    async def conversation(client):
+        async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:
+            for value in (7.0, 8.0):
+                fields = {'name': 'edges.threshold', 'value': value, 'gesture': 'a', 'sides': []}
+                await one.send_json({'do': 'edges', **fields})
+                assert 'edges' in await one.receive_json()
+            with pytest.raises(asyncio.TimeoutError):
+                await two.receive_json(timeout=0.05)
+            await one.send_json({'do': 'snapshot'})
+            await one.receive_json()
+            assert await two.receive_json() == {'changed': True}
+            await two.send_json({'do': 'snapshot'})
+            assert (await two.receive_json())['state']['processing']['edges.threshold'] == 8.0
+            with pytest.raises(asyncio.TimeoutError):
+                await one.receive_json(timeout=0.05)
+
+    talk(conversation)
+
+
 def test_nonsense_is_answered_and_the_server_goes_on(talk):
     async def conversation(client):
         async with client.ws_connect('/socket') as socket:
@@ -78,6 +98,35 @@ def test_pages_of_other_sites_and_foreign_names_are_refused(talk):
         assert (await client.get('/', headers={'Host': 'elsewhere.example'})).status == 403
 
     talk(conversation)
+
+
+def test_other_sites_cannot_show_what_the_cameras_see(talk):
+    async def conversation(client):
+        image = await client.get('/image/0/left.png')
+        assert image.headers['Cross-Origin-Resource-Policy'] == 'same-origin'
+        assert image.headers['X-Content-Type-Options'] == 'nosniff'
+        shown = {'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'no-cors', 'Sec-Fetch-Dest': 'image'}
+        assert (await client.get('/image/0/left.png', headers=shown)).status == 403
+        own = {**shown, 'Sec-Fetch-Site': 'same-origin'}
+        assert (await client.get('/image/0/left.png', headers=own)).status == 200
+        link = {'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'navigate', 'Sec-Fetch-Dest': 'document'}
+        assert (await client.get('/', headers=link)).status == 200
+
+    talk(conversation)
+
+
+def test_two_servers_on_one_host_keep_their_tokens_apart(talk):
+    names = set()
+
+    def enter(token):
+        async def conversation(client):
+            names.update((await client.get(f'/?token={token}', allow_redirects=False)).cookies)
+
+        talk(conversation, token)
+
+    enter('one')
+    enter('other')
+    assert len(names) == 2
 
 
 def test_with_a_token_nobody_gets_in_without_it(talk):

@@ -1,5 +1,6 @@
 """The teaching page in a real browser, from the command line to the saved file; skipped where there is no chromium."""
 
+import math
 import os
 import shutil
 import signal
@@ -135,6 +136,35 @@ def choose_targets(engineer):
     page.mouse.move(*engineer.at((200, 230)))
     page.keyboard.press('Escape')
     page.mouse.up()
+    take_region_back(engineer)
+
+
+def take_region_back(engineer):
+    """Esc goes outwards, at last to the whole image; a hand that slips clicks all the same."""
+    page, region = engineer.page, 'window.__state.state.targets[0].region'
+    before = engineer.look(region)
+    page.keyboard.press('Escape')
+    if engineer.look(f'{region} !== null'):
+        page.keyboard.press('Escape')
+    engineer.wait(f'{region} === null')
+    page.keyboard.press('Control+z')
+    engineer.wait(f'{region} !== null')
+    x, y = engineer.at((10, 10))
+    engineer.drag((x, y), (x + 6, y + 2))
+    page.keyboard.press('0')
+    assert engineer.look(region) == before
+    assert page.get_by_test_id('toast').is_hidden()
+
+
+def choose_outer_rims(engineer):
+    """Of rings within each other the one is meant whose outline is pointed at."""
+    rings = [[[[r * math.cos(k / 8), r * math.sin(k / 8)] for k in range(51)]] for r in (10.0, 12.0)]
+    shapes = """async ([rings, place]) => {
+        const { shapesAt } = await import('/static/geometry.js');
+        return shapesAt([0, 1], (i) => rings[i], place, 8);
+    }"""
+    first = [engineer.page.evaluate(shapes, [rings, [x, 0.0]])[0] for x in (0.0, 9.5, 11.9)]
+    assert first == [0, 0, 1]
 
 
 def choose_points(engineer):
@@ -172,17 +202,57 @@ def try_and_save(engineer):
     page.keyboard.press('Tab')
     engineer.wait("window.__state.state.place === 'wall'")
     page.keyboard.press('Control+s')
-    engineer.wait('window.__state.isSaved')
+    engineer.wait("window.__state.keeping === 'saved'")
+
+
+def name_while_saving(engineer):
+    """Ctrl+S takes a name that is still being typed, Esc gives it up, and a name that is refused is not passed over."""
+    page, field = engineer.page, engineer.page.get_by_test_id('place')
+    field.fill('given_up')
+    page.keyboard.press('Escape')
+    assert field.input_value() == 'wall'
+    field.fill('no name')
+    page.keyboard.press('Control+s')
+    page.get_by_test_id('toast').get_by_text('is no name for a place').wait_for()
+    page.get_by_test_id('save').click()
+    assert field.input_value() == 'no name'
+    assert engineer.look('[window.__state.state.place, window.__state.keeping]') == ['wall', 'saved']
+    field.fill('wall_2')
+    page.keyboard.press('Control+s')
+    engineer.wait("window.__state.state.place === 'wall_2' && window.__state.keeping === 'saved'")
+
+
+def see_what_is_not_saved(engineer, address):
+    """Reset is a change like any other, and another page knows it as well."""
+    page = engineer.page
+    page.keyboard.press('1')
+    page.get_by_test_id('slider-edges.threshold').press('ArrowRight')
+    engineer.wait("window.__state.keeping === 'unsaved'")
+    page.keyboard.press('Control+s')
+    engineer.wait("window.__state.keeping === 'saved'")
+    page.get_by_text('Reset').first.click()
+    engineer.wait("window.__state.keeping === 'unsaved'")
+    assert page.get_by_test_id('save').inner_text() == 'Save •'
+    other = Engineer(page.context.browser.new_page(), address)
+    assert other.look('[window.__state.keeping, window.__state.test]') == ['unsaved', None]
+    page.keyboard.press('Control+z')
+    other.wait("window.__state.keeping === 'saved'")
+    assert other.page.get_by_test_id('save').inner_text() == 'Saved ✓'
+    assert other.faults == []
+    other.page.close()
 
 
 @needs_browser
 @pytest.mark.timeout(400)
-def test_an_engineer_teaches_a_place_in_the_browser(engineer, files):
+def test_an_engineer_teaches_a_place_in_the_browser(engineer, address, files):
     process_images(engineer)
     choose_targets(engineer)
+    choose_outer_rims(engineer)
     choose_points(engineer)
     check_tree(engineer)
     try_and_save(engineer)
+    name_while_saving(engineer)
+    see_what_is_not_saved(engineer, address)
     place = load_place(files.places / 'wall.yaml')
     assert [part.name for part in place.targets[0].primitives] == [
         'ellipse 4',

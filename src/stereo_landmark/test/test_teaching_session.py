@@ -10,12 +10,15 @@ from teaching_wall import images_of, meters_of, new_session, session_with_meters
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.place.place_fix import PlaceFix
 from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.teaching import Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching import edits
+from stereo_landmark.core.teaching import edits, seen_pair
 from stereo_landmark.core.teaching.found_primitives import found_again
 from stereo_landmark.core.teaching.measured_draft import LOST
 from stereo_landmark.core.teaching.teaching_session import StereoImages, TeachingSession
 from stereo_landmark.core.teaching.teaching_state import Region
+from stereo_landmark.page.pair_source import RecordedPairs
+from stereo_landmark.page.snapshot import snapshot
 
 
 def names(session):
@@ -106,6 +109,31 @@ def test_what_was_found_is_found_again_in_the_same_image_only_where_it_is():
     assert found_again(meter, session.view.left) is meter
     session.do(partial(edits.take_pair, pair=1))
     assert found_again(meter, session.view.left) is None
+
+
+def test_a_chosen_primitive_is_looked_for_and_measured_once_however_often_the_page_asks(monkeypatch):
+    looked, measured = [], []
+    measure = Teacher.measure
+    monkeypatch.setattr(
+        seen_pair, 'found_again', lambda shape, scene: looked.append(shape) or found_again(shape, scene)
+    )
+    monkeypatch.setattr(
+        Teacher, 'measure', lambda teacher, shape: measured.append(shape) or measure(teacher, shape)
+    )
+    session = session_with_meters(2)
+    source = RecordedPairs(['taught', 'here'], images_of, RIG)
+    session.do(lambda state: edits.set_processing(state, 'edges.filter_sigma', 1.2))
+    looked.clear()
+    measured.clear()
+    snapshots = [snapshot(session, source) for _ in range(2)]
+    assert snapshots[0] == snapshots[1]
+    assert len(looked) == len(measured) == 2
+
+
+def test_a_step_that_changes_nothing_is_none():
+    session = new_session()
+    session.do(lambda state: edits.draw_region(state, None))
+    assert not session.history.can_undo
 
 
 def test_a_step_that_is_refused_changes_nothing():

@@ -3,7 +3,7 @@ from place_scenes import RIG, panel, teach, view
 
 from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.place.settings import PlaceSettings
-from stereo_landmark.core.procedure.weak_geometry import sigmas_of, weak_geometry, width_from_above
+from stereo_landmark.core.procedure.weak_geometry import sigmas_of, spots_of, weak_geometry, width_from_above
 
 
 def told(points, noise=0.1):
@@ -24,6 +24,14 @@ def test_few_narrow_and_far_points_are_told():
     far = told(panel(6.0, 0.1, 4, depth=0.02, seed=3))
     assert any(line.startswith('too shallow: at 6.') for line in far), far
     assert any('heading is known to' in line for line in far)
+
+
+def test_rims_around_one_centre_are_one_spot():
+    meters = panel(3.0, 1.0, 2, depth=0.0)
+    rims = np.vstack([meters, meters + 0.001])
+    assert any(line.startswith('too close together: 4 points are in 2 spots') for line in told(rims))
+    assert spots_of(rims) == spots_of(rims[::-1]) == 2
+    assert spots_of(panel(3.0, 1.0, 16)) == 16
 
 
 def test_the_width_does_not_change_with_the_direction_of_the_wall():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import hmac
 import ipaddress
 import secrets
@@ -10,10 +11,13 @@ from urllib.parse import urlsplit
 
 from aiohttp import web
 
-_COOKIE = 'shirube_token'
-_POLICY = (
-    "default-src 'self'; img-src 'self' data:; connect-src 'self'; base-uri 'none'; frame-ancestors 'none'"
-)
+_HEADERS = {
+    'Content-Security-Policy': "default-src 'self'; img-src 'self' data:; connect-src 'self'; base-uri 'none'; "
+    "frame-ancestors 'none'",
+    'Cross-Origin-Resource-Policy': 'same-origin',
+    'X-Content-Type-Options': 'nosniff',
+    'Cache-Control': 'no-cache',
+}
 
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
@@ -49,18 +53,26 @@ def access_check(token: str) -> Callable[..., Awaitable[web.StreamResponse]]:
         if not token:
             if not is_loopback(urlsplit(f'//{request.host}').hostname or ''):
                 raise web.HTTPForbidden(text='this page is for 127.0.0.1; give --host to open it to others')
-        elif not _is_token(request.cookies.get(_COOKIE, ''), token):
+        elif not _is_token(request.cookies.get(_cookie(token), ''), token):
             raise _way_in(request, token)
         response = await handler(request)
         if not response.prepared:
-            response.headers['Content-Security-Policy'] = _POLICY
-            response.headers['Cache-Control'] = 'no-cache'
+            response.headers.update(_HEADERS)
         return response
 
     return check
 
 
+def _cookie(token: str) -> str:
+    """Return a name of its own for each server: cookies of one host are shared by all its ports."""
+    return f'shirube_token_{hashlib.sha256(token.encode()).hexdigest()[:8]}'
+
+
 def _refuse_other_sites(request: web.Request) -> None:
+    # Pictures on another site come without an Origin; browsers tell of them so. A link may lead to the page itself.
+    is_foreign = request.headers.get('Sec-Fetch-Site') in ('cross-site', 'same-site')
+    if is_foreign and request.headers.get('Sec-Fetch-Mode') != 'navigate':
+        raise web.HTTPForbidden(text='this page answers its own scripts only')
     origin = request.headers.get('Origin')
     if origin is not None and urlsplit(origin).netloc != request.host:
         raise web.HTTPForbidden(text='this page answers its own scripts only')
@@ -70,7 +82,7 @@ def _way_in(request: web.Request, token: str) -> web.HTTPException:
     if not _is_token(request.query.get('token', ''), token):
         return web.HTTPForbidden(text='give the token: open the address that the command printed')
     response = web.HTTPFound('/')
-    response.set_cookie(_COOKIE, token, httponly=True, samesite='Strict')
+    response.set_cookie(_cookie(token), token, httponly=True, samesite='Strict')
     return response
 
 

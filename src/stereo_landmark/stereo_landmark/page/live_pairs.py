@@ -23,6 +23,7 @@ from shirube_geometry import CameraMount, TiltTrail
 from shirube_ros.image_input import ImageInput
 from shirube_ros.message_guard import MessageGuard
 from shirube_ros.quality_of_service import odometry_profile
+from shirube_ros.stamp_order import StampOrder
 from shirube_ros.tilt_conversion import tilt_of_imu
 from stereo_landmark.calibration_message import calibration_from_camera_info
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
@@ -38,6 +39,8 @@ FIRST_WAIT = 30.0
 """For the first pair [s]."""
 _WAIT = 5.0
 """For a picture that was asked for [s]."""
+_TILT_WAIT = 0.3
+"""For what the imu said at the moment of a pair: its messages may come after the images [s]."""
 _QUEUE = 10
 _NANOSECONDS = 1_000_000_000
 
@@ -54,10 +57,13 @@ class CameraListener:
     """
 
     def __init__(self, node: Node, transport: str, tolerance: float) -> None:
-        self._waiting: StampPairing[_Seen] = StampPairing(round(tolerance * 1e9), _QUEUE)
-        self._tilts = TiltTrail()
+        self._tolerance_ns = round(tolerance * 1e9)
+        self._stamps = StampOrder(self._start_again)
+        # Held by who touches what is below: messages come in a thread of their own.
         self._news = Condition()
         self._latest: tuple[_Seen, _Seen] | None = None
+        self._has_imu = False
+        self._start_again()
         guard = MessageGuard(node, (StereoLandmarkError,))
         for side in Side:
             name = side.name.lower()
@@ -78,34 +84,57 @@ class CameraListener:
             timeout: how long [s].
 
         Raises:
-            StereoLandmarkError: none came.
+            StereoLandmarkError: none came, or an imu that was heard says nothing of its moment.
         """
         with self._news:
             self._latest = None
             self._news.wait_for(lambda: self._latest is not None, timeout)
             latest = self._latest
-        if latest is None:
-            raise StereoLandmarkError(
-                f'no pair of images came within {timeout:g} s; are left/image_rect, right/image_rect and their '
-                'camera_info published, with equal stamps?'
-            )
-        (stamp_ns, left, left_calibration), (_, right, right_calibration) = latest
-        tilt = self._tilts.tilt_at(stamp_ns * 1e-9) or (0.0, 0.0)
+            if latest is None:
+                raise StereoLandmarkError(
+                    f'no pair of images came within {timeout:g} s; are left/image_rect, right/image_rect and '
+                    'their camera_info published, with equal stamps?'
+                )
+            (stamp_ns, left, left_calibration), (_, right, right_calibration) = latest
+            tilt = self._tilt_at(stamp_ns * 1e-9)
         return StereoImages(left, right, tilt), (left_calibration, right_calibration)
+
+    def _tilt_at(self, stamp: float) -> tuple[float, float]:
+        """Return how the robot leaned [rad], level where there is no imu."""
+        if not self._has_imu:
+            return 0.0, 0.0
+        self._news.wait_for(lambda: self._tilts.tilt_at(stamp) is not None, _TILT_WAIT)
+        tilt = self._tilts.tilt_at(stamp)
+        if tilt is None:
+            raise StereoLandmarkError(
+                'the imu says nothing of the moment of the images; compare its stamps with theirs'
+            )
+        return tilt
+
+    def _start_again(self) -> None:
+        """Forget what came before: time jumped back."""
+        self._waiting: StampPairing[_Seen] = StampPairing(self._tolerance_ns, _QUEUE)
+        self._tilts = TiltTrail()
 
     def _take(
         self, side: Side, header: Header, pixels: NDArray[np.uint8], calibration: CameraCalibration
     ) -> None:
         stamp_ns = header.stamp.sec * _NANOSECONDS + header.stamp.nanosec
-        pair = self._waiting.add(side, stamp_ns, (stamp_ns, grey(pixels), calibration))
-        if pair is not None:
-            with self._news:
+        image = grey(pixels)
+        with self._news:
+            self._stamps.check(header, f'{side.name.lower()}/image_rect')
+            pair = self._waiting.add(side, stamp_ns, (stamp_ns, image, calibration))
+            if pair is not None:
                 self._latest = pair
                 self._news.notify_all()
 
     def _take_imu(self, message: Any) -> None:
-        stamp = message.header.stamp
-        self._tilts.add(stamp.sec + stamp.nanosec * 1e-9, *tilt_of_imu(message, 'imu'))
+        roll, pitch = tilt_of_imu(message, 'imu')
+        with self._news:
+            stamp = self._stamps.check(message.header, 'imu')
+            self._tilts.add(stamp, roll, pitch)
+            self._has_imu = True
+            self._news.notify_all()
 
 
 class LivePairs:
@@ -184,6 +213,9 @@ def live_pairs(options: argparse.Namespace, mount: CameraMount) -> Iterator[Live
         yield LivePairs(listener, mount, rectify=options.rectify)
     finally:
         executor.shutdown()
+        if thread.is_alive():
+            thread.join(_WAIT)
+        node.destroy_node()
         rclpy.try_shutdown()
 
 

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from enum import Enum
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from shirube_ros.file_errors import CameraFileError
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
-from stereo_landmark.core.place.place_fix import NoPlaceFix
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits
 from stereo_landmark.core.teaching.teaching_session import StereoImages, TeachingSession
 from stereo_landmark.core.teaching.teaching_state import TeachingState
-from stereo_landmark.core.teaching.weak_choices import weak_procedure
+from stereo_landmark.core.teaching.weak_choices import Weight, weak_procedure
 from stereo_landmark.page import request_fields as read
 from stereo_landmark.page.page_edits import EDITS
 from stereo_landmark.page.pair_source import PairSource
@@ -22,6 +23,15 @@ from stereo_landmark.page.request_fields import Request
 from stereo_landmark.page.snapshot import answer_entry, edges, greeting, hint_entries, snapshot
 
 Answer = dict[str, Any]
+
+
+class Keeping(Enum):
+    """Of what was taught."""
+
+    NEW = 'new'
+    """Nothing was done yet."""
+    UNSAVED = 'unsaved'
+    SAVED = 'saved'
 
 
 class PageAnswers:
@@ -47,6 +57,10 @@ class PageAnswers:
         self._source = source
         self._saver = saver
         self.session = TeachingSession(source.images, source.rig, state, settings)
+        self._begun = self.session.state.work
+        self._kept = self._begun if saver.is_mine(self.session.state.name) else None
+        self._choices: dict[Hashable, int] = {}
+        self._checks: dict[tuple[int, int], Answer] = {}
         self._others: dict[str, Callable[[Request], Answer]] = {
             'hello': lambda _: {'greeting': greeting(source), **self._state()},
             'snapshot': lambda _: self._state(),
@@ -70,6 +84,28 @@ class PageAnswers:
         """
         return self._source.images(number)
 
+    @property
+    def keeping(self) -> Keeping:
+        """Whether work would be lost now."""
+        work = self.session.state.work
+        if work == self._kept:
+            return Keeping.SAVED
+        return Keeping.NEW if work == self._begun else Keeping.UNSAVED
+
+    @property
+    def shown(self) -> Hashable:
+        """What pages show besides what each has for itself; equal where they need not look again."""
+        return self.session.state, self._kept, len(self._checks)
+
+    def keep_draft(self, drafts: PlaceSaver) -> Path:
+        """Write what was not saved, with hints or without, and return the file.
+
+        Raises:
+            StereoLandmarkError: nothing is chosen that could be kept.
+            OSError: it cannot be written.
+        """
+        return drafts.save(self.session.draft(), self.session.images, replace=True)
+
     def answer(self, request: Request) -> Answer:
         """Return the answer to a request."""
         name = str(request.get('do'))
@@ -91,7 +127,15 @@ class PageAnswers:
         self.session.do(lambda state: EDITS[name](state, request), str(request.get('gesture', '')))
 
     def _state(self) -> Answer:
-        return {'state': snapshot(self.session, self._source)}
+        choice = self._choice
+        checks = {target: check for (of, target), check in self._checks.items() if of == choice}
+        shown = snapshot(self.session, self._source)
+        return {'state': {**shown, 'keeping': self.keeping.value, 'choice': choice, 'checks': checks}}
+
+    @property
+    def _choice(self) -> int:
+        """The number of the present choice; the same choice has the same number after undo, too."""
+        return self._choices.setdefault(self.session.state.choice, len(self._choices))
 
     def _step_back(self, step: Callable[[], None]) -> Answer:
         step()
@@ -123,22 +167,42 @@ class PageAnswers:
     def _check(self, request: Request) -> Answer:
         number = read.whole(request, 'target')
         edits.work_on_target(self.session.state, number)
-        trials = self.session.check(number)
-        rows = [
-            {'hidden': list(trial.hidden), 'outcome': trial.outcome.value, 'detail': trial.detail}
-            for trial in trials
-        ]
-        name = self.session.state.targets[number].name
-        return {'trials': rows, 'hints': hint_entries(weak_procedure(name, trials))}
+        return {**self._checked(number), **self._state()}
+
+    def _checked(self, number: int) -> Answer:
+        """Try the procedure tree of a target, once for each choice."""
+        key = self._choice, number
+        if key not in self._checks:
+            trials = self.session.check(number)
+            rows = [
+                {'hidden': list(trial.hidden), 'outcome': trial.outcome.value, 'detail': trial.detail}
+                for trial in trials
+            ]
+            name = self.session.state.targets[number].name
+            self._checks[key] = {'trials': rows, 'hints': hint_entries(weak_procedure(name, trials))}
+        return self._checks[key]
 
     def _test(self, request: Request) -> Answer:
         return {'answer': answer_entry(self.session.locate(read.whole(request, 'pair')))}
 
     def _save(self, request: Request) -> Answer:
+        replace = read.flag(request, 'replace')
         place = self.session.place()
-        for draft in self.session.state.targets:
-            fix = self.session.report(draft).fix
-            if isinstance(fix, NoPlaceFix):
-                raise StereoLandmarkError(f'target {draft.name}: {fix.reason.value} ({fix.detail})')
-        path = self._saver.save(place, self.session.images, replace=read.flag(request, 'replace'))
-        return {'saved': str(path)}
+        stop = next(self._stops(), None)
+        if stop is not None:
+            return {'error': f'not saved: {stop["target"]}: {stop["text"]}', **self._state()}
+        path = self._saver.save(place, self.session.images, replace=replace)
+        self._kept = self.session.state.work
+        return {'saved': str(path), **self._state()}
+
+    def _stops(self) -> Iterator[dict[str, str]]:
+        """Yield the hints that stop a place from being saved, those that are found quickly first."""
+        targets = self.session.state.targets
+        for draft in targets:
+            yield from _stopping(hint_entries(self.session.report(draft).hints))
+        for number in range(len(targets)):
+            yield from _stopping(self._checked(number)['hints'])
+
+
+def _stopping(hints: Iterable[dict[str, str]]) -> Iterator[dict[str, str]]:
+    return (hint for hint in hints if hint['weight'] == Weight.STOP.value)

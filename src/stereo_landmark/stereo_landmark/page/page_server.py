@@ -22,8 +22,6 @@ from stereo_landmark.page.page_answers import PageAnswers
 
 _MESSAGE_MAX = 1 << 20
 """A page sends less in one request [bytes]."""
-_LOOKS_ONLY = frozenset({'hello', 'snapshot', 'edges', 'check', 'test', 'save'})
-"""Requests after which other pages show the same as before."""
 
 
 class PageServer:
@@ -35,11 +33,12 @@ class PageServer:
     """
 
     def __init__(self, answers: PageAnswers, token: str = '') -> None:
-        self._answers = answers
+        self.answers = answers
         self._token = token
         # One worker: the session is no business of two threads, and requests keep their order.
         self._worker = ThreadPoolExecutor(max_workers=1)
         self._pages: set[web.WebSocketResponse] = set()
+        self._told = answers.shown
 
     def application(self) -> web.Application:
         """Return the application, to be run or tested."""
@@ -58,7 +57,7 @@ class PageServer:
         pair, side = int(request.match_info['pair']), request.match_info['side']
 
         def picture() -> bytes:
-            return png_bytes(getattr(self._answers.images(pair), side))
+            return png_bytes(getattr(self.answers.images(pair), side))
 
         try:
             body = await self._in_worker(picture)
@@ -78,6 +77,7 @@ class PageServer:
             pass  # the page was closed while it waited for an answer
         finally:
             self._pages.discard(socket)
+            await self._tell_others(socket)
         return socket
 
     async def _answer(self, socket: web.WebSocketResponse, text: str) -> None:
@@ -88,12 +88,21 @@ class PageServer:
         if not isinstance(request, dict):
             await socket.send_json({'error': 'request: must be a JSON object; reload the page'})
             return
-        answer = await self._in_worker(lambda: self._answers.answer(request))
+        answer = await self._in_worker(lambda: self.answers.answer(request))
         await socket.send_json({'id': request.get('id'), **answer})
-        if str(request.get('do')) not in _LOOKS_ONLY and 'error' not in answer:
-            for other in self._pages - {socket}:
-                with suppress(ConnectionResetError):
-                    await other.send_json({'changed': True})
+        # While a slider is dragged the others wait for its end: the page asks for the whole state then.
+        if request.get('do') != 'edges':
+            await self._tell_others(socket)
+
+    async def _tell_others(self, socket: web.WebSocketResponse) -> None:
+        """Say to the other pages that there is something new to see, if so."""
+        shown = self.answers.shown
+        if shown == self._told:
+            return
+        self._told = shown
+        for other in self._pages - {socket}:
+            with suppress(ConnectionResetError):
+                await other.send_json({'changed': True})
 
     async def _in_worker(self, work: Any) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self._worker, work)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import fcntl
+import hashlib
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
@@ -13,7 +17,7 @@ from stereo_landmark.files.taught_images import TaughtImages
 
 
 class PlaceExistsError(StereoLandmarkError):
-    """A place of the name is in the folder, and it was not made here."""
+    """A place of the name is in the folder, and it is not as it was left here."""
 
 
 class PlaceSaver:
@@ -26,7 +30,11 @@ class PlaceSaver:
 
     def __init__(self, folder: Path, mine: Iterable[Path] = ()) -> None:
         self._folder = folder
-        self._mine = set(mine)
+        self._mine = {path: _digest(path) for path in mine}
+
+    def is_mine(self, name: str) -> bool:
+        """Return whether the place of a name was taught or loaded here."""
+        return place_path(self._folder, name) in self._mine
 
     def save(self, place: TaughtPlace, images: StereoImages, *, replace: bool = False) -> Path:
         """Write a place and return its file.
@@ -37,13 +45,38 @@ class PlaceSaver:
             replace: whether a place of the same name from elsewhere is given up.
 
         Raises:
-            PlaceExistsError: there is one, and it shall be kept.
+            PlaceExistsError: there is one that was made or changed elsewhere, and it shall be kept.
             LandmarkFileError: the place cannot be written.
             OSError: the folder cannot be written to.
         """
         path = place_path(self._folder, place.name)
-        if path.exists() and not replace and path not in self._mine:
-            raise PlaceExistsError(f'{path} is there already; replace it, or choose another name')
-        save_place(self._folder, place, TaughtImages(images.left, images.right, images.tilt))
-        self._mine.add(path)
+        with _alone_in(self._folder):
+            if path.exists() and not replace:
+                self._check_mine(path)
+            save_place(self._folder, place, TaughtImages(images.left, images.right, images.tilt))
+            self._mine[path] = _digest(path)
         return path
+
+    def _check_mine(self, path: Path) -> None:
+        if path not in self._mine:
+            raise PlaceExistsError(f'{path} is there already; replace it, or choose another name')
+        if _digest(path) != self._mine[path]:
+            raise PlaceExistsError(
+                f'{path} was changed by somebody else since; replace it, or choose another name'
+            )
+
+
+def _digest(path: Path) -> bytes:
+    return hashlib.sha256(path.read_bytes()).digest()
+
+
+@contextmanager
+def _alone_in(folder: Path) -> Iterator[None]:
+    """Let no other page save there meanwhile, or each would leave images that belong to the other's place."""
+    folder.mkdir(parents=True, exist_ok=True)
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)

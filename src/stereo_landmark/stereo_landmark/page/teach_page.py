@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import math
+import os
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
@@ -10,6 +13,8 @@ from pathlib import Path
 
 from shirube_geometry import CameraMount
 from shirube_settings import check_settings
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.edits import name_place
 from stereo_landmark.core.teaching.state_of_place import state_of_place
 from stereo_landmark.core.teaching.teaching_state import TeachingState
 from stereo_landmark.files.place_file import load_place
@@ -17,13 +22,17 @@ from stereo_landmark.node_settings import NodeSettings
 from stereo_landmark.page.access import is_loopback, new_token
 from stereo_landmark.page.bag_pairs import bag_pairs
 from stereo_landmark.page.file_pairs import file_pairs
-from stereo_landmark.page.page_answers import PageAnswers
+from stereo_landmark.page.joined_pairs import JoinedPairs
+from stereo_landmark.page.page_answers import Keeping, PageAnswers
 from stereo_landmark.page.page_server import PageServer, serve
-from stereo_landmark.page.pair_source import PairSource
+from stereo_landmark.page.pair_source import PairSource, RecordedPairs
 from stereo_landmark.page.place_saver import PlaceSaver
+from stereo_landmark.page.reachable_name import reachable_name
 from stereo_landmark.page.taught_pair import taught_pair
 
 PORT = 8765
+DRAFTS = 'unsaved'
+"""Folder within that of the places; a robot reads no folders within."""
 _NODE = NodeSettings()
 
 
@@ -37,23 +46,60 @@ def open_page(options: argparse.Namespace) -> None:
         SettingsError: the mount is out of range.
         OSError: the address cannot be listened on.
     """
+    _check_options(options)
     with _source(options) as source:
         token = '' if is_loopback(options.host) else new_token()
         answers = _answers(source, options)
         answers.images(answers.session.state.pair)
 
         def say(port: int) -> None:
-            host = f'[{options.host}]' if ':' in options.host else options.host
+            host = reachable_name(options.host)
             query = f'?token={token}' if token else ''
             print(f'The teaching page: http://{host}:{port}/{query} (Ctrl-C ends it)', flush=True)  # noqa: T201
 
-        serve(PageServer(answers, token), options.host, options.port, say)
+        try:
+            serve(PageServer(answers, token), options.host, options.port, say)
+        finally:
+            _keep_draft(answers, options)
+
+
+def _check_options(options: argparse.Namespace) -> None:
+    """Refuse what would be noticed only when an hour of teaching is to be saved."""
+    name_place(TeachingState(), options.name)
+    if not all(map(math.isfinite, options.tilt)):
+        raise StereoLandmarkError('--tilt: roll and pitch are angles [rad]; correct them')
+    folder = _folder(options)
+    there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+    if not (there.is_dir() and os.access(there, os.W_OK | os.X_OK)):
+        raise StereoLandmarkError(f'{folder}: places cannot be written there; give another folder')
+
+
+def _folder(options: argparse.Namespace) -> Path:
+    """Return where places are saved: beside the one that is taught further; a draft goes where it was meant for."""
+    if options.place is None:
+        return Path(options.places)
+    folder: Path = options.place.parent
+    return folder.parent if folder.name == DRAFTS else folder
+
+
+def _keep_draft(answers: PageAnswers, options: argparse.Namespace) -> None:
+    """Keep what was not saved, and say so: Ctrl-C asks nobody."""
+    if answers.keeping is not Keeping.UNSAVED:
+        return
+    name = answers.session.state.name
+    try:
+        path = answers.keep_draft(PlaceSaver(_folder(options) / DRAFTS))
+    except (StereoLandmarkError, OSError) as fault:
+        print(f'teach: {name} was not saved, and no draft can be kept: {fault}', file=sys.stderr)  # noqa: T201
+        return
+    print(f'teach: {name} was not saved; a draft is kept, go on with: teach --place {path}', file=sys.stderr)  # noqa: T201
 
 
 def _answers(source: PairSource, options: argparse.Namespace) -> PageAnswers:
     if options.place is None:
         return PageAnswers(source, PlaceSaver(options.places), TeachingState(name=options.name))
-    saver = PlaceSaver(options.place.parent, [options.place])
+    folder = _folder(options)
+    saver = PlaceSaver(folder, [options.place] if folder == options.place.parent else [])
     return PageAnswers(source, saver, state_of_place(load_place(options.place)))
 
 
@@ -63,13 +109,28 @@ def _source(options: argparse.Namespace) -> Iterator[PairSource]:
     check_settings(NodeSettings(camera_xyz=xyz, camera_rpy=rpy))
     mount = CameraMount(xyz, rpy)
     if options.live:
+        if options.test_bag:
+            raise StereoLandmarkError(
+                '--test-bag goes with recorded pairs; with --live take further pictures'
+            )
         # Loaded when it is asked for: files and bags need no ROS.
         with import_module('stereo_landmark.page.live_pairs').live_pairs(options, mount) as source:
             yield source
-    elif options.place is not None:
-        yield taught_pair(options.place)
-    else:
-        yield bag_pairs(options, mount) if options.bag else file_pairs(options, mount)
+        return
+    yield _with_test_bags(_recorded(options, mount), options)
+
+
+def _recorded(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs:
+    if options.place is not None:
+        return taught_pair(options.place)
+    return bag_pairs(options, mount) if options.bag else file_pairs(options, mount)
+
+
+def _with_test_bags(source: RecordedPairs, options: argparse.Namespace) -> PairSource:
+    if not options.test_bag:
+        return source
+    drives = [argparse.Namespace(**{**vars(options), 'bag': path}) for path in options.test_bag]
+    return JoinedPairs(source, [(each.bag.name, bag_pairs(each, source.rig.mount)) for each in drives])
 
 
 def add_page_options(parser: argparse.ArgumentParser) -> None:
@@ -85,6 +146,8 @@ def add_page_options(parser: argparse.ArgumentParser) -> None:
         )
     for name in ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu'):
         add(f'--{name}', metavar='TOPIC', help='of the bag (default: the usual or the only one)')
+    add('--test-bag', type=Path, nargs='+', default=(), metavar='BAG',
+        help='further drives with the same cameras, to test the place on')  # fmt: skip
     add('--rectify', action='store_true', help='the images are raw')
     add('--approximate-sync', type=float, metavar='SECONDS',
         help='largest difference of stamps (default: none)')  # fmt: skip

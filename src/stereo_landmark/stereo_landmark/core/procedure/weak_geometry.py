@@ -15,6 +15,8 @@ POSITION_SIGMA_MAX = 0.02
 """[m]"""
 YAW_SIGMA_MAX = math.radians(0.5)
 """[rad]"""
+SPOT = 0.02
+"""Points that are nearer to each other, such as the centres of two rims of one meter, are hidden together [m]."""
 WIDTH_MIN = 0.3
 """Seen from above, points that are nearer together hardly tell a turn [m]."""
 
@@ -32,12 +34,26 @@ def weak_geometry(positions: NDArray[np.float64], fix: PlaceFix | None) -> list[
             *weak,
             f'too few points: {len(positions)}, choose {POINTS_GOOD} or more, for some may be hidden',
         ]
+    spots = spots_of(positions)
+    if spots < POINTS_GOOD:
+        weak.append(
+            f'too close together: {len(positions)} points are in {spots} spots; choose some in {POINTS_GOOD} or more'
+        )
     width = width_from_above(positions)
     if width < WIDTH_MIN:
         weak.append(
             f'too narrow: seen from above the points span {width:.2f} m; spread them over {WIDTH_MIN} m or more'
         )
     return weak
+
+
+def spots_of(positions: NDArray[np.float64]) -> int:
+    """Return in how many spots points, shape (n, 3) [m], lie."""
+    spots = np.empty((0, 3))
+    for position in positions:
+        if not (np.linalg.norm(spots - position, axis=1) < SPOT).any():
+            spots = np.vstack([spots, position])
+    return len(spots)
 
 
 def width_from_above(positions: NDArray[np.float64]) -> float:

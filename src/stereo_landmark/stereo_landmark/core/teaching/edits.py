@@ -117,6 +117,8 @@ def draw_region(state: TeachingState, region: Region | None) -> TeachingState:
     """
     if region is not None and min(region.right - region.left, region.bottom - region.top) < _REGION_MIN:
         raise StereoLandmarkError('the region is too small; drag from one corner of the object to the other')
+    if region == state.target.region:
+        return state
     return _with_target(state, replace(state.target, region=region))
 
 

@@ -6,12 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
-from stereo_landmark.core.procedure.detected_scene import DetectedScene
 from stereo_landmark.core.procedure.primitive import Primitive
 from stereo_landmark.core.procedure.stereo_measurement import NamedPair, stereo_points
-from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.procedure.teaching import TargetChoice
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.found_primitives import found_again
+from stereo_landmark.core.teaching.seen_pair import SeenPair
 from stereo_landmark.core.teaching.teaching_state import ChosenPrimitive, TargetDraft
 
 LOST = 'it is not found with this image processing; take it out, or take the change back'
@@ -47,21 +46,15 @@ class MeasuredTarget:
     coordinates: SpatialPoints
 
 
-def measure_draft(draft: TargetDraft, teacher: Teacher, scene: DetectedScene) -> MeasuredTarget:
-    """Measure a target.
-
-    Args:
-        draft: what was chosen.
-        teacher: of the view.
-        scene: the left image of the view.
-    """
-    parts = tuple(_measured(part, teacher, scene) for part in draft.primitives)
+def measure_draft(draft: TargetDraft, seen: SeenPair) -> MeasuredTarget:
+    """Measure what was chosen of a target in a pair of images."""
+    parts = tuple(_measured(part, seen) for part in draft.primitives)
     pairs: list[NamedPair] = [(part.name, *part.pair) for part in parts if part.pair is not None]
     points = stereo_points(pairs)
-    return MeasuredTarget(parts, points, teacher.coordinates(points))
+    return MeasuredTarget(parts, points, seen.teacher.coordinates(points))
 
 
-def choice_of(draft: TargetDraft, scene: DetectedScene) -> TargetChoice:
+def choice_of(draft: TargetDraft, seen: SeenPair) -> TargetChoice:
     """Return what is taught of a target.
 
     Raises:
@@ -69,7 +62,7 @@ def choice_of(draft: TargetDraft, scene: DetectedScene) -> TargetChoice:
     """
     shapes: dict[str, Primitive] = {}
     for part in draft.primitives:
-        shape = found_again(part.shape, scene)
+        shape = seen.again(part.shape)
         if shape is None:
             raise StereoLandmarkError(f'target {draft.name}, primitive {part.name}: {LOST}')
         shapes[part.name] = shape
@@ -83,13 +76,13 @@ def _points(shapes: Mapping[str, Primitive], left_out: frozenset[str]) -> tuple[
     return tuple(name for name in names if name not in left_out)
 
 
-def _measured(part: ChosenPrimitive, teacher: Teacher, scene: DetectedScene) -> MeasuredPrimitive:
-    shape = found_again(part.shape, scene)
+def _measured(part: ChosenPrimitive, seen: SeenPair) -> MeasuredPrimitive:
+    shape = seen.again(part.shape)
     if shape is None:
         return MeasuredPrimitive(part.name, None, LOST)
     try:
-        pair = teacher.measure(shape)
-        teacher.coordinates(stereo_points([(part.name, *pair)]))
+        pair = seen.teacher.measure(shape)
+        seen.teacher.coordinates(stereo_points([(part.name, *pair)]))
     except StereoLandmarkError as fault:
         return MeasuredPrimitive(part.name, None, str(fault))
     return MeasuredPrimitive(part.name, pair, '')

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,13 +17,13 @@ from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detec
 from stereo_landmark.core.procedure.primitive import Kind
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.procedure.teaching import Teacher
 from stereo_landmark.core.segments.segments import Segments, follow_segments
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits
-from stereo_landmark.core.teaching.found_primitives import FoundPrimitive, found_again, found_primitives
+from stereo_landmark.core.teaching.found_primitives import FoundPrimitive, found_primitives
 from stereo_landmark.core.teaching.measured_draft import MeasuredTarget, choice_of, measure_draft
 from stereo_landmark.core.teaching.procedure_check import TrialRun, check_procedure
+from stereo_landmark.core.teaching.seen_pair import SeenPair
 from stereo_landmark.core.teaching.teaching_state import TargetDraft, TeachingState
 from stereo_landmark.core.teaching.undo_history import UndoHistory
 from stereo_landmark.core.teaching.weak_choices import Hint, expected_fix, weak_choices
@@ -83,7 +83,7 @@ class TeachingSession:
         self._images_of = images_of
         self.rig = rig
         self.settings = settings or LandmarkSettings()
-        self._views: dict[tuple[int, ImageProcessing], StereoView] = {}
+        self._seen_pairs: dict[tuple[int, ImageProcessing], SeenPair] = {}
 
     @property
     def state(self) -> TeachingState:
@@ -96,7 +96,7 @@ class TeachingSession:
         return self._images_of(self.state.pair)
 
     def do(self, edit: Callable[[TeachingState], TeachingState], gesture: str = '') -> None:
-        """Make a step; if it is refused nothing has changed.
+        """Make a step; if it is refused nothing has changed, and one that changes nothing is none.
 
         Args:
             edit: one of :mod:`stereo_landmark.core.teaching.edits`, all but its first argument bound.
@@ -105,7 +105,9 @@ class TeachingSession:
         Raises:
             StereoLandmarkError: the step cannot be made.
         """
-        self.history.advance(edit(self.state), gesture)
+        state = edit(self.state)
+        if state is not self.state:
+            self.history.advance(state, gesture)
 
     def segments(self, image: NDArray[np.uint8]) -> Segments:
         """Return the edges of an image with the present image processing (paper 4a)."""
@@ -119,17 +121,7 @@ class TeachingSession:
         Raises:
             StereoLandmarkError: an image is of another size than the cameras'.
         """
-        key = self.state.pair, self.state.processing
-        if key not in self._views:
-            images = self.images
-            _check_size(images, self.rig)
-            left, right = (
-                detect_scene(image, self.state.processing) for image in (images.left, images.right)
-            )
-            self._views[key] = StereoView(left, right, self.rig, images.tilt)
-            for old in list(self._views)[:-VIEWS_KEPT]:
-                del self._views[old]
-        return self._views[key]
+        return self._seen.view
 
     def found(self) -> list[FoundPrimitive]:
         """Return the primitives among which to choose now (paper 4b)."""
@@ -137,8 +129,9 @@ class TeachingSession:
 
     def chosen_name(self, found: FoundPrimitive) -> str | None:
         """Return what a found primitive is called in the target, None if it is not part of it."""
+        seen = self._seen
         for part in self.state.target.primitives:
-            if found_again(part.shape, self.view.left) is found.shape:
+            if seen.again(part.shape) is found.shape:
                 return part.name
         return None
 
@@ -163,7 +156,7 @@ class TeachingSession:
 
     def report(self, draft: TargetDraft) -> TargetReport:
         """Return what follows from the choice of a target (paper 4c)."""
-        measured = measure_draft(draft, self._teacher, self.view.left)
+        measured = measure_draft(draft, self._seen)
         used = [name not in draft.left_out for name in measured.points.names]
         points = measured.points.subset(np.array(used, dtype=np.bool_))
         fix = expected_fix(points, measured.coordinates, self.view, self.settings)
@@ -176,9 +169,20 @@ class TeachingSession:
         Raises:
             StereoLandmarkError: a target has nothing to be found by.
         """
-        state, scene = self.state, self.view.left
-        choices = [choice_of(draft, scene) for draft in state.targets]
-        return self._teacher.teach(state.name, choices, state.T_map_place)
+        return self._place_of(self.state.targets)
+
+    def draft(self) -> TaughtPlace:
+        """Return the place without the targets for which nothing is chosen yet.
+
+        Raises:
+            StereoLandmarkError: nothing is chosen at all, or what is chosen cannot be measured.
+        """
+        return self._place_of([target for target in self.state.targets if target.primitives])
+
+    def _place_of(self, targets: Sequence[TargetDraft]) -> TaughtPlace:
+        state, seen = self.state, self._seen
+        choices = [choice_of(draft, seen) for draft in targets]
+        return seen.teacher.teach(state.name, choices, state.T_map_place)
 
     def check(self, number: int) -> list[TrialRun]:
         """Try the procedure tree of a target on the images that it is taught from (paper 4d).
@@ -187,7 +191,7 @@ class TeachingSession:
             StereoLandmarkError: a target has nothing to be found by.
         """
         place, draft = self.place(), self.state.targets[number]
-        parts = measure_draft(draft, self._teacher, self.view.left).primitives
+        parts = measure_draft(draft, self._seen).primitives
         pairs = {part.name: part.pair for part in parts if part.pair is not None}
         search = self.settings.search
         return list(check_procedure(place, place.targets[number], pairs, self.view, search))
@@ -203,8 +207,17 @@ class TeachingSession:
         return localizer.locate(images.left, images.right, images.tilt)
 
     @property
-    def _teacher(self) -> Teacher:
-        return Teacher(self.view, self.state.processing)
+    def _seen(self) -> SeenPair:
+        state = self.state
+        key = state.pair, state.processing
+        if key not in self._seen_pairs:
+            images = self.images
+            _check_size(images, self.rig)
+            left, right = (detect_scene(image, state.processing) for image in (images.left, images.right))
+            self._seen_pairs[key] = SeenPair(StereoView(left, right, self.rig, images.tilt), state.processing)
+            for old in list(self._seen_pairs)[:-VIEWS_KEPT]:
+                del self._seen_pairs[old]
+        return self._seen_pairs[key]
 
 
 def _check_size(images: StereoImages, rig: StereoRig) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -85,3 +86,14 @@ class TeachingState:
     def target(self) -> TargetDraft:
         """The one that is worked on."""
         return self.targets[self.active]
+
+    @property
+    def choice(self) -> Hashable:
+        """What a check of the procedure tree and a test depend on; equal where nothing of that was changed."""
+        targets = tuple((each.name, each.primitives, each.left_out) for each in self.targets)
+        return self.pair, self.processing, targets
+
+    @property
+    def work(self) -> Hashable:
+        """All that a saved place holds; equal where nothing was changed that is worth saving."""
+        return self.name, self.T_map_place, self.choice

@@ -7,14 +7,14 @@ export const app = {
   greeting: null,
   state: null,
   part: 'processing',
-  /** Only on this page: the primitive under the cursor, results of checks and tests, whether all is saved. */
+  /** Only on this page: the primitive under the cursor, the result of a test, the step that waits for its answer. */
   hover: null,
   selected: null,
   edges: {},
-  checks: {},
   test: null,
   testPair: null,
-  isSaved: true,
+  pending: null,
+  isSaving: false,
   isUp: false,
   connection: null,
 };
@@ -27,8 +27,8 @@ export const onChange = (listener) => listeners.push(listener);
 /** Show tests what the page shows people. */
 export function publish() {
   window.__state = {
-    part: app.part, state: app.state, selected: app.selected, checks: app.checks, test: app.test,
-    isSaved: app.isSaved, isUp: app.isUp, edges: Object.fromEntries(
+    part: app.part, state: app.state, selected: app.selected, checks: app.state?.checks, test: app.test,
+    keeping: app.state?.keeping, isUp: app.isUp, edges: Object.fromEntries(
       Object.entries(app.edges).map(([side, edges]) => [side, edges.count])),
   };
 }
@@ -56,25 +56,29 @@ export async function ask(what, fields = {}) {
   try {
     const answer = await app.connection.ask(what, fields);
     if (answer.greeting) app.greeting = answer.greeting;
-    if (answer.state) app.state = answer.state;
-    if (answer.state) changed();
+    takeState(answer.state);
     return answer;
   } catch (fault) {
+    takeState(fault.answer?.state);
     if (!fault.answer?.exists) toast(fault.message, true);
     return { error: fault.message, ...fault.answer };
   }
 }
 
-/** Make a step of the engineer: what was checked and tested before holds no more. */
-export async function step(what, fields = {}) {
-  const answer = await ask(what, fields);
-  if (!answer.error) {
-    app.isSaved = false;
-    app.checks = {};
-    app.test = null;
-    changed();
-  }
-  return answer;
+/** Whoever made the step: a test of another choice holds no more. */
+function takeState(state) {
+  if (!state) return;
+  if (state.choice !== app.state?.choice) app.test = null;
+  app.state = state;
+  changed();
+}
+
+/** Make a step of the engineer. */
+export function step(what, fields = {}) {
+  const asked = ask(what, fields);
+  app.pending = asked;
+  asked.then(() => { if (app.pending === asked) app.pending = null; });
+  return asked;
 }
 
 export const activeTarget = () => app.state.targets[app.state.active];

@@ -24,9 +24,12 @@ const CLOSED_MIN = 4;
 /** Corners and lines are meant only by who points at them this exactly, as a part of the reach. */
 const EXACT = 0.5;
 
+/** Who points at the outline of a closed shape this exactly means it, though a smaller one lies around the place, too. */
+const ON_OUTLINE = 0.25;
+
 /**
- * The shapes that may be meant by a place, the likeliest first: open ones that it is on, then closed ones around it,
- * the smallest first, then what is near.
+ * The shapes that may be meant by a place, the likeliest first: open ones that it is on, then closed ones on whose
+ * outline it is, then closed ones around it, the smallest first, then what is near.
  */
 export function shapesAt(items, outlineOf, place, reach) {
   const ranked = [];
@@ -35,8 +38,9 @@ export function shapesAt(items, outlineOf, place, reach) {
     const distance = Math.min(...lines.map((line) => distanceToLine(place, line)));
     const isClosed = lines.length === 1 && lines[0].length > CLOSED_MIN;
     if (!isClosed && distance <= EXACT * reach) ranked.push({ item, rank: 0, value: distance });
-    else if (isClosed && isInside(place, lines[0])) ranked.push({ item, rank: 1, value: areaOf(lines[0]) });
-    else if (distance <= reach) ranked.push({ item, rank: 2, value: distance });
+    else if (isClosed && distance <= ON_OUTLINE * reach) ranked.push({ item, rank: 1, value: distance });
+    else if (isClosed && isInside(place, lines[0])) ranked.push({ item, rank: 2, value: areaOf(lines[0]) });
+    else if (distance <= reach) ranked.push({ item, rank: 3, value: distance });
   }
   return ranked.sort((a, b) => a.rank - b.rank || a.value - b.value).map(({ item }) => item);
 }

@@ -3,14 +3,14 @@
 import { activeTarget, app, changed, step } from './app.js';
 import { KIND_KEYS, byId, el } from './dom.js';
 import { drop, endDrag } from './panel_targets.js';
-import { save, test } from './panel_test.js';
+import { markName, save, test } from './panel_test.js';
 import { check } from './panel_tree.js';
 import { stage } from './stage.js';
 
 const PARTS = ['processing', 'targets', 'points', 'tree', 'test'];
 
 const HELP = [
-  ['1 … 5', 'Go to a part'], ['Ctrl+Z', 'Undo'], ['Ctrl+Shift+Z, Ctrl+Y', 'Redo'], ['Esc', 'Cancel a drag, unselect, show the whole image again'],
+  ['1 … 5', 'Go to a part'], ['Ctrl+Z', 'Undo'], ['Ctrl+Shift+Z, Ctrl+Y', 'Redo'], ['Esc', 'Cancel typing or a drag, unselect, zoom out, take the region back: one at a time'],
   ['E  Q  L  C', 'Detectors: ellipses, quadrilaterals, parallel lines, corners'], ['X', 'The next of several shapes under the pointer'], ['↑  ↓', 'Select a chosen primitive'], ['Alt+↑  Alt+↓', 'Look for it earlier, later'],
   ['Delete', 'Take out the selected primitive, or the last one'], ['N', 'Another target'], ['K', 'Check the procedure tree'], ['T', 'Test on the other pair'],
   ['Ctrl+S', 'Save'], ['+  −  0', 'Zoom in, out, fit'], ['?', 'These keys'],
@@ -41,21 +41,32 @@ function dropSelected() {
   if (name) drop(name);
 }
 
-/** One thing at a time, from the innermost: a drag, the selection, the region. */
+/** One thing at a time, from the innermost: a drag, the selection, the zoom, the region. */
 function escape() {
   if (stage.cancelDrag() || endDrag(null)) return;
   if (app.selected || app.hover) { app.selected = null; app.hover = null; changed(); return; }
-  stage.fit();
+  if (stage.fit()) return;
+  if (app.part === 'targets' && activeTarget().region) step('draw_region', { region: null });
 }
 
+/** Leave a field as it was when it was entered. */
+function giveUp(field) {
+  if (field.matches('input')) field.value = field.id === 'place' ? app.state.place : fieldBefore;
+  if (field.id === 'place') markName(false);
+  field.blur();
+}
+
+let fieldBefore = '';
+
 export function listenToKeys({ goTo, back }) {
+  window.addEventListener('focusin', (event) => { fieldBefore = event.target.value; });
   window.addEventListener('keydown', (event) => {
     if (!app.state || byId('dialog').open) return;
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     const isControl = event.ctrlKey || event.metaKey;
     if (isControl && key === 's') return act(event, () => save());
     if (event.target.matches('input:not([type=range]):not([type=checkbox]), select')) {
-      if (key === 'Escape') event.target.blur();
+      if (key === 'Escape') giveUp(event.target);
       return undefined;
     }
     if (isControl && key === 'z') return act(event, () => back(event.shiftKey ? 'redo' : 'undo'));

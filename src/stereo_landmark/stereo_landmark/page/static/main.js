@@ -6,7 +6,7 @@ import { listenToKeys, showKeys } from './keys.js';
 import { drawEdges, panelProcessing } from './panel_processing.js';
 import { panelPoints } from './panel_points.js';
 import { panelTargets } from './panel_targets.js';
-import { panelTest, save, test } from './panel_test.js';
+import { panelTest, save, takeName, test } from './panel_test.js';
 import { check, panelTree } from './panel_tree.js';
 import { updateStage } from './stage.js';
 
@@ -26,7 +26,7 @@ function standing(part) {
     case 'processing': return 'good';
     case 'targets': return targets.every((each) => has(each.primitives)) ? worst(targets.flatMap((each) => each.hints)) : 'open';
     case 'points': return targets.every((each) => each.expected.is_fix) ? 'good' : 'open';
-    case 'tree': { const done = Object.values(app.checks); return done.length === targets.length ? worst(done.flatMap((each) => each.hints)) : 'open'; }
+    case 'tree': { const done = Object.values(app.state.checks); return done.length === targets.length ? worst(done.flatMap((each) => each.hints)) : 'open'; }
     default: return app.test ? (app.test.is_fix ? 'good' : 'stop') : 'open';
   }
 }
@@ -38,7 +38,7 @@ export function goTo(part) {
   app.hover = null;
   byId('cursor').textContent = '';
   if (part === 'processing') drawEdges();
-  if (part === 'tree' && !app.checks[app.state.active]) check();
+  if (part === 'tree' && !app.state.checks[app.state.active]) check();
   if (part === 'test' && app.testPair === null && app.state.pairs.length > 1) app.testPair = (app.state.pair + 1) % app.state.pairs.length;
   if (part === 'test' && !app.test && app.state.targets.every((each) => each.expected.is_fix)) test();
   changed();
@@ -47,12 +47,14 @@ export function goTo(part) {
 function updateHeader() {
   const { state, greeting } = app;
   const place = byId('place');
-  if (document.activeElement !== place) place.value = state.place;
+  if (document.activeElement !== place && place.dataset.isOwn !== 'true') place.value = state.place;
   byId('pair').replaceChildren(...state.pairs.map((label, i) => el('option', { value: i, selected: i === state.pair }, `${i + 1}: ${label}`)));
   byId('take').hidden = !greeting.is_live;
   byId('undo').disabled = !state.can_undo;
   byId('redo').disabled = !state.can_redo;
-  byId('save').textContent = app.isSaved && state.can_undo ? 'Saved ✓' : 'Save';
+  byId('save').disabled = app.isSaving;
+  byId('save').textContent = app.isSaving ? 'Saving …' : { saved: 'Saved ✓', unsaved: 'Save •', new: 'Save' }[state.keeping];
+  byId('save').title = `Save the place (Ctrl+S)${state.keeping === 'unsaved' ? ': there are changes that are not saved' : ''}`;
   byId('parts').replaceChildren(...Object.entries(PARTS).map(([part, { title }], i) => el('button', {
     role: 'tab', className: `part ${standing(part)}${part === app.part ? ' on' : ''}`, 'aria-selected': String(part === app.part),
     'data-testid': `part-${part}`, title: `Key ${i + 1}`, onclick: () => goTo(part),
@@ -61,7 +63,7 @@ function updateHeader() {
 }
 
 function updateHints() {
-  const hints = [...app.state.targets.flatMap((each) => each.hints), ...Object.values(app.checks).flatMap((each) => each.hints)];
+  const hints = [...app.state.targets.flatMap((each) => each.hints), ...Object.values(app.state.checks).flatMap((each) => each.hints)];
   const isEmpty = app.state.targets.every((each) => !each.primitives.length);
   const rows = hints.filter(() => !isEmpty).map((hint) => el('div', {
     className: `hint ${hint.weight}`, 'data-testid': 'hint', onclick: () => { app.selected = hint.about.split('/')[0] || null; changed(); },
@@ -93,14 +95,14 @@ onChange(() => {
   updateStage();
 });
 
-byId('place').addEventListener('change', (event) => step('name_place', { name: event.target.value.trim() }).then(changed));
+byId('place').addEventListener('change', takeName);
 byId('pair').addEventListener('change', async (event) => { await step('take_pair', { pair: Number(event.target.value) }); if (app.part === 'processing') drawEdges(); });
 byId('take').addEventListener('click', async () => { await step('take'); if (app.part === 'processing') drawEdges(); });
 byId('undo').addEventListener('click', () => back('undo'));
 byId('redo').addEventListener('click', () => back('redo'));
 byId('save').addEventListener('click', () => save());
 byId('help').addEventListener('click', showKeys);
-window.addEventListener('beforeunload', (event) => { if (!app.isSaved) event.preventDefault(); });
+window.addEventListener('beforeunload', (event) => { if (app.state?.keeping === 'unsaved') event.preventDefault(); });
 
 export async function back(which) {
   if (!app.state[`can_${which}`]) return;

@@ -1,6 +1,6 @@
 // Part 1: from the grey images to edges (paper 4a).
 
-import { app, ask, changed, publish } from './app.js';
+import { app, ask, changed, publish, step } from './app.js';
 import { LatestWins } from './connection.js';
 import { byId, el } from './dom.js';
 import { stage } from './stage.js';
@@ -58,7 +58,7 @@ function slider(setting) {
   const bar = el('input', {
     type: 'range', min: 0, max: STEPS, value: toSlider(setting, value), 'data-testid': `slider-${setting.name}`, title: setting.description,
     onpointerdown: () => { gestures += 1; },
-    oninput: () => { app.isSaved = false; set(fromSlider(setting, Number(bar.value)), { gesture: `${setting.name} ${gestures}` }); },
+    oninput: () => { set(fromSlider(setting, Number(bar.value)), { gesture: `${setting.name} ${gestures}` }); },
     onchange: () => settle(),
     ondblclick: () => { gestures += 1; bar.value = toSlider(setting, setting.default); set(setting.default, { gesture: `${setting.name} ${gestures}` }).then(settle); },
   });
@@ -71,8 +71,6 @@ const show = (value, setting) => `${Number(value.toPrecision(3))}${setting.unit 
 /** After a movement the detectors run again, once. */
 async function settle() {
   while (drawing.isBusy) await new Promise((done) => { setTimeout(done, 10); });
-  app.checks = {};
-  app.test = null;
   await ask('snapshot');
 }
 
@@ -91,7 +89,7 @@ export function panelProcessing() {
     return el('details', { open: app[`open-${group}`] ?? isOpen, ontoggle: (event) => { app[`open-${group}`] = event.target.open; } },
       el('summary', {}, title, el('button', {
         className: 'quiet', title: 'Back to the defaults',
-        onclick: async (event) => { event.preventDefault(); await ask('reset', { group: `${group}.` }); drawEdges(); },
+        onclick: async (event) => { event.preventDefault(); await step('reset', { group: `${group}.` }); drawEdges(); },
       }, 'Reset')), ...settings.map(slider));
   });
   return [

@@ -16,14 +16,36 @@ export async function test() {
   changed();
 }
 
+/** While the name in the header is its own, the state's is not written over it. */
+export function markName(isRefused) {
+  byId('place').dataset.isOwn = String(isRefused);
+  byId('place').setAttribute('aria-invalid', String(isRefused));
+}
+
+/** Take the name in the header; one that is refused stays there, marked, until it is mended or given up. */
+export async function takeName() {
+  const field = byId('place');
+  const name = field.value.trim();
+  field.dataset.isOwn = 'true';
+  const answer = name === app.state.place ? {} : await step('name_place', { name });
+  markName(Boolean(answer.error));
+  changed();
+  return answer;
+}
+
+/** Save what the page shows: what is still being typed counts, and what is refused stops the save. */
 export async function save(replace = false) {
-  const answer = await ask('save', { replace });
-  if (answer.exists) { askToReplace(answer.error); return; }
-  if (answer.saved) {
-    app.isSaved = true;
-    toast(`Saved: ${answer.saved}`);
-    changed();
-  }
+  if (app.isSaving) return;
+  if (document.activeElement?.matches('input')) document.activeElement.blur();
+  app.isSaving = true;
+  changed();
+  const last = await app.pending;
+  const named = last?.error ? last : await takeName();
+  const answer = named.error ? named : await ask('save', { replace });
+  app.isSaving = false;
+  changed();
+  if (answer.exists) askToReplace(answer.error);
+  else if (answer.saved) toast(`Saved: ${answer.saved}`);
 }
 
 function askToReplace(text) {
@@ -73,6 +95,6 @@ export function panelTest() {
     el('h2', {}, 'Where in the map'),
     el('p', {}, 'The pose of the robot when it was taught. Without it the robot tells its displacement only.'),
     mapPose(),
-    el('button', { className: 'wide primary', onclick: () => save() }, app.isSaved ? 'Save again' : 'Save the place'),
+    el('button', { className: 'wide primary', onclick: () => save() }, app.state.keeping === 'saved' ? 'Save again' : 'Save the place'),
   ];
 }

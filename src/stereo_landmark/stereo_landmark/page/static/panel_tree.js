@@ -12,10 +12,8 @@ export async function check() {
   if (isChecking || !activeTarget().primitives.length) return;
   isChecking = true;
   changed();
-  const before = app.state;
-  const answer = await ask('check', { target: active });
+  await ask('check', { target: active });
   isChecking = false;
-  if (!answer.error && app.state === before) app.checks = { ...app.checks, [active]: answer };
   changed();
 }
 
@@ -26,7 +24,7 @@ function trialRow(trial) {
 }
 
 export function panelTree() {
-  const result = app.checks[app.state.active];
+  const result = app.state.checks[app.state.active];
   const good = result?.trials.filter((trial) => trial.outcome === 'found').length;
   return [
     el('h2', {}, 'Procedure tree'), targetTabs(),

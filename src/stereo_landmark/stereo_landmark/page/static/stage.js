@@ -3,11 +3,13 @@
 import { activeTarget, app, changed, step } from './app.js';
 import { COLOURS, KIND_NAMES, byId } from './dom.js';
 import { middleOf, shapesAt } from './geometry.js';
-import { PictureView, resetLens, zoomLens } from './picture_view.js';
+import { PictureView, lens, resetLens, zoomLens } from './picture_view.js';
 import { SpaceView } from './space_view.js';
 import { treeView } from './tree_view.js';
 
 const REACH = 9;
+/** A hand that clicks may slip so far; who draws a region drags farther [px of the screen]. */
+const SLIP = 10;
 let views = {};
 let space = null;
 let drag = null;
@@ -18,7 +20,8 @@ export const stage = {
   onPage: (place, which = 'left') => views[which]?.onPage(place),
   cancelDrag: () => { const was = Boolean(drag); drag = null; redraw(); return was; },
   zoom: (factor) => { zoomLens(factor); redraw(); },
-  fit: () => { resetLens(); redraw(); },
+  /** Returns whether the pictures were zoomed in. */
+  fit: () => { const was = lens.zoom > 1; resetLens(); redraw(); return was; },
   redraw: () => redraw(),
   hover: (name) => hover(name),
   nextShape: () => nextShape(),
@@ -77,6 +80,8 @@ export function updateStage() {
     view.dim = app.part === 'processing' ? app.brightness ?? 0.35 : 1;
   }
   if (app.part === 'tree') byId('below').replaceChildren(treeView());
+  const hovered = app.part === 'targets' && app.state.found.find((each) => keyOf(each) === app.hover);
+  if (hovered) byId('cursor').textContent = describe(hovered);
   redraw();
 }
 
@@ -110,7 +115,7 @@ function pointerOf(which) {
       if (!drag) return;
       const { from } = drag;
       drag = null;
-      if (Math.hypot(place[0] - from[0], place[1] - from[1]) * views.left.placing.scale < 5) chooseAt(place);
+      if (Math.hypot(place[0] - from[0], place[1] - from[1]) * views.left.placing.scale < SLIP) chooseAt(from);
       else step('draw_region', { region: rectangle(from, place) });
       redraw();
     },

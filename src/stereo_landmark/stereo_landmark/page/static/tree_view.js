@@ -14,7 +14,7 @@ export function treeView() {
   const parts = activeTarget().primitives;
   if (!parts.length) return el('div', { className: 'empty' }, 'The tree grows from the primitives that you choose in part 2.');
   const rows = Math.min(parts.length, ROWS_MAX);
-  const trials = app.checks[app.state.active]?.trials;
+  const trials = app.state.checks[app.state.active]?.trials;
   const width = LEFT + parts.length * COLUMN + 130, height = TOP + rows * ROW + (parts.length > rows ? 26 : 6);
   const drawing = svg('svg', { viewBox: `0 0 ${width} ${height}`, width, height, 'data-testid': 'tree' });
   const rootY = TOP + (rows * ROW) / 2 - ROW / 2 + NODE_H / 2;

@@ -1,0 +1,58 @@
+"""Pairs of several drives, one after another: what is taught in one is tried in the others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stereo_landmark.core.pair.same_cameras import calibration_hash
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.teaching_session import StereoImages
+from stereo_landmark.page.pair_source import RecordedPairs
+
+
+class JoinedPairs:
+    """Recorded pairs and further ones of the same cameras.
+
+    Args:
+        first: pairs, which keep their numbers.
+        others: further ones, each with the name of its drive.
+
+    Raises:
+        StereoLandmarkError: a drive was made with other cameras.
+    """
+
+    is_live = False
+
+    def __init__(self, first: RecordedPairs, others: Sequence[tuple[str, RecordedPairs]]) -> None:
+        for name, other in others:
+            if calibration_hash(other.rig) != calibration_hash(first.rig):
+                raise StereoLandmarkError(
+                    f'{name} was recorded with other cameras; give a drive of the same calibration'
+                )
+        self.rig = first.rig
+        self.labels = [*first.labels, *(f'{name} {label}' for name, each in others for label in each.labels)]
+        self._pairs = [
+            (each, number)
+            for each in (first, *(other for _, other in others))
+            for number in range(len(each.labels))
+        ]
+
+    def images(self, number: int) -> StereoImages:
+        """Return a pair, rectified.
+
+        Raises:
+            StereoLandmarkError: there is none of that number, or it is no rectified pair.
+            CameraFileError: a file is no image.
+        """
+        if not 0 <= number < len(self._pairs):
+            raise StereoLandmarkError(f'there is no pair {number + 1}, there are {len(self._pairs)}')
+        source, of_source = self._pairs[number]
+        return source.images(of_source)
+
+    def take(self) -> int:
+        """Refuse: what was recorded is no camera.
+
+        Raises:
+            StereoLandmarkError: always.
+        """
+        return self._pairs[0][0].take()

@@ -1,0 +1,33 @@
+"""Under which name a browser reaches a server."""
+
+from __future__ import annotations
+
+import ipaddress
+import socket
+
+_ANYWHERE = {4: '192.0.2.1', 6: '2001:db8::1'}
+"""Addresses for documentation: nothing is sent there, but the way there tells this machine's own address."""
+
+
+def reachable_name(host: str) -> str:
+    """Return what stands for a listening address in the address of a page.
+
+    Args:
+        host: that is listened on; for all addresses of this machine the one by which others reach it.
+    """
+    try:
+        address = ipaddress.ip_address(host)
+    except ValueError:
+        return host
+    shown = _own_address(address.version) if address.is_unspecified else host
+    return f'[{shown}]' if ':' in shown else shown
+
+
+def _own_address(version: int) -> str:
+    family = socket.AF_INET if version == 4 else socket.AF_INET6
+    try:
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:
+            probe.connect((_ANYWHERE[version], 9))
+            return str(probe.getsockname()[0])
+    except OSError:
+        return '127.0.0.1' if version == 4 else '::1'

@@ -1,0 +1,120 @@
+"""What is wrong with the page's options is told before an hour of teaching, and Ctrl-C loses no work."""
+
+import ipaddress
+
+import pytest
+from pair_bag import write_pairs
+from stereo_calibrations import rectified_calibration
+from taught_wall import CALIBRATIONS, CAMERA, HERE, seen, write_files
+from teaching_wall import meters_of
+
+from stereo_landmark.commands.teach import main
+from stereo_landmark.files.place_file import load_place, load_places
+from stereo_landmark.page import teach_page
+from stereo_landmark.page.reachable_name import reachable_name
+
+
+@pytest.fixture
+def files(tmp_path):
+    return write_files(tmp_path)
+
+
+@pytest.fixture
+def served(monkeypatch):
+    """Call a function with the page's answers instead of serving them."""
+
+    def during(work):
+        monkeypatch.setattr(teach_page, 'serve', lambda server, *_: work(server.answers))
+
+    return during
+
+
+def choose_meters(answers):
+    answers.answer({'do': 'name_place', 'name': 'hall'})
+    for kind, number in meters_of(answers.session):
+        assert 'error' not in answers.answer({'do': 'toggle', 'kind': kind.value, 'number': number})
+    answers.answer({'do': 'add_target'})
+
+
+@pytest.mark.parametrize(
+    ('options', 'said'),
+    [
+        (('--name', '../x'), 'is no name for a place'),
+        (('--tilt', 'nan', '0'), '--tilt: roll and pitch are angles'),
+        (('--places', 'left.png/places'), 'places cannot be written there'),
+        (('--places', 'left.png'), 'places cannot be written there'),
+    ],
+)
+def test_options_that_would_fail_at_the_end_are_refused_at_the_start(
+    files, served, capsys, monkeypatch, options, said
+):
+    served(lambda _: pytest.fail('the page was opened'))
+    monkeypatch.chdir(files.places.parent)
+    assert main(files.options(*options)) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line
+
+
+def test_what_was_not_saved_is_kept_as_a_draft_to_go_on_with(files, served, capsys):
+    served(choose_meters)
+    assert main(files.options()) == 0
+    assert 'hall was not saved; a draft is kept' in capsys.readouterr().err
+    assert [place.name for place in load_places(files.places)] == ['wall']
+    draft = files.places / 'unsaved' / 'hall.yaml'
+
+    def save(answers):
+        assert answers.session.state.name == 'hall'
+        assert 'error' not in answers.answer({'do': 'save', 'replace': False})
+
+    served(save)
+    assert main(['--place', str(draft)]) == 0
+    assert capsys.readouterr().err == ''
+    assert len(load_place(files.places / 'hall.yaml').targets[0].primitives) == 4
+
+
+def test_a_draft_of_nothing_is_told(files, served, capsys):
+    served(lambda answers: answers.answer({'do': 'name_place', 'name': 'hall'}))
+    assert main(files.options()) == 0
+    assert 'hall was not saved, and no draft can be kept' in capsys.readouterr().err
+
+
+def drive(path, calibrations=CALIBRATIONS):
+    write_pairs(path, [(t * 10**9, t * 10**9, *seen(HERE)) for t in (1, 2)], calibrations)
+    return str(path)
+
+
+def test_a_place_is_tried_in_other_drives(files, served, tmp_path):
+    def look(answers):
+        state = answers.answer({'do': 'hello'})['state']
+        assert state['pairs'] == ['as taught', 'later 0.0 s', 'later 1.0 s']
+        found = answers.answer({'do': 'test', 'pair': 2})['answer']
+        assert [found['x'], found['y'], found['yaw']] == pytest.approx([HERE[0], HERE[1], HERE[3]], abs=0.02)
+        assert 'there is no pair 4, there are 3' in answers.answer({'do': 'test', 'pair': 3})['error']
+        assert 'with --live only' in answers.answer({'do': 'take'})['error']
+
+    served(look)
+    place = str(files.places / 'wall.yaml')
+    assert main(['--place', place, '--test-bag', drive(tmp_path / 'later')]) == 0
+
+
+def test_drives_of_other_cameras_are_refused(files, served, tmp_path, capsys):
+    served(lambda _: pytest.fail('the page was opened'))
+    wider = rectified_calibration(CAMERA), rectified_calibration(CAMERA, 0.25)
+    place = str(files.places / 'wall.yaml')
+    assert main(['--place', place, '--test-bag', drive(tmp_path / 'other', wider)]) == 1
+    assert 'other was recorded with other cameras' in capsys.readouterr().err
+    assert main(['--live', '--test-bag', str(tmp_path / 'other')]) == 1
+    assert 'with --live take further pictures' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ('host', 'shown'), [('127.0.0.1', '127.0.0.1'), ('::1', '[::1]'), ('robot.local', 'robot.local')]
+)
+def test_an_address_is_shown_as_a_browser_takes_it(host, shown):
+    assert reachable_name(host) == shown
+
+
+@pytest.mark.parametrize('host', ['0.0.0.0', '::'])
+def test_all_addresses_are_shown_as_one_that_can_be_opened(host):
+    shown = ipaddress.ip_address(reachable_name(host).strip('[]'))
+    assert not shown.is_unspecified
