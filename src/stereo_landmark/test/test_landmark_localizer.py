@@ -56,6 +56,15 @@ def test_another_place_is_tried_when_the_robot_is_not_where_it_should_be(places,
     assert answer.detail.startswith('place signs: target: ')
 
 
+def test_a_target_that_is_found_but_gives_no_points_is_too_few(places, images):
+    """A place of before this was refused may have none, and in a view none may be measured."""
+    (target,) = places[0].targets
+    place = replace(places[0], targets=(replace(target, points=()),))
+    answer = LandmarkLocalizer([place]).locate(*images)
+    assert isinstance(answer, NoLandmarkFix)
+    assert answer.reason == 'too few points'
+
+
 def test_two_places_that_look_alike_are_ambiguous(places, images):
     twin = replace(places[0], name='twin')
     answer = LandmarkLocalizer([places[0], twin]).locate(*images)

@@ -135,7 +135,10 @@ WRONG = {
     'targets.wanted: meter 1 is there twice': doubled,
     'is missing; restore the file': without_coordinates,
     'corresponding_points.meter 1 is missing': changed('corresponding_points', 'meter 1', None),
-    'corresponding_points.meter: there is no such target': changed('corresponding_points', 'meter', []),
+    'corresponding_points.meter: there is no such target': changed('corresponding_points', 'meter', ['a/b']),
+    'corresponding_points.meter 1 is [], it must have at least 1 entries': changed(
+        'corresponding_points', 'meter 1', []
+    ),
     'nothing/centre has no coordinates': changed('corresponding_points', 'meter 1', ['nothing/centre']),
     'coordinates[0].xyz[1] is no finite number': changed('coordinates', 0, 'xyz', [0.0, float('nan'), 0.0]),
     'covariance is none': changed('coordinates', 0, 'covariance', [[-1.0, 0, 0], [0, 1, 0], [0, 0, 1]]),

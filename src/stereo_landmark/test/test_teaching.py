@@ -8,7 +8,7 @@ from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detec
 from stereo_landmark.core.procedure.primitive import Kind
 from stereo_landmark.core.procedure.stereo_measurement import stereo_points
 from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import Teacher
+from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 WALL = Wall((Plate(0.1, 0.7, 0.3, 0.2, 60.0),))
@@ -45,3 +45,9 @@ def test_what_the_images_show_in_different_rows_is_not_taught():
     teacher, plate = teacher_and_plate(rows=1)
     with pytest.raises(StereoLandmarkError, match='different rows'):
         teacher.measure(plate)
+
+
+def test_a_target_without_points_is_not_taught():
+    teacher, plate = teacher_and_plate()
+    with pytest.raises(StereoLandmarkError, match='target sign has no point that the pose is made of'):
+        teacher.teach('hall', [TargetChoice('sign', {'plate': plate}, ())])

@@ -64,17 +64,17 @@ class NoLandmarkFix:
     sightings: tuple[Sighting, ...] = ()
 
 
-def no_fix_of(place: TaughtPlace, sightings: tuple[Sighting, ...], fault: NoPlaceFix | None) -> NoLandmarkFix:
-    """Return why a place gave no pose.
+def no_fix_of(place: TaughtPlace, sightings: tuple[Sighting, ...], fault: NoPlaceFix) -> NoLandmarkFix:
+    """Return why a place gave no pose: what was wrong with its points, or that no target of it was found.
 
     Args:
         place: the place.
         sightings: of its targets.
-        fault: what was wrong with the points of those that were found, None if none was.
+        fault: what was wrong with the points of those that were found.
     """
-    if fault is not None:
-        return NoLandmarkFix(fault.reason.value, f'place {place.name}: {fault.detail}', sightings)
     missing = [each for each in sightings if isinstance(each, NoTargetSighting)]
+    if len(missing) < len(sightings):
+        return NoLandmarkFix(fault.reason.value, f'place {place.name}: {fault.detail}', sightings)
     reason = missing[0].reason.value
     detail = '; '.join(f'{each.target}: {each.reason.value} ({each.detail})' for each in missing)
     return NoLandmarkFix(reason, f'place {place.name}: {detail}', sightings)

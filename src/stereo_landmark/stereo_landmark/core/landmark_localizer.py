@@ -119,8 +119,6 @@ class LandmarkLocalizer:
                 if isinstance(sighting, TargetSighting)
             ]
         )
-        if not len(points):
-            return no_fix_of(place, sightings, None)
         answer = PlaceLocator(place.rig, self._settings.place).locate(points, place.coordinates, tilt)
         if isinstance(answer, PlaceFix):
             return LandmarkFix(place, answer, sightings)

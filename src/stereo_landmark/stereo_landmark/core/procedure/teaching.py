@@ -158,6 +158,10 @@ class Teacher:
             (part.name, left, right) for part, (_, left, right) in zip(primitives, pairs, strict=True)
         )
         points = there.names if choice.points is None else choice.points
+        if not points:
+            raise StereoLandmarkError(
+                f'target {choice.name} has no point that the pose is made of; use one or more of its points'
+            )
         for point in points:
             if point not in there.names:
                 known = ', '.join(there.names)
