@@ -83,7 +83,7 @@ class PairStream:
         if pair is None:
             return None
         left, right = pair
-        localizer = self._localizer_for(left.calibration, right.calibration)
+        localizer = self.use_calibrations(left.calibration, right.calibration)
         tilt = self._tilt.tilt_at(left.stamp_ns * 1e-9) or (0.0, 0.0)
         return localizer.locate(left.stamp_ns, left.pixels, right.pixels, tilt)
 
@@ -92,7 +92,12 @@ class PairStream:
         if self._localizer is not None:
             self._localizer.forget()
 
-    def _localizer_for(self, left: CameraCalibration, right: CameraCalibration) -> PairLocalizer:
+    def use_calibrations(self, left: CameraCalibration, right: CameraCalibration) -> PairLocalizer:
+        """Return the localizer of these cameras; it is kept as long as they are the same.
+
+        Raises:
+            StereoLandmarkError: the calibrations are no pair's or not those of the places.
+        """
         if self._localizer is None or self._calibrations != (left, right):
             rig = stereo_rig(left, right, self._mount)
             raw = (left, right) if self._pairing.rectify else None
