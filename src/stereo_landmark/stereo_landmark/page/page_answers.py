@@ -106,7 +106,7 @@ class PageAnswers:
         if 'name' in request:
             self._edit('set', request)
         images = self.session.images
-        wanted = read.texts(request, 'sides')
+        wanted = read.sides(request)
         return {'edges': {side: edges(self.session.segments(getattr(images, side))) for side in wanted}}
 
     def _take_pair(self, request: Request) -> Answer:
