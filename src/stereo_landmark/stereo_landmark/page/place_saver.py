@@ -44,6 +44,7 @@ class PlaceSaver:
         path = place_path(self._folder, place.name)
         if path.exists() and not replace and path not in self._mine:
             raise PlaceExistsError(f'{path} is there already; replace it, or choose another name')
-        save_place(self._folder, place, TaughtImages(images.left, images.right, images.tilt))
+        pair = TaughtImages(images.left, images.right, images.tilt)
+        save_place(self._folder, place, pair, replace_damaged=replace)
         self._mine.add(path)
         return path
