@@ -170,9 +170,12 @@ class Teacher:
 
     def _position(self, left: Primitive, right: Primitive) -> NDArray[np.float64]:
         """Return the centre of a primitive in the place's frame, shape (3,) [m]."""
-        pixels = np.array([[*left.centre, *right.centre]])
-        (position,) = self.coordinates(StereoPoints(('centre',), pixels, np.eye(4)[None])).positions
+        (position,) = self.coordinates(_centre(left, right)).positions
         return position
+
+    def _is_near(self, left: Primitive, right: Primitive) -> bool:
+        """Tell whether the position of a primitive can be measured."""
+        return bool(measurable(_centre(left, right), self._view.rig).all())
 
     def _partner(self, chosen: Primitive) -> Primitive | None:
         """Return what the right image shows of a primitive of the left one."""
@@ -193,12 +196,18 @@ class Teacher:
                 if any(_belong_together(primitive, other) for other in taken):
                     continue
                 partner = self._partner(primitive)
-                if partner is not None:
+                if partner is not None and self._is_near(primitive, partner):
                     taken.append(primitive)
                     position = self._position(primitive, partner)
                     name = f'{kind.value} {len(found) + 1}'
                     found.append(TaughtPrimitive(name, without_covariance(primitive), position))
         return tuple(found)
+
+
+def _centre(left: Primitive, right: Primitive) -> StereoPoints:
+    """Return the centre of a primitive, roughly."""
+    pixels = np.array([[*left.centre, *right.centre]])
+    return StereoPoints(('centre',), pixels, np.eye(4)[None])
 
 
 def _on_walls(target: TaughtTarget, around: NDArray[np.float64]) -> TaughtTarget:
