@@ -80,8 +80,8 @@ def run_node(
 class _EndSignals:
     """Turns a signal during the start into a KeyboardInterrupt, which ends long work at once, and notes all others.
 
-    Once the node works, signals only count: they end the loop after the callback that runs. An interrupt within it could
-    strike in compiled code, which cannot bear it; and a second Ctrl-C must not spoil the ending.
+    Once the node works, signals only count: they end the loop after the callback that runs. An interrupt within it
+    could strike in compiled code, which cannot bear it; and a second Ctrl-C must not spoil the ending.
     """
 
     def __init__(self) -> None:

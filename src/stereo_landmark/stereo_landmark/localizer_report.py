@@ -57,8 +57,8 @@ class LocalizerReport:
         if not isinstance(answer, LandmarkFix):
             return Status(Level.WARN, f'no fix: {answer.reason}', values | {'detail': answer.detail})
         if self._latest.lacks_tilt:
-            line = f'at {answer.place.name}, taken for level: no reading of the imu is near the images; check both stamps'
-            return Status(Level.WARN, line, values | _fix_values(answer))
+            why = 'taken for level: no reading of the imu is near the images; check both stamps'
+            return Status(Level.WARN, f'at {answer.place.name}, {why}', values | _fix_values(answer))
         return Status(Level.OK, f'at {answer.place.name}', values | _fix_values(answer))
 
 

@@ -13,6 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Quaternion, TransformStamped
 from located_pairs import with_fix, without_fix
 from rclpy.node import Node
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
@@ -161,6 +162,20 @@ def test_a_robot_that_came_back_knows_where_it_stands(graph: IsolatedGraph, plac
     assert pictures[0].header == header(12.5, 'left_optical_frame')
 
 
+def test_a_robot_that_leans_and_stands_higher_knows_where_it_stands(
+    graph: IsolatedGraph, places: Path
+) -> None:
+    robot = Robot(graph, places, is_real=True)
+    roll, pitch = 0.04, -0.03
+    x, y, z, w = Rotation.from_euler('xyz', (roll, pitch, 0.0)).as_quat().tolist()
+    leaning = Quaternion(x=x, y=y, z=z, w=w)
+    robot.send('imu', Imu(header=header(4.98, 'base_link'), orientation=leaning))
+    robot.send_pair(5.0, seen((0.15, -0.1, 0.05, 0.06, roll, pitch)))
+    robot.wait_for(robot.displacements)
+    moved = robot.displacements[0].transform.translation
+    assert (moved.x, moved.y, moved.z) == pytest.approx((0.15, -0.1, 0.05), abs=0.01)
+
+
 def test_the_covariance_is_turned_into_the_map(graph: IsolatedGraph, places: Path) -> None:
     robot = Robot(graph, places)
     with_covariance = robot.listen(PoseWithCovarianceStamped, 'pose_with_covariance')
@@ -199,8 +214,9 @@ def test_stamps_that_differ_a_little_pair_when_that_is_asked_for(
 ) -> None:
     robot = Robot(graph, places, is_real=True, approximate_sync=is_approximate)
     robot.send_pair(3.0, later=0.004)
-    robot.wait_for(robot.displacements, pairs)
-    assert len(robot.displacements) == pairs
+    robot.send_pair(4.0)
+    robot.wait_for(robot.displacements, pairs + 1)
+    assert [each.header.stamp.sec for each in robot.displacements] == [3, 4][1 - pairs :]
 
 
 def test_the_node_survives_every_bad_message(graph: IsolatedGraph, places: Path) -> None:
@@ -259,6 +275,47 @@ def test_tilt_and_relocalize_reach_the_stream(graph: IsolatedGraph, places: Path
     assert graph.spin_until(answer.done)
     assert answer.result().success
     assert robot.stream.calls == [('tilt', 3.5, pytest.approx(0.1), pytest.approx(0.0)), ('forget',)]
+
+
+def test_readings_of_the_imu_that_wait_are_heard_before_the_pair(graph: IsolatedGraph, places: Path) -> None:
+    """One reading of each pair's time would come only after many pairs, if it had to wait for its turn."""
+    robot = Robot(graph, places)
+    leaning = Quaternion(x=math.sin(0.05), w=math.cos(0.05))
+    for number in range(50):
+        message = Imu(header=header(3.0 + 0.01 * number, 'base_link'), orientation=leaning)
+        robot._publishers['imu'].publish(message)
+    robot.send_pair(3.49)
+    kinds = [call[0] for call in robot.stream.calls]
+    assert kinds.index('image') >= 45
+
+
+def test_a_reading_after_a_jump_back_reaches_the_new_stream(graph: IsolatedGraph, places: Path) -> None:
+    robot = Robot(graph, places)
+    for stamp in (100.0, 5.0):
+        robot.send('imu', Imu(header=header(stamp, 'base_link'), orientation=Quaternion(w=1.0)))
+    assert [[call[:2] for call in stream.calls] for stream in robot.streams] == [
+        [('tilt', 100.0)],
+        [('tilt', 5.0)],
+    ]
+
+
+def test_found_and_lost_places_are_told_when_the_line_was_printed(
+    graph: IsolatedGraph, places: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = Robot(graph, places)
+    lines: list[str] = []
+    may_print = [True, False, False, True]
+
+    class Logger:
+        def info(self, line: str, **_: Any) -> bool:
+            lines.append(line)
+            return may_print[len(lines) - 1]
+
+    monkeypatch.setattr(robot.node, 'get_logger', Logger)
+    for number, pair in enumerate((with_fix(), with_fix(), without_fix(), without_fix(), without_fix())):
+        robot.stream.answer = pair
+        robot.send_pair(1.0 + number)
+    assert [line[:6] for line in lines] == ['at wal', 'at no ', 'at no ', 'at no ']
 
 
 def test_a_jump_back_in_time_starts_a_new_stream(graph: IsolatedGraph, places: Path) -> None:
