@@ -63,9 +63,7 @@ def test_what_is_around_but_too_far_away_to_be_measured_is_left_out(monkeypatch)
     choice = [TargetChoice('sign', {'plate': plates[-1]})]
     assert teacher.teach('hall', choice).surroundings
     depths = [RIG.left.fx * RIG.baseline / disparity for disparity in disparities(view)]
-    monkeypatch.setattr(
-        stereo_points_module, 'DISPARITY_MIN', RIG.left.fx * RIG.baseline / np.mean(depths)
-    )
+    monkeypatch.setattr(stereo_points_module, 'DISPARITY_MIN', RIG.left.fx * RIG.baseline / np.mean(depths))
     assert not teacher.teach('hall', choice).surroundings
 
 

@@ -110,7 +110,9 @@ def locate_files(options: argparse.Namespace, stream: PairStream) -> Iterator[Lo
     for number, paths in enumerate(zip(left, right, strict=True)):
         stamp_ns = round(number / options.rate * 1e9)
         stream.add_tilt(stamp_ns * 1e-9, *options.tilt)
-        yield LocatedFrame(str(paths[0]), stamp_ns, _located(stream, stamp_ns, paths, calibrations))
+        located = _located(stream, stamp_ns, paths, calibrations)
+        if located is not None:
+            yield LocatedFrame(str(paths[0]), stamp_ns, located)
 
 
 def _located(
@@ -118,7 +120,7 @@ def _located(
     stamp_ns: int,
     paths: tuple[Path, Path],
     calibrations: tuple[CameraCalibration, CameraCalibration],
-) -> LocatedPair | str:
+) -> LocatedPair | str | None:
     """Return what a pair of files tells; one that cannot be used is no end of the others."""
     try:
         # Both are read first: an image whose partner is damaged must not wait for it.
@@ -126,9 +128,7 @@ def _located(
         answers = [stream.add_image(side, stamp_ns, images[side], calibrations[side]) for side in Side]
     except (StereoLandmarkError, CameraFileError) as fault:
         return str(fault)
-    located = answers[Side.RIGHT]
-    assert located is not None, 'both have one stamp'
-    return located
+    return answers[Side.RIGHT]
 
 
 def stream_maker(options: argparse.Namespace) -> Callable[[], PairStream]:

@@ -103,9 +103,7 @@ class LandmarkLocalizer:
                 if isinstance(sighting, TargetSighting)
             ]
         )
-        answer = PlaceLocator(place.rig, self._settings.place).locate(
-            points, place.coordinates, view.tilt
-        )
+        answer = PlaceLocator(place.rig, self._settings.place).locate(points, place.coordinates, view.tilt)
         if isinstance(answer, PlaceFix):
             return LandmarkFix(place, answer, sightings)
         return no_fix_of(place, sightings, answer)
@@ -120,9 +118,7 @@ class _Views:
         tilt: known roll and pitch of the base [rad].
     """
 
-    def __init__(
-        self, left: NDArray[np.uint8], right: NDArray[np.uint8], tilt: tuple[float, float]
-    ) -> None:
+    def __init__(self, left: NDArray[np.uint8], right: NDArray[np.uint8], tilt: tuple[float, float]) -> None:
         self._images = left, right
         self._tilt = tilt
         self._known: dict[tuple[ImageProcessing, frozenset[Kind], StereoRig], StereoView] = {}

@@ -91,10 +91,12 @@ class PageServer:
             return
         try:
             answer = await self._in_worker(lambda: self._answers.answer(request))
-        except Exception:
+        except Exception:  # noqa: BLE001 as in a node's callbacks
             # One request must not end the session of an engineer who has not saved.
             _LOG.exception('fault of the program while working on a request')
-            answer = {'error': 'fault of the program; its log tells more. Save, and tell it to who maintains it'}
+            answer = {
+                'error': 'fault of the program; its log tells more. Save, and tell it to who maintains it'
+            }
         await socket.send_json({'id': request.get('id'), **answer})
         if str(request.get('do')) not in _LOOKS_ONLY and 'error' not in answer:
             for other in self._pages - {socket}:

@@ -10,7 +10,7 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 Request = Mapping[str, Any]
 
-NUMBER_MAX = 1e9
+NUMBER_MAX = 1e12
 """Nothing on the page, in m, rad or px, is larger; squares of such numbers are still finite."""
 
 
