@@ -7,9 +7,10 @@ from drawn_wall import Disc, Plate, Wall, look, view_of
 from shirube_geometry import PlanarPose
 from stereo_landmark.core import landmark_localizer
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
 from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.settings import SearchSettings
 from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -99,6 +100,13 @@ def test_images_are_looked_at_once_for_places_of_one_image_processing(places, im
     halls.append(replace(places[1], name='other', processing=replace(ImageProcessing(), edges=other)))
     LandmarkLocalizer(halls).locate(*images)
     assert len(looked_at) == 6
+
+
+def test_a_robot_farther_away_than_it_may_be_is_not_found(places, images):
+    near = LandmarkSettings(search=SearchSettings(reach=0.05, turn=0.02))
+    assert isinstance(LandmarkLocalizer(places, near).locate(*images), NoLandmarkFix)
+    reach = LandmarkSettings(search=SearchSettings(reach=0.25, turn=0.1))
+    assert isinstance(LandmarkLocalizer(places, reach).locate(*images), LandmarkFix)
 
 
 def test_places_must_have_names_of_their_own(places):
