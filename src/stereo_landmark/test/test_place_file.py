@@ -80,6 +80,13 @@ def test_a_damaged_place_is_replaced_only_on_purpose(tmp_path, saved, damage):
     assert is_same(load_place(saved), random_place(3))
 
 
+def test_a_setting_of_older_files_that_had_no_effect_is_no_fault(saved):
+    content = yaml.safe_load(saved.read_text())
+    content['image_processing']['edges']['neighbour_distance'] = 6.0
+    saved.write_text(yaml.safe_dump(content))
+    assert is_same(load_place(saved), random_place(1))
+
+
 def test_a_foreign_file_is_never_written_over(tmp_path):
     path = place_path(tmp_path, 'hall')
     path.write_text('hall: opening hours')
