@@ -87,6 +87,20 @@ def test_hidden_and_wrong_points_are_left_out():
     assert len(fix.names) == 9
 
 
+@pytest.mark.parametrize(('rows', 'where'), [(0.8, 'lower'), (-0.8, 'higher')])
+def test_a_pair_that_is_off_by_rows_is_told_to_be_calibrated(rows, where):
+    rng = np.random.default_rng(5)
+    points, state = panel(), random_state(rng)
+    seen = view(points, state, 0.02, rng)
+    seen.pixels[:, 3] += rows
+    answer = PlaceLocator(RIG).locate(seen, teach(points))
+    assert isinstance(answer, NoPlaceFix)
+    assert answer.reason is NoPlaceFixReason.ROWS_APART
+    assert f'0.8 px {where}' in answer.detail.replace('0.79', '0.8').replace('0.81', '0.8').replace(
+        '0.80', '0.8'
+    )
+
+
 def test_unknown_points_do_not_count():
     points = panel()
     seen, taught = view(points, np.zeros(6)), teach(points)

@@ -70,8 +70,12 @@ class PlaceLocator:
             return self._too_few(len(seen))
         in_rows = rows_agree(seen, self._settings.pixel_sigma)
         if in_rows.sum() < self._settings.points_min:
-            detail = f'{int(in_rows.sum())} of {len(seen)} points are in the same row of both images'
-            return NoPlaceFix(NoPlaceFixReason.INCONSISTENT, detail)
+            apart = float(np.median(seen.pixels[:, 3] - seen.pixels[:, 1]))
+            detail = (
+                f'{int(in_rows.sum())} of {len(seen)} points are in the same row of both images; '
+                f'in the right one they are {abs(apart):.2f} px {"lower" if apart > 0.0 else "higher"} (median)'
+            )
+            return NoPlaceFix(NoPlaceFixReason.ROWS_APART, detail)
         agreeing = self._agreeing(seen.subset(in_rows), taught, tilt)
         if isinstance(agreeing, NoPlaceFix):
             return agreeing

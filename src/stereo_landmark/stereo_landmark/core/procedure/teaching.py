@@ -88,8 +88,10 @@ class Teacher:
             )
         points = stereo_points([('it', *measured)])
         if not rows_agree(points, self._pixel_sigma).all():
+            apart = float(np.median(np.abs(points.pixels[:, 3] - points.pixels[:, 1])))
             raise StereoLandmarkError(
-                'the images show it in different rows, so that it is not one thing; choose another primitive'
+                f'the images show it in different rows, {apart:.2f} px apart, so that it is not one thing; choose '
+                'another primitive, or calibrate the cameras again as a pair if the others are apart too'
             )
         return measured
 
