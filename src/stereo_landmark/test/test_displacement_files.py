@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from located_pairs import COVARIANCE, HERE, with_fix, without_fix
 
+from stereo_landmark.commands import locate
 from stereo_landmark.files import displacement_files
 from stereo_landmark.files.displacement_files import save_displacements
 from stereo_landmark.located_frame import LocatedFrame
@@ -49,6 +50,18 @@ def test_what_was_there_is_there_until_the_new_files_are(tmp_path, monkeypatch):
     with pytest.raises(OSError, match='No space'):
         save_displacements(tmp_path, [frame(with_fix(in_map=False))])
     assert (tmp_path / 'poses.tum').exists()
+
+
+def test_a_full_disk_is_told_with_the_folder(tmp_path, monkeypatch, capsys):
+    def disk_full(*_):
+        raise OSError(28, 'No space left on device')
+
+    monkeypatch.setattr(locate, 'locate', lambda _: [frame(with_fix())])
+    monkeypatch.setattr(locate, 'save_displacements', disk_full)
+    assert locate.main(['--places', 'places', '--bag', 'bag', '--out', str(tmp_path)]) == 1
+    assert (
+        capsys.readouterr().err == f'locate: {tmp_path}: No space left on device; choose a writable place\n'
+    )
 
 
 @pytest.mark.parametrize('text', ['', 'a,b\n1,2\n', '\x00\n"', 'image,stamp\n'])

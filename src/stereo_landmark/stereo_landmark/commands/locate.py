@@ -48,7 +48,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'locate: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:
-        print(f'locate: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        print(
+            f'locate: {fault.filename or options.out}: {fault.strerror}; choose a writable place',
+            file=sys.stderr,
+        )
         return 1
     places = Counter(frame.fix.place.name for frame in frames if frame.fix is not None)
     print(f'{places.total()} of {len(frames)} pairs have a displacement; see {", ".join(map(str, files))}')

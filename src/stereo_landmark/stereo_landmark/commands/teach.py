@@ -42,17 +42,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'teach: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:
-        print(f'teach: {_in_words(fault)}', file=sys.stderr)
+        print(f'teach: {_in_words(fault, options)}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return 0
     return 0
 
 
-def _in_words(fault: OSError) -> str:
-    if fault.filename is None:
+def _in_words(fault: OSError, options: argparse.Namespace) -> str:
+    if fault.filename is None and options.batch is None:
         return f'{fault.strerror}; choose another --host or --port'
-    return f'{fault.filename}: {fault.strerror}; choose a writable place'
+    # A disk that is full does not say which file it cannot hold.
+    return f'{fault.filename or options.places}: {fault.strerror}; choose a writable place'
 
 
 def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:

@@ -84,7 +84,7 @@ class PageAnswers:
         except (StereoLandmarkError, CameraFileError) as fault:
             return {'error': str(fault)}
         except OSError as fault:
-            return {'error': f'{fault.filename}: {fault.strerror}; choose a writable place'}
+            return {'error': f'{fault.filename or "the place"}: {fault.strerror}; choose a writable place'}
         return {'error': f'request: there is nothing called {name!r} to do; reload the page'}
 
     def _edit(self, name: str, request: Request) -> None:
