@@ -13,6 +13,7 @@ from random_places import is_same
 from stereo_calibrations import rectified_calibration, write_calibration
 from taught_wall import CALIBRATIONS, HERE, METERS, RAW, RIG, T_MAP_PLACE, TAUGHT, WALL, raw_image, seen
 
+from stereo_landmark.commands import teach as teach_command
 from stereo_landmark.commands.locate import main as locate
 from stereo_landmark.commands.teach import main
 from stereo_landmark.core.procedure.primitive import Kind
@@ -108,6 +109,16 @@ def test_a_place_is_replaced_only_on_purpose_and_by_one_that_is_found(lesson, ca
     lesson.primitives.extend({'kind': 'ellipse', 'near': centre} for centre in CENTRES[1:3])
     assert lesson.run('--replace') == 0
     assert len(load_place(file).targets[0].primitives) == 3
+
+
+def test_a_full_disk_is_told_with_the_folder(lesson, monkeypatch, capsys):
+    def disk_full(*_, **__):
+        raise OSError(28, 'No space left on device')
+
+    monkeypatch.setattr(teach_command, 'save_place', disk_full)
+    assert (
+        lesson.refusal(capsys) == f'teach: {lesson.places}: No space left on device; choose a writable place'
+    )
 
 
 def test_a_damaged_place_is_taught_again(lesson):
@@ -240,6 +251,7 @@ WRONG = {
         'image_processing', {'edges': {'treshold': 1.0}}
     ),
     'camera_xyz is [0.0], it must have at least 3 entries': replaced('camera_xyz', [0.0]),
+    'camera_xyz[2] is 1000000.0, it must be at most 10': replaced('camera_xyz', [0.0, 0.0, 1e6]),
     'target meters: give each primitive either near or region': choice(kind='corner'),
     'target meters: order goes with region only': choice(kind='corner', near=[1, 1], order='left_to_right'),
     'no ellipse near 0, 0, the nearest is': choice(kind='ellipse', near=[0, 0]),
@@ -271,5 +283,5 @@ def test_a_bag_without_pairs_is_one_line(lesson, tmp_path, capsys):
 def test_an_earlier_place_survives_a_lesson_that_fails(lesson):
     first = lesson.place()
     lesson.primitives.append({'kind': 'ellipse', 'near': [0, 0]})
-    assert lesson.run() == 1
+    assert lesson.run('--replace') == 1
     assert is_same(load_place(lesson.places / 'wall.yaml'), first)
