@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections import deque
 
-_KEPT = 200
+_KEPT = 2000
+"""Ten seconds of a fast imu: images wait longer than readings."""
 _STALE = 0.1
 """A robot sways; a tilt that is older than this beside an image says nothing about it [s]."""
 

@@ -68,16 +68,20 @@ def run_node(
                 return _refuse(name, error)
         except KeyboardInterrupt:
             pass
+        except Exception:
+            # Compiled code turns the interrupt of a start into an error of its own.
+            if not signals.received:
+                raise
         finally:
             rclpy.try_shutdown()
     return 0
 
 
 class _EndSignals:
-    """Turns the first signal into a KeyboardInterrupt, which ends long work at once, and notes the others.
+    """Turns a signal during the start into a KeyboardInterrupt, which ends long work at once, and notes all others.
 
-    Once the node ends, signals only count: a second Ctrl-C must not strike in the middle of the ending and spoil the
-    exit code.
+    Once the node works, signals only count: they end the loop after the callback that runs. An interrupt within it
+    could strike in compiled code, which cannot bear it; and a second Ctrl-C must not spoil the ending.
     """
 
     def __init__(self) -> None:
@@ -123,6 +127,7 @@ def _woken_by_signals(executor: SingleThreadedExecutor) -> Iterator[None]:
 
 
 def _spin(node: Node, signals: _EndSignals) -> None:
+    signals.may_interrupt = False
     try:
         executor = SingleThreadedExecutor()
         executor.add_node(node)
@@ -138,7 +143,6 @@ def _spin(node: Node, signals: _EndSignals) -> None:
         if not signals.received:
             raise  # else a signal struck while rclpy took a message, which turns the interrupt into this
     finally:
-        signals.may_interrupt = False
         try:
             if isinstance(node, StoppableNode) and rclpy.ok():
                 node.stop()

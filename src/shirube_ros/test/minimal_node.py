@@ -38,14 +38,35 @@ class MinimalNode(Node):
             sys.stdout.write('alive\n')
             sys.stdout.flush()
             time.sleep(60.0)
+        if settings.fault == 'compiling':
+            self._compile()
         self._fault = settings.fault
         self.create_timer(0.05, self._live)
+
+    def _compile(self) -> None:
+        """Stand for a compiler at start, which is interrupted, but by its own error."""
+        sys.stdout.write('alive\n')
+        sys.stdout.flush()
+        try:
+            time.sleep(60.0)
+        except KeyboardInterrupt as interrupt:
+            raise SystemError('a compiled call returned a result with an exception set') from interrupt
 
     def _live(self) -> None:
         sys.stdout.write('alive\n')
         sys.stdout.flush()
         if self._fault == 'later':
             raise ZeroDivisionError('a mistake')
+        if self._fault == 'busy':
+            self._work()
+
+    def _work(self) -> None:
+        """Stand for compiled code: an interrupt makes an error of its own of it."""
+        try:
+            time.sleep(0.5)
+        except KeyboardInterrupt as interrupt:
+            raise SystemError('a compiled call returned a result with an exception set') from interrupt
+        sys.stdout.write('worked to the end\n')
 
     def stop(self) -> None:
         sys.stdout.write('stopped while publishers work\n' if self.context.ok() else 'stopped too late\n')

@@ -35,7 +35,9 @@ def start(environment: dict[str, str], *arguments: str) -> subprocess.Popen[str]
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize('times', [1, 2])
-@pytest.mark.parametrize('fault', [[], ['--ros-args', '-p', 'fault:=slow']])
+@pytest.mark.parametrize(
+    'fault', [[], ['--ros-args', '-p', 'fault:=slow'], ['--ros-args', '-p', 'fault:=compiling']]
+)
 def test_a_signal_ends_the_node_cleanly_also_while_it_starts(
     environment: dict[str, str], number: int, times: int, fault: list[str]
 ) -> None:
@@ -62,6 +64,20 @@ def test_a_node_may_say_its_last_words_while_publishers_work(
     assert program.returncode == 0, errors
     assert words.splitlines()[-1] == 'stopped while publishers work'
     assert words.count('stopped') == 1
+
+
+@pytest.mark.parametrize('times', [1, 2])
+def test_what_a_node_works_on_comes_to_its_end(environment: dict[str, str], times: int) -> None:
+    program = start(environment, '--ros-args', '-p', 'fault:=busy')
+    assert program.stdout is not None
+    assert program.stdout.readline() == 'alive\n'
+    for _ in range(times):
+        os.killpg(program.pid, signal.SIGINT)
+        time.sleep(0.1)
+    words, errors = program.communicate(timeout=20)
+    assert program.returncode == 0, errors
+    assert 'Traceback' not in errors
+    assert words.splitlines()[-2:] == ['worked to the end', 'stopped while publishers work']
 
 
 def test_a_fault_that_ends_the_node_leaves_it_its_last_words(environment: dict[str, str]) -> None:

@@ -8,23 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_bags.bag_reader import BagReader
-from shirube_geometry import TiltTrail
-from shirube_recordings.recording import RecordedImage, RecordedTilt
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.pair_check import pair_fault
-from stereo_landmark.core.pair.pair_stream import Side
 from stereo_landmark.core.pair.rectification import Rectifier
-from stereo_landmark.core.pair.stamp_pairing import StampPairing
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.calibration_file import load_camera_calibration
 from stereo_landmark.files.grey_image import grey, load_grey_image
 from stereo_landmark.files.lesson_file import BagMoment, CalibratedFiles, Lesson
 from stereo_landmark.files.taught_images import TaughtImages
-from stereo_landmark.pair_recording import choose_topics, pair_recording
-
-_QUEUE = 10
-"""Images of a camera that wait for their partner."""
+from stereo_landmark.pair_recording import choose_topics
+from stereo_landmark.recorded_pairs import recorded_pairs
 
 SeenBy = tuple[NDArray[np.uint8], CameraCalibration]
 """An image, shape (h, w), and the calibration of its camera."""
@@ -83,26 +77,13 @@ def _from_files(source: CalibratedFiles) -> tuple[SeenBy, SeenBy]:
 
 def _from_bag(moment: BagMoment, *, is_raw: bool) -> tuple[SeenBy, SeenBy, tuple[float, float] | None]:
     """Return the first pair from the stamp on, and the tilt that the imu told near it."""
-    waiting: StampPairing[RecordedImage[CameraCalibration]] = StampPairing(
-        round(moment.sync_tolerance * 1e9), _QUEUE
-    )
-    tilts = TiltTrail()
-    begin = -np.inf if moment.stamp is None else round(moment.stamp * 1e9)
+    begin = None if moment.stamp is None else round(moment.stamp * 1e9)
     with BagReader(moment.path) as bag:
         topics = choose_topics(bag, moment.topics, is_raw=is_raw)
-        for message in pair_recording(bag, topics).messages():
-            if isinstance(message, RecordedTilt):
-                tilts.add(message.stamp_ns * 1e-9, *message.tilt)
-            elif isinstance(message, RecordedImage) and message.stamp_ns >= begin:
-                pair = waiting.add(Side(message.camera), message.stamp_ns, message)
-                if pair is not None:
-                    left, right = pair
-                    tilt = tilts.tilt_at(left.stamp_ns * 1e-9)
-                    return (
-                        (grey(left.pixels), left.calibration),
-                        (grey(right.pixels), right.calibration),
-                        tilt,
-                    )
+        pair = next(recorded_pairs(bag, topics, moment.sync_tolerance, begin), None)
+    if pair is not None:
+        left, right = pair.left, pair.right
+        return (grey(left.pixels), left.calibration), (grey(right.pixels), right.calibration), pair.tilt
     when = '' if moment.stamp is None else f' at or after {moment.stamp:.9g} s'
     raise StereoLandmarkError(
         f'{moment.path}: has no pair of usable images with one stamp{when}; '

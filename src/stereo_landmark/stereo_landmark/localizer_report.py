@@ -50,10 +50,15 @@ class LocalizerReport:
             return Status(Level.WARN, 'no pair yet; check images and camera_info of left and right', values)
         answer = self._latest.answer
         values |= {'time for the latest pair [ms]': f'{1e3 * self._duration:.1f}'}
+        if self._latest.lacks_tilt:
+            values |= {'tilt': 'taken for level'}
         if self._now() - self._latest_at > _LONGEST_SILENCE:
             return Status(Level.WARN, 'pairs have stopped; check the cameras', values)
         if not isinstance(answer, LandmarkFix):
             return Status(Level.WARN, f'no fix: {answer.reason}', values | {'detail': answer.detail})
+        if self._latest.lacks_tilt:
+            why = 'taken for level: no reading of the imu is near the images; check both stamps'
+            return Status(Level.WARN, f'at {answer.place.name}, {why}', values | _fix_values(answer))
         return Status(Level.OK, f'at {answer.place.name}', values | _fix_values(answer))
 
 

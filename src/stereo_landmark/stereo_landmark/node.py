@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -28,6 +28,7 @@ from shirube_ros.safe_main import run_node
 from shirube_ros.stamp_order import StampOrder
 from shirube_ros.tilt_conversion import tilt_of_imu
 from shirube_ros.trigger_service import offer_trigger
+from shirube_ros.waiting_messages import take_waiting
 from shirube_settings import SettingsError
 from stereo_landmark.calibration_message import calibration_from_camera_info
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
@@ -35,6 +36,7 @@ from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.pair.pair_localizer import LocatedPair
 from stereo_landmark.core.pair.pair_stream import PairStream, Side
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.debug_picture import debug_picture
 from stereo_landmark.displacement_message import displacement_message
@@ -98,6 +100,7 @@ class StereoLandmarkNode(Node):
             raise SettingsError('places_dir is not set; give the folder of the taught places')
         folder = Path(self._settings.places_dir)
         places = load_places(folder)
+        _check_frames(places, self._settings)
         for line in rehearse(folder, places, method):
             self.get_logger().warning(line)
         self._new_stream = partial(create_stream, places, self._settings.mount, self._settings, method)
@@ -132,7 +135,7 @@ class StereoLandmarkNode(Node):
                 calibration_from_camera_info,
                 partial(self._take_image, side),
             )
-        self.create_subscription(
+        self._imu = self.create_subscription(
             Imu,
             'imu',
             self._guard.guard('imu', self._take_imu),
@@ -147,6 +150,8 @@ class StereoLandmarkNode(Node):
         stamp_ns = header.stamp.sec * _NANOSECONDS + header.stamp.nanosec
         if side is Side.LEFT:
             self._left_frame = header.frame_id
+        # The tilt of this moment may wait behind older readings.
+        take_waiting(self._imu)
         started = perf_counter()
         located = self._stream.add_image(side, stamp_ns, grey(pixels), calibration)
         if located is None:
@@ -157,7 +162,9 @@ class StereoLandmarkNode(Node):
 
     def _take_imu(self, message: Imu) -> None:
         roll, pitch = tilt_of_imu(message, 'imu')
-        self._stream.add_tilt(self._stamps.check(message.header, 'imu'), roll, pitch)
+        stamp = self._stamps.check(message.header, 'imu')
+        # Only now, for after a jump back in time there is another stream.
+        self._stream.add_tilt(stamp, roll, pitch)
 
     def _publish(self, located: LocatedPair) -> None:
         """Publish what a pair told, with the stamp of its left image."""
@@ -184,13 +191,13 @@ class StereoLandmarkNode(Node):
         at = answer.place.name if isinstance(answer, LandmarkFix) else None
         if at == self._was_at:
             return
-        self._was_at = at
         if isinstance(answer, LandmarkFix):
             pose = answer.displacement.T_place_base
             line = f'at {at}: x {pose.x:.3f} m, y {pose.y:.3f} m, yaw {pose.yaw:.3f} rad'
         else:
             line = f'at no place: {answer.reason} ({answer.detail})'
-        self.get_logger().info(line, throttle_duration_sec=_TELL_INTERVAL)
+        if self.get_logger().info(line, throttle_duration_sec=_TELL_INTERVAL):
+            self._was_at = at
 
     def _relocalize(self) -> str:
         self._stream.forget()
@@ -199,6 +206,15 @@ class StereoLandmarkNode(Node):
     def _start_again(self) -> None:
         self.get_logger().warning('time jumped back: images that wait and the place of late are forgotten')
         self._stream = self._new_stream()
+
+
+def _check_frames(places: Sequence[TaughtPlace], settings: NodeSettings) -> None:
+    """Refuse places that are called like another frame, for each is a frame of ``~/displacement``."""
+    for field, frame in (('map_frame', settings.map_frame), ('base_frame', settings.base_frame)):
+        if frame in [place.name for place in places]:
+            raise StereoLandmarkError(
+                f'a place is called {frame}, as {field} is; teach it under another name, or set {field}'
+            )
 
 
 def main() -> int:

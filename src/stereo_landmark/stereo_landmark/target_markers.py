@@ -8,6 +8,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from stereo_landmark.core.pair.pair_localizer import LocatedPair
 from stereo_landmark.core.place.place_locator import PlaceLocator
+from stereo_landmark.core.place.stereo_points import measurable
 from stereo_landmark.core.procedure.sighting import TargetSighting
 
 _POINTS = ColorRGBA(r=0.1, g=0.8, b=0.2, a=1.0)
@@ -26,9 +27,13 @@ def target_markers(located: LocatedPair, header: Header) -> MarkerArray:
     markers = [Marker(header=header, action=Marker.DELETEALL)]
     locator = PlaceLocator(located.rig)
     for number, sighting in enumerate(located.answer.sightings):
-        if not isinstance(sighting, TargetSighting) or not len(sighting.points):
+        if not isinstance(sighting, TargetSighting):
             continue
-        positions = locator.spatial_points(sighting.points, located.tilt).positions
+        seen = sighting.points.subset(measurable(sighting.points, located.rig))
+        if not len(seen):
+            continue
+        # The base frame leans as the robot does, so that its tilt is not taken out.
+        positions = locator.spatial_points(seen).positions
         points = _marker(header, 'points', number, Marker.SPHERE_LIST, _POINTS, _DIAMETER)
         points.points = [Point(x=x, y=y, z=z) for x, y, z in positions.tolist()]
         name = _marker(header, 'names', number, Marker.TEXT_VIEW_FACING, _NAMES, _TEXT_HEIGHT)

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from scene_simulator.scene_messages import camera_info, compressed_image
+from scene_simulator.scene_messages import camera_info, compressed_image, imu
+from scene_simulator.tilt_sensor import TiltReading
 from shirube_bags.bag_writer import BagWriter
 
 IMAGE, INFO = 'sensor_msgs/msg/CompressedImage', 'sensor_msgs/msg/CameraInfo'
@@ -16,7 +17,7 @@ def info_message(calibration, stamp_ns):
     return replace(message, r=np.array(calibration.rotation), p=np.array(calibration.projection))
 
 
-def write_pairs(path, entries, calibrations):
+def write_pairs(path, entries, calibrations, tilt=None):
     """Write images and calibrations.
 
     Args:
@@ -24,9 +25,14 @@ def write_pairs(path, entries, calibrations):
         entries: stamp of the left image [ns], stamp of the right one, left image, right image; bytes for an image
             are sent as they are.
         calibrations: of the left and the right camera.
+        tilt: roll and pitch that an imu tells a little before each pair, None without one.
     """
     with BagWriter(path) as bag:
         for entry in entries:
+            if tilt is not None:
+                before_ns = entry[0] - 20_000_000
+                message = imu(TiltReading(before_ns * 1e-9, *tilt), 'base_link', before_ns)
+                bag.write('/imu', 'sensor_msgs/msg/Imu', message, before_ns)
             for side, stamp_ns, image, calibration in zip(('left', 'right'), entry, entry[2:], calibrations):
                 bag.write(f'/{side}/camera_info', INFO, info_message(calibration, stamp_ns), stamp_ns)
                 message = compressed_image(image, 'camera', stamp_ns, 100)

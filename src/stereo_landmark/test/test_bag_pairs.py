@@ -46,6 +46,17 @@ def test_raw_images_are_rectified(tmp_path):
     assert np.abs(pair.left[inside].astype(float) - seen(TAUGHT)[0][inside]).mean() < 4.0
 
 
+def test_cameras_that_do_not_start_together_and_pause_have_pairs(tmp_path):
+    """The right camera begins three seconds late, and later rests for two."""
+    left, right = seen(TAUGHT)
+    tenths = [SECOND + k * SECOND // 10 for k in range(80)]
+    silent = {*range(30), *range(40, 60)}
+    entries = [(t, t if k not in silent else t + SECOND // 20, left, right) for k, t in enumerate(tenths)]
+    write_pairs(tmp_path / 'bag', entries, CALIBRATIONS)
+    labels = offered(tmp_path / 'bag').labels
+    assert (labels[0], labels[-1]) == ('0.0 s', '4.8 s')
+
+
 def test_swapped_cameras_and_stamps_apart_are_told(tmp_path):
     left, right = seen(TAUGHT)
     write_pairs(tmp_path / 'swapped', [(SECOND, SECOND, right, left)], CALIBRATIONS)
@@ -55,3 +66,14 @@ def test_swapped_cameras_and_stamps_apart_are_told(tmp_path):
     with pytest.raises(StereoLandmarkError, match='no stamps in common; give --approximate-sync'):
         offered(tmp_path / 'apart')
     assert len(offered(tmp_path / 'apart', '--approximate-sync', '0.01').labels) == 1
+
+
+def test_each_pair_has_the_tilt_of_its_moment(tmp_path):
+    """Of a long drive too, of which the imu tells more than is remembered at once."""
+    entries = [(t * SECOND, t * SECOND, *seen(TAUGHT)) for t in (1, 2, 3)]
+    write_pairs(tmp_path / 'bag', entries, CALIBRATIONS, (0.03, -0.02))
+    pairs = offered(tmp_path / 'bag', '--tilt', '0.5', '0.5')
+    for number in range(3):
+        assert pairs.images(number).tilt == pytest.approx((0.03, -0.02))
+    write_pairs(tmp_path / 'without', entries, CALIBRATIONS)
+    assert offered(tmp_path / 'without', '--tilt', '0.01', '0.02').images(0).tilt == (0.01, 0.02)

@@ -5,10 +5,12 @@ import pytest
 from drawn_wall import Disc, Plate, Wall, look, view_of
 
 from shirube_geometry import PlanarPose
+from stereo_landmark.core import landmark_localizer
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
 from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.settings import SearchSettings
 from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -56,12 +58,55 @@ def test_another_place_is_tried_when_the_robot_is_not_where_it_should_be(places,
     assert answer.detail.startswith('place signs: target: ')
 
 
+def test_a_target_that_is_found_but_gives_no_points_is_too_few(places, images):
+    """A place of before this was refused may have none, and in a view none may be measured."""
+    (target,) = places[0].targets
+    place = replace(places[0], targets=(replace(target, points=()),))
+    answer = LandmarkLocalizer([place]).locate(*images)
+    assert isinstance(answer, NoLandmarkFix)
+    assert answer.reason == 'too few points'
+
+
 def test_two_places_that_look_alike_are_ambiguous(places, images):
     twin = replace(places[0], name='twin')
     answer = LandmarkLocalizer([places[0], twin]).locate(*images)
     assert isinstance(answer, NoLandmarkFix)
     assert answer.reason == 'it may be in several places'
     assert isinstance(LandmarkLocalizer([places[0], twin]).locate(*images, likely=['twin']), LandmarkFix)
+
+
+def test_why_there_is_no_fix_is_told_of_the_place_that_was_nearest_to_one(places, images):
+    """The signs come first, but of the panels all is found; only their points are too few."""
+    (target,) = places[0].targets
+    panels = replace(places[0], targets=(replace(target, points=target.points[:1]),))
+    for taught in ([places[1], panels], [panels, places[1]]):
+        answer = LandmarkLocalizer(taught).locate(*images)
+        assert isinstance(answer, NoLandmarkFix)
+        assert answer.detail.startswith('place panels: ')
+
+
+def test_images_are_looked_at_once_for_places_of_one_image_processing(places, images, monkeypatch):
+    looked_at = []
+
+    def counted(image, *args):
+        looked_at.append(image)
+        return detect_scene(image, *args)
+
+    monkeypatch.setattr(landmark_localizer, 'detect_scene', counted)
+    halls = [replace(places[1], name=f'hall {number}') for number in range(3)]
+    assert isinstance(LandmarkLocalizer(halls).locate(*images, likely=['hall 1']), NoLandmarkFix)
+    assert len(looked_at) == 2
+    other = replace(ImageProcessing().edges, threshold=7.0)
+    halls.append(replace(places[1], name='other', processing=replace(ImageProcessing(), edges=other)))
+    LandmarkLocalizer(halls).locate(*images)
+    assert len(looked_at) == 6
+
+
+def test_a_robot_farther_away_than_it_may_be_is_not_found(places, images):
+    near = LandmarkSettings(search=SearchSettings(reach=0.05, turn=0.02))
+    assert isinstance(LandmarkLocalizer(places, near).locate(*images), NoLandmarkFix)
+    reach = LandmarkSettings(search=SearchSettings(reach=0.25, turn=0.1))
+    assert isinstance(LandmarkLocalizer(places, reach).locate(*images), LandmarkFix)
 
 
 def test_places_must_have_names_of_their_own(places):

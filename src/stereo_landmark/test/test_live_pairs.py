@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from argparse import Namespace
+from dataclasses import replace
 from threading import Event, Thread
 from typing import Any, Self
 
@@ -14,9 +15,10 @@ import rclpy
 from geometry_msgs.msg import Quaternion
 from place_scenes import MOUNT
 from rclpy.node import Node
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Header
-from taught_wall import CALIBRATIONS, HERE, RIG, TAUGHT, seen
+from taught_wall import CALIBRATIONS, HERE, RAW, RIG, TAUGHT, raw_image, seen
 
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.isolated_graph import IsolatedGraph
@@ -26,6 +28,7 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.page.live_pairs import CameraListener, LivePairs, live_pairs
 
 SIDES = ('left', 'right')
+TILT = (0.03, -0.02)
 
 
 class Cameras:
@@ -36,8 +39,10 @@ class Cameras:
         self.listener = graph.add(lambda **options: Node('listener', **options))
         self.state = state
         self._graph, self._end, self._stamp = graph, Event(), 0
-        self.roll = 0.0
+        self.tilt = TILT
         self._imu = self.node.create_publisher(Imu, 'imu', 5)
+        self.calibrations = CALIBRATIONS
+        self.raw: Any = None
         self._images = [self.node.create_publisher(Image, f'{side}/image_rect', 5) for side in SIDES]
         self._infos = [self.node.create_publisher(CameraInfo, f'{side}/camera_info', 5) for side in SIDES]
         self._thread = Thread(target=self._work)
@@ -57,7 +62,9 @@ class Cameras:
 
     def _work(self) -> None:
         while not self._end.is_set():
-            if self.state is not None:
+            if self.raw is not None:
+                self._publish(self.raw)
+            elif self.state is not None:
                 self._publish(seen(self.state))
             self._graph.spin_until(self._end.is_set, 0.05)
 
@@ -65,14 +72,16 @@ class Cameras:
         self._stamp += 1
         header = Header(frame_id='camera')
         header.stamp.sec = self._stamp
-        self._imu.publish(imu_of(self.roll, header))
+        self._imu.publish(imu_of(self.tilt, header))
+        self._graph.spin_until(self._end.is_set, 0.02)
         for number, image in enumerate(images):
-            self._infos[number].publish(info_of(CALIBRATIONS[number], header))
+            self._infos[number].publish(info_of(self.calibrations[number], header))
             self._images[number].publish(image_from_array(image, header))
 
 
-def imu_of(roll: float, header: Header) -> Imu:
-    return Imu(header=header, orientation=Quaternion(x=math.sin(0.5 * roll), w=math.cos(0.5 * roll)))
+def imu_of(tilt: tuple[float, float], header: Header) -> Imu:
+    x, y, z, w = Rotation.from_euler('xyz', (*tilt, 0.0)).as_quat().tolist()
+    return Imu(header=header, orientation=Quaternion(x=x, y=y, z=z, w=w))
 
 
 def info_of(calibration: CameraCalibration, header: Header) -> CameraInfo:
@@ -95,22 +104,43 @@ def test_each_picture_is_what_the_cameras_see_now(graph: IsolatedGraph) -> None:
         assert numbers == [1, 2]
         assert np.array_equal(pairs.images(2).right, seen(HERE)[1])
         assert len(pairs.labels) == 3
-        assert pairs.images(0).tilt == (0.0, 0.0)
+        assert pairs.images(2).tilt == pytest.approx(TILT)
         assert math.isclose(pairs.rig.baseline, 0.2)
 
 
 def test_pictures_have_the_tilt_of_their_moment_and_go_on_when_time_jumps_back(graph: IsolatedGraph) -> None:
     with Cameras(graph) as cameras:
         pairs = LivePairs(cameras.heard, MOUNT, rectify=False)
-        cameras.roll = 0.02
+        cameras.tilt = (0.02, 0.0)
         pairs.take()
         number = pairs.take()
         assert pairs.images(number).tilt == pytest.approx((0.02, 0.0), abs=1e-9)
         cameras.restart()
-        cameras.roll = -0.01
+        cameras.tilt = (-0.01, 0.0)
         pairs.take()
         number = pairs.take()
         assert pairs.images(number).tilt == pytest.approx((-0.01, 0.0), abs=1e-9)
+
+
+def test_cameras_that_were_calibrated_anew_are_told(graph: IsolatedGraph) -> None:
+    with Cameras(graph) as cameras:
+        pairs = LivePairs(cameras.heard, MOUNT, rectify=False)
+        shifted = replace(CALIBRATIONS[0], raw=replace(CALIBRATIONS[0].raw, cx=190.0))
+        cameras.calibrations = (shifted, CALIBRATIONS[1])
+        with pytest.raises(StereoLandmarkError, match='calibrated anew; start teach again'):
+            # One pair may still be on its way.
+            _ = [pairs.take() for _ in range(2)]
+
+
+def test_raw_live_images_are_rectified(graph: IsolatedGraph, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr('stereo_landmark.page.live_pairs.FIRST_WAIT', 60.0)
+    raw = [raw_image(image, calibration) for image, calibration in zip(seen(TAUGHT), RAW, strict=True)]
+    with Cameras(graph, None) as cameras:
+        cameras.calibrations = RAW
+        cameras.raw = raw
+        pair = LivePairs(cameras.heard, MOUNT, rectify=True).images(0)
+    inside = np.s_[30:-30, 40:-40]
+    assert np.abs(pair.left[inside].astype(float) - seen(TAUGHT)[0][inside]).mean() < 4.0
 
 
 def test_silent_cameras_are_told(graph: IsolatedGraph, monkeypatch: pytest.MonkeyPatch) -> None:

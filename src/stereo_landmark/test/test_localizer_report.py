@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 from located_pairs import with_fix, without_fix
 
 from shirube_ros.diagnostics import Level
@@ -30,6 +32,14 @@ def test_a_pair_without_a_fix_is_told_with_its_reason():
     assert status.values['pairs at wall'] == '1'
     assert status.values['pairs without: nothing looks like it'] == '1'
     assert status.values['detail'] == 'place wall: meters'
+
+
+def test_an_imu_that_tells_nothing_of_the_moment_is_told():
+    report = LocalizerReport('places', Clock())
+    report.add(replace(with_fix(), lacks_tilt=True), 0.05)
+    assert (report.status().level, report.status().message[:24]) == (Level.WARN, 'at wall, taken for level')
+    report.add(replace(without_fix(), lacks_tilt=True), 0.05)
+    assert report.status().values['tilt'] == 'taken for level'
 
 
 def test_a_fix_tells_its_numbers():

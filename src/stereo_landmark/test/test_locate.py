@@ -98,6 +98,21 @@ def test_a_truncated_image_is_refused(files, capsys):
     assert 'right.png: is truncated' in refusal(capsys, *files.options())
 
 
+def test_one_bad_pair_is_a_line_of_the_table_and_the_others_are_located(once, tmp_path):
+    folders = {side: tmp_path / side for side in ('left', 'right')}
+    for side, folder in folders.items():
+        folder.mkdir()
+        data = once.images[side].read_bytes()
+        for number in range(9):
+            is_bad = side == 'right' and 0 < number < 8
+            (folder / f'{number}.png').write_bytes(data[: len(data) // 2] if is_bad else data)
+    where = [word for side, folder in folders.items() for word in (f'--{side}', str(folder))]
+    assert main(once.options(*where, '--out', str(tmp_path / 'out'))) == 0
+    rows = list(csv.DictReader((tmp_path / 'out/poses.csv').open()))
+    assert [row['place'] for row in rows] == ['wall', *[''] * 7, 'wall']
+    assert all('right/1.png: is truncated' in row['reason'] for row in rows[1:2])
+
+
 def test_an_image_of_another_size_is_refused(files, capsys):
     cv2.imwrite(str(files.images['left']), np.zeros((480, 640), np.uint8))
     cv2.imwrite(str(files.images['right']), np.zeros((480, 640), np.uint8))
@@ -115,6 +130,8 @@ def test_a_place_file_against_the_schema_is_refused(files, capsys):
     ('options', 'words'),
     [
         (('--rate', '0'), '--rate must be above 0'),
+        (('--rate', 'nan'), '--rate must be above 0'),
+        (('--rate', '1e-300'), '--rate must be above 0'),
         (('--method', 'guess'), "setting place.method is 'guess'"),
         (('--places', '/nowhere'), '/nowhere: is no folder'),
         (('--left', '/nowhere.png'), '/nowhere.png: does not exist'),

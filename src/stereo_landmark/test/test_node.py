@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Quaternion, TransformStamped
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from located_pairs import with_fix, without_fix
-from rclpy.node import Node
+from node_robot import Robot, header, info
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, Imu
-from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 from taught_wall import CALIBRATIONS, HERE, T_MAP_PLACE, TAUGHT, seen, write_files
 from visualization_msgs.msg import Marker, MarkerArray
@@ -23,120 +22,12 @@ from shirube_geometry import PlanarPose
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.isolated_graph import IsolatedGraph
 from shirube_ros.pose_conversion import planar_pose
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.node import StereoLandmarkNode
-
-MOUNT = {'camera_xyz': [0.2, 0.1, 0.6]}
-SIDES = ('left', 'right')
 
 
 @pytest.fixture(scope='module')
 def places(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_files(tmp_path_factory.mktemp('wall')).places
-
-
-class FakeStream:
-    """Remembers its calls and answers what it is told to."""
-
-    def __init__(self) -> None:
-        self.calls: list[tuple[Any, ...]] = []
-        self.answer: Any = None
-
-    def add_image(self, *call: Any) -> Any:
-        self.calls.append(('image', *call))
-        if isinstance(self.answer, Exception):
-            raise self.answer
-        return self.answer
-
-    def add_tilt(self, *call: Any) -> None:
-        self.calls.append(('tilt', *call))
-
-    def forget(self) -> None:
-        self.calls.append(('forget',))
-
-
-class Robot:
-    """The node under test and a robot around it."""
-
-    def __init__(
-        self, graph: IsolatedGraph, places: Path, *, is_real: bool = False, **parameters: Any
-    ) -> None:
-        self._graph = graph
-        self.streams: list[FakeStream] = []
-        given = {'places_dir': str(places), **MOUNT, **parameters}
-        self.node = graph.add(StereoLandmarkNode if is_real else self._with_fakes, **given)
-        self.robot = graph.add(lambda **options: Node('robot', **options))
-        kinds = {f'{side}/{name}': kind for side in SIDES for name, kind in
-                 (('image_rect', Image), ('camera_info', CameraInfo))} | {'imu': Imu}  # fmt: skip
-        self._publishers = {
-            topic: self.robot.create_publisher(kind, topic, 10) for topic, kind in kinds.items()
-        }
-        self.displacements = self.listen(TransformStamped, 'displacement')
-        self.poses = self.listen(PoseStamped, 'pose')
-        self.reports: list[DiagnosticStatus] = []
-        self.robot.create_subscription(
-            DiagnosticArray, '/diagnostics', lambda array: self.reports.extend(array.status), 10
-        )
-        assert graph.spin_until(self._is_connected)
-
-    def _with_fakes(self, **options: Any) -> StereoLandmarkNode:
-        def create_stream(*_: object) -> FakeStream:
-            self.streams.append(FakeStream())
-            return self.streams[-1]
-
-        return StereoLandmarkNode(create_stream, **options)  # type: ignore[arg-type]
-
-    def _is_connected(self) -> bool:
-        heard = all(publisher.get_subscription_count() == 1 for publisher in self._publishers.values())
-        return heard and self.robot.count_publishers('/diagnostics') == 1
-
-    @property
-    def stream(self) -> FakeStream:
-        return self.streams[-1]
-
-    def listen(self, kind: type, name: str) -> list[Any]:
-        received: list[Any] = []
-        subscription = self.robot.create_subscription(kind, f'/stereo_landmark/{name}', received.append, 10)
-        topic = subscription.topic_name
-        assert self._graph.spin_until(lambda: self.node.count_subscribers(topic) == 1)
-        return received
-
-    def send(self, topic: str, message: Any) -> None:
-        guard = self.node._guard
-        before = guard.counts[topic].received
-        self._publishers[topic].publish(message)
-        assert self._graph.spin_until(lambda: guard.counts[topic].received > before)
-
-    def send_pair(self, stamp: float = 10.0, pair: Any = None, later: float = 0.0) -> None:
-        images = seen(TAUGHT) if pair is None else pair
-        for side, image, calibration in zip(SIDES, images, CALIBRATIONS, strict=True):
-            self.send(f'{side}/camera_info', info(calibration))
-            when = stamp + (later if side == 'right' else 0.0)
-            self.send(f'{side}/image_rect', image_from_array(image, header(when, f'{side}_optical_frame')))
-
-    def report(self) -> DiagnosticStatus:
-        before = len(self.reports)
-        assert self._graph.spin_until(lambda: len(self.reports) > before)
-        return self.reports[-1]
-
-    def wait_for(self, messages: list[Any], number: int = 1) -> None:
-        assert self._graph.spin_until(lambda: len(messages) >= number)
-
-
-def header(stamp: float, frame: str) -> Header:
-    return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)), frame_id=frame)
-
-
-def info(calibration: CameraCalibration) -> CameraInfo:
-    raw = calibration.raw
-    return CameraInfo(
-        width=raw.width,
-        height=raw.height,
-        k=raw.matrix.ravel(),
-        r=calibration.rotation,
-        p=calibration.projection,
-    )
 
 
 def test_a_robot_that_came_back_knows_where_it_stands(graph: IsolatedGraph, places: Path) -> None:
@@ -159,6 +50,20 @@ def test_a_robot_that_came_back_knows_where_it_stands(graph: IsolatedGraph, plac
     assert with_covariance[0].header == header(12.5, 'hall')
     robot.wait_for(pictures)
     assert pictures[0].header == header(12.5, 'left_optical_frame')
+
+
+def test_a_robot_that_leans_and_stands_higher_knows_where_it_stands(
+    graph: IsolatedGraph, places: Path
+) -> None:
+    robot = Robot(graph, places, is_real=True)
+    roll, pitch = 0.04, -0.03
+    x, y, z, w = Rotation.from_euler('xyz', (roll, pitch, 0.0)).as_quat().tolist()
+    leaning = Quaternion(x=x, y=y, z=z, w=w)
+    robot.send('imu', Imu(header=header(4.98, 'base_link'), orientation=leaning))
+    robot.send_pair(5.0, seen((0.15, -0.1, 0.05, 0.06, roll, pitch)))
+    robot.wait_for(robot.displacements)
+    moved = robot.displacements[0].transform.translation
+    assert (moved.x, moved.y, moved.z) == pytest.approx((0.15, -0.1, 0.05), abs=0.01)
 
 
 def test_the_covariance_is_turned_into_the_map(graph: IsolatedGraph, places: Path) -> None:
@@ -199,8 +104,9 @@ def test_stamps_that_differ_a_little_pair_when_that_is_asked_for(
 ) -> None:
     robot = Robot(graph, places, is_real=True, approximate_sync=is_approximate)
     robot.send_pair(3.0, later=0.004)
-    robot.wait_for(robot.displacements, pairs)
-    assert len(robot.displacements) == pairs
+    robot.send_pair(4.0)
+    robot.wait_for(robot.displacements, pairs + 1)
+    assert [each.header.stamp.sec for each in robot.displacements] == [3, 4][1 - pairs :]
 
 
 def test_the_node_survives_every_bad_message(graph: IsolatedGraph, places: Path) -> None:
@@ -259,6 +165,47 @@ def test_tilt_and_relocalize_reach_the_stream(graph: IsolatedGraph, places: Path
     assert graph.spin_until(answer.done)
     assert answer.result().success
     assert robot.stream.calls == [('tilt', 3.5, pytest.approx(0.1), pytest.approx(0.0)), ('forget',)]
+
+
+def test_readings_of_the_imu_that_wait_are_heard_before_the_pair(graph: IsolatedGraph, places: Path) -> None:
+    """One reading of each pair's time would come only after many pairs, if it had to wait for its turn."""
+    robot = Robot(graph, places)
+    leaning = Quaternion(x=math.sin(0.05), w=math.cos(0.05))
+    for number in range(50):
+        message = Imu(header=header(3.0 + 0.01 * number, 'base_link'), orientation=leaning)
+        robot._publishers['imu'].publish(message)
+    robot.send_pair(3.49)
+    kinds = [call[0] for call in robot.stream.calls]
+    assert kinds.index('image') >= 45
+
+
+def test_a_reading_after_a_jump_back_reaches_the_new_stream(graph: IsolatedGraph, places: Path) -> None:
+    robot = Robot(graph, places)
+    for stamp in (100.0, 5.0):
+        robot.send('imu', Imu(header=header(stamp, 'base_link'), orientation=Quaternion(w=1.0)))
+    assert [[call[:2] for call in stream.calls] for stream in robot.streams] == [
+        [('tilt', 100.0)],
+        [('tilt', 5.0)],
+    ]
+
+
+def test_found_and_lost_places_are_told_when_the_line_was_printed(
+    graph: IsolatedGraph, places: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = Robot(graph, places)
+    lines: list[str] = []
+    may_print = [True, False, False, True]
+
+    class Logger:
+        def info(self, line: str, **_: Any) -> bool:
+            lines.append(line)
+            return may_print[len(lines) - 1]
+
+    monkeypatch.setattr(robot.node, 'get_logger', Logger)
+    for number, pair in enumerate((with_fix(), with_fix(), without_fix(), without_fix(), without_fix())):
+        robot.stream.answer = pair
+        robot.send_pair(1.0 + number)
+    assert [line[:6] for line in lines] == ['at wal', 'at no ', 'at no ', 'at no ']
 
 
 def test_a_jump_back_in_time_starts_a_new_stream(graph: IsolatedGraph, places: Path) -> None:

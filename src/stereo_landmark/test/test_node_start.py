@@ -8,6 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from random_places import random_images, random_place
+
+from stereo_landmark.files.place_file import save_place
 
 
 @pytest.mark.parametrize(
@@ -16,6 +19,7 @@ import pytest
         ((), 'places_dir is not set'),
         (('places_dir:={folder}/wrong',), 'wrong.yaml: format is not shirube/taught_place'),
         (('place_dir:={folder}',), 'did you mean places_dir?'),
+        (('places_dir:={folder}/right', 'map_frame:=wall'), 'a place is called wall, as map_frame is'),
         (('places_dir:={folder}', 'queue_size:=0'), 'queue_size is 0, allowed is 1 to 1000'),
     ],
 )
@@ -23,6 +27,7 @@ def test_a_bad_start_is_one_line_and_exit_code_1(
     tmp_path: Path, parameters: tuple[str, ...], words: str
 ) -> None:
     (tmp_path / 'wrong').mkdir()
+    save_place(tmp_path / 'right', random_place(1, 'wall'), random_images(1))
     (tmp_path / 'wrong/wrong.yaml').write_text('a: 1')
     given = [parameter.format(folder=tmp_path) for parameter in parameters]
     arguments = ['--ros-args', *(word for parameter in given for word in ('-p', parameter))] if given else []

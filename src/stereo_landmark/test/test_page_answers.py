@@ -88,6 +88,11 @@ def test_sliders_get_edges_at_once_and_are_one_step(answers):
         ({'do': 'save', 'replace': False}, 'target_1 has no primitive'),
         ({'do': 'name_place', 'name': '../../etc/passwd'}, 'is no name for a place'),
         ({'do': 'locate_place', 'pose': [0, 0, True]}, 'pose must be a number'),
+        ({'do': 'locate_place', 'pose': [0, 0, 10**400]}, 'pose must be a number'),
+        ({'do': 'locate_place', 'pose': [1e308, 0, 0]}, 'pose must be a number'),
+        ({'do': 'set', 'name': 'edges.threshold', 'value': -(10**400)}, 'value must be a number'),
+        ({'do': 'edges', 'sides': ['tilt']}, 'sides must be left or right'),
+        ({'do': 'edges', 'sides': ['__class__']}, 'sides must be left or right'),
     ],
 )
 def test_what_is_wrong_is_told_in_a_line_and_changes_nothing(answers, request_, said):

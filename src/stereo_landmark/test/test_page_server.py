@@ -82,13 +82,58 @@ def test_other_pages_are_told_of_a_slider_when_it_rests(talk):
 def test_nonsense_is_answered_and_the_server_goes_on(talk):
     async def conversation(client):
         async with client.ws_connect('/socket') as socket:
-            for nonsense in ('{', '[]', '7', '"x"', '{"do": {}}'):
+            deep = '[' * 200_000
+            for nonsense in ('{', '[]', '7', '"x"', '{"do": {}}', deep, f'{{"id": {"9" * 5000}}}'):
                 await socket.send_str(nonsense)
                 assert 'error' in await socket.receive_json()
             await socket.send_json({'do': 'hello'})
             assert 'greeting' in await socket.receive_json()
 
     talk(conversation)
+
+
+def test_a_fault_of_the_program_ends_no_session(talk, monkeypatch, caplog):
+    def fault(*_):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(PageAnswers, 'answer', fault)
+
+    async def conversation(client):
+        async with client.ws_connect('/socket') as socket:
+            for number in (1, 2):
+                await socket.send_json({'id': number, 'do': 'hello'})
+                answer = await socket.receive_json()
+                assert answer['id'] == number
+                assert 'fault of the program' in answer['error']
+
+    talk(conversation)
+    assert 'ZeroDivisionError' in caplog.text
+
+
+@pytest.mark.parametrize(
+    ('path', 'headers', 'status'),
+    [
+        ('/', {'Host': '['}, 403),
+        ('/', {'Origin': 'http://['}, 403),
+        (f'/image/{"9" * 5000}/left.png', {}, 404),
+    ],
+)
+def test_headers_and_addresses_that_are_none_are_refused(talk, path, headers, status):
+    async def conversation(client):
+        assert (await client.get(path, headers=headers)).status == status
+
+    talk(conversation)
+
+
+def test_a_cookie_that_is_no_text_is_no_token(talk):
+    async def conversation(client):
+        where = client.make_url('/')
+        reader, writer = await asyncio.open_connection(where.host, where.port)
+        writer.write(b'GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nCookie: shirube_token=\xff\xfe\r\n\r\n')
+        assert b' 403 ' in await reader.readline()
+        writer.close()
+
+    talk(conversation, 'secret')
 
 
 def test_pages_of_other_sites_and_foreign_names_are_refused(talk):

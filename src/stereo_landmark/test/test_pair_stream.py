@@ -9,6 +9,8 @@ from taught_wall import CALIBRATIONS, TAUGHT, seen, taught_place
 
 from shirube_geometry import CameraMount
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
+from stereo_landmark.core.pair import pair_localizer
+from stereo_landmark.core.pair.pair_check import PairFault
 from stereo_landmark.core.pair.pair_stream import PairStream, Side
 from stereo_landmark.core.pair.settings import PairSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
@@ -54,9 +56,30 @@ def test_the_place_of_late_is_asked_first_until_it_is_forgotten_or_long_ago(aske
 def test_the_tilt_near_the_image_counts_and_without_one_the_robot_is_level(asked):
     robot = stream()
     robot.add_tilt(0.99, 0.02, -0.01)
-    add_pair(robot, 1.0)
-    add_pair(robot, 2.0)
+    told = [add_pair(robot, seconds).lacks_tilt for seconds in (1.0, 2.0)]
     assert [tilt for tilt, _ in asked] == [(0.02, -0.01), (0.0, 0.0)]
+    assert told == [False, True]
+    assert not add_pair(stream(), 1.0).lacks_tilt
+
+
+def test_cameras_of_a_lost_robot_are_checked_now_and_then(monkeypatch):
+    checked = []
+
+    def fault(*_):
+        checked.append(None)
+        return PairFault.SWAPPED if len(checked) == 2 else None
+
+    monkeypatch.setattr(pair_localizer, 'pair_fault', fault)
+    monkeypatch.setattr(LandmarkLocalizer, 'locate', lambda *_: without_fix().answer)
+    robot = stream()
+    for seconds in (0.0, 1.0, 2.0):
+        add_pair(robot, seconds)
+    assert len(checked) == 1
+    for seconds in (3.0, 4.0):
+        with pytest.raises(StereoLandmarkError, match='swapped'):
+            add_pair(robot, seconds)
+    add_pair(robot, 6.0)
+    assert len(checked) == 3
 
 
 def test_a_single_image_tells_nothing():

@@ -69,6 +69,42 @@ def test_a_file_that_is_no_place_is_not_written_over(tmp_path):
     assert path.read_text() == 'hall: opening hours'
 
 
+@pytest.mark.parametrize('damage', ['', '{', 'format: shirube/taught_place\nversion: 1\nname: 7'])
+def test_a_damaged_place_is_replaced_only_on_purpose(tmp_path, saved, damage):
+    text = damage or saved.read_text()[:500]
+    saved.write_text(text)
+    with pytest.raises(LandmarkFileError):
+        save_place(tmp_path, random_place(3), random_images(3))
+    assert saved.read_text() == text
+    save_place(tmp_path, random_place(3), random_images(3), replace_damaged=True)
+    assert is_same(load_place(saved), random_place(3))
+
+
+def test_a_setting_of_older_files_that_had_no_effect_is_no_fault(saved):
+    content = yaml.safe_load(saved.read_text())
+    content['image_processing']['edges']['neighbour_distance'] = 6.0
+    saved.write_text(yaml.safe_dump(content))
+    assert is_same(load_place(saved), random_place(1))
+
+
+def test_a_foreign_file_is_never_written_over(tmp_path):
+    path = place_path(tmp_path, 'hall')
+    path.write_text('hall: opening hours')
+    with pytest.raises(LandmarkFileError, match='no taught place; move it elsewhere'):
+        save_place(tmp_path, random_place(1), random_images(1), replace_damaged=True)
+    with pytest.raises(LandmarkFileError, match='no taught place; move it elsewhere'):
+        load_places(tmp_path)
+    assert path.read_text() == 'hall: opening hours'
+
+
+def test_images_of_a_copied_place_stay(tmp_path, saved):
+    copied = tmp_path / 'copy.yaml'
+    copied.write_text(saved.read_text().replace('name: hall', 'name: copy', 1))
+    save_place(tmp_path, random_place(3), random_images(3))
+    assert is_same(load_images(copied), random_images(1))
+    assert is_same(load_images(saved), random_images(3))
+
+
 def changed(*path_and_value):
     """Return a change of one value, or its removal."""
     *path, last, value = path_and_value
@@ -111,6 +147,10 @@ WRONG = {
     'targets.wanted is [], it must have at least 1 entries': changed('targets', 'wanted', []),
     'name is stairs, but the file is called hall': changed('name', 'stairs'),
     "name is '../hall', it must match": changed('name', '../hall'),
+    "name is 'hall\\n', it must match": changed('name', 'hall\n'),
+    "name is 'xxxxx": changed('name', 'x' * 65),
+    "targets.wanted[0].name is 'a\\tb', it must match": changed('targets', 'wanted', 0, 'name', 'a\tb'),
+    "targets.wanted[0].name is 'a\\n', it must match": changed('targets', 'wanted', 0, 'name', 'a\n'),
     "stereo_calibration.left.fx is '7 hundred', it must be a number": changed(
         'stereo_calibration', 'left', 'fx', '7 hundred'
     ),
@@ -135,9 +175,15 @@ WRONG = {
     'targets.wanted: meter 1 is there twice': doubled,
     'is missing; restore the file': without_coordinates,
     'corresponding_points.meter 1 is missing': changed('corresponding_points', 'meter 1', None),
-    'corresponding_points.meter: there is no such target': changed('corresponding_points', 'meter', []),
+    'corresponding_points.meter: there is no such target': changed('corresponding_points', 'meter', ['a/b']),
+    'corresponding_points.meter 1 is [], it must have at least 1 entries': changed(
+        'corresponding_points', 'meter 1', []
+    ),
     'nothing/centre has no coordinates': changed('corresponding_points', 'meter 1', ['nothing/centre']),
     'coordinates[0].xyz[1] is no finite number': changed('coordinates', 0, 'xyz', [0.0, float('nan'), 0.0]),
+    'coordinates[0].xyz[2] is no finite number': changed('coordinates', 0, 'xyz', [0.0, 0.0, 1e308]),
+    'T_map_place.x is no finite number': changed('T_map_place', 'x', 10**400),
+    'images.tilt[0] is no finite number': changed('images', 'tilt', [10**400, 0]),
     'covariance is none': changed('coordinates', 0, 'covariance', [[-1.0, 0, 0], [0, 1, 0], [0, 0, 1]]),
     'T_map_place.yaw is missing': changed('T_map_place', 'yaw', None),
     'images.left is': changed('images', 'left', '../left.png'),

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from located_pairs import HERE, with_fix, without_fix
@@ -19,6 +21,23 @@ def test_points_are_where_the_robot_would_reach_them():
         assert (point.x, point.y) == pytest.approx((cos * x + sin * y, cos * y - sin * x), abs=0.005)
         assert point.z == pytest.approx(meter.z, abs=0.005)
     assert name.text == 'meters'
+
+
+def test_the_base_frame_leans_with_the_robot():
+    """What the cameras see in one place is in one place of the base frame, however the robot leans."""
+    level, leaning = with_fix(), replace(with_fix(), tilt=(0.1, -0.2))
+    expected = target_markers(level, HEADER).markers[1].points
+    assert target_markers(leaning, HEADER).markers[1].points == expected
+
+
+def test_points_too_far_away_to_be_measured_are_left_out():
+    pair = with_fix()
+    seen = pair.answer.sightings[0]
+    seen.points.pixels[1, 2] = seen.points.pixels[1, 0]
+    _, points, _ = target_markers(pair, HEADER).markers
+    assert len(points.points) == 3
+    seen.points.pixels[:, 2] = seen.points.pixels[:, 0]
+    assert len(target_markers(pair, HEADER).markers) == 1
 
 
 def test_without_targets_the_old_ones_are_removed():

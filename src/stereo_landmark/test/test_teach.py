@@ -13,6 +13,7 @@ from random_places import is_same
 from stereo_calibrations import rectified_calibration, write_calibration
 from taught_wall import CALIBRATIONS, HERE, METERS, RAW, RIG, T_MAP_PLACE, TAUGHT, WALL, raw_image, seen
 
+from stereo_landmark.commands import teach as teach_command
 from stereo_landmark.commands.locate import main as locate
 from stereo_landmark.commands.teach import main
 from stereo_landmark.core.procedure.primitive import Kind
@@ -53,13 +54,13 @@ class Lesson:
     def primitives(self):
         return self.content['targets'][0]['primitives']
 
-    def run(self):
+    def run(self, *options):
         path = self.folder / 'lesson.yaml'
         path.write_text(yaml.safe_dump(self.content))
-        return main(['--batch', str(path), '--places', str(self.places)])
+        return main(['--batch', str(path), '--places', str(self.places), *options])
 
     def place(self):
-        assert self.run() == 0
+        assert self.run('--replace') == 0
         return load_place(self.places / 'wall.yaml')
 
     def refusal(self, capsys):
@@ -92,6 +93,40 @@ def test_the_taught_place_is_where_the_wall_is_and_is_found_again(lesson, tmp_pa
         options += [f'--{side}', str(tmp_path / f'now_{side}.png')]
         options += [f'--{side}-calibration', str(tmp_path / f'{side}.yaml')]
     assert locate(options) == 0
+
+
+def test_a_place_is_replaced_only_on_purpose_and_by_one_that_is_found(lesson, capsys):
+    assert lesson.run() == 0
+    file = lesson.places / 'wall.yaml'
+    good = file.read_bytes()
+    del lesson.primitives[3]
+    assert lesson.run() == 1
+    assert 'is there already; give --replace' in capsys.readouterr().err
+    del lesson.primitives[1:]
+    assert lesson.run('--replace') == 1
+    assert 'wall is not found where it was taught' in capsys.readouterr().err
+    assert file.read_bytes() == good
+    lesson.primitives.extend({'kind': 'ellipse', 'near': centre} for centre in CENTRES[1:3])
+    assert lesson.run('--replace') == 0
+    assert len(load_place(file).targets[0].primitives) == 3
+
+
+def test_a_full_disk_is_told_with_the_folder(lesson, monkeypatch, capsys):
+    def disk_full(*_, **__):
+        raise OSError(28, 'No space left on device')
+
+    monkeypatch.setattr(teach_command, 'save_place', disk_full)
+    assert (
+        lesson.refusal(capsys) == f'teach: {lesson.places}: No space left on device; choose a writable place'
+    )
+
+
+def test_a_damaged_place_is_taught_again(lesson):
+    lesson.places.mkdir()
+    file = lesson.places / 'wall.yaml'
+    file.write_text('{')
+    assert lesson.run('--replace') == 0
+    assert load_place(file).name == 'wall'
 
 
 def test_regions_and_orders_choose_what_words_say(lesson):
@@ -146,6 +181,16 @@ def test_a_bag_teaches_the_same_as_its_images(lesson, tmp_path):
     assert is_same(from_bag.rig, from_files.rig)
     # JPEG at its best leaves little of an error.
     assert from_bag.coordinates.positions == pytest.approx(from_files.coordinates.positions, abs=0.01)
+
+
+def test_a_bag_whose_cameras_do_not_start_together_is_taught_with_its_tilt(lesson, tmp_path):
+    stamps = [1_000_000_000 + k * 100_000_000 for k in range(16)]
+    entries = [(t, t + (7_000_000 if k < 14 else 0), *seen(TAUGHT)) for k, t in enumerate(stamps)]
+    write_pairs(tmp_path / 'bag', entries, CALIBRATIONS, (0.02, -0.01))
+    del lesson.content['images'], lesson.content['calibration']
+    lesson.content['bag'] = {'path': 'bag'}
+    assert lesson.run() == 0
+    assert load_images(lesson.places / 'wall.yaml').tilt == pytest.approx((0.02, -0.01))
 
 
 def test_raw_images_are_rectified_and_kept_rectified(lesson, tmp_path, capsys):
@@ -206,6 +251,7 @@ WRONG = {
         'image_processing', {'edges': {'treshold': 1.0}}
     ),
     'camera_xyz is [0.0], it must have at least 3 entries': replaced('camera_xyz', [0.0]),
+    'camera_xyz[2] is 1000000.0, it must be at most 10': replaced('camera_xyz', [0.0, 0.0, 1e6]),
     'target meters: give each primitive either near or region': choice(kind='corner'),
     'target meters: order goes with region only': choice(kind='corner', near=[1, 1], order='left_to_right'),
     'no ellipse near 0, 0, the nearest is': choice(kind='ellipse', near=[0, 0]),
@@ -237,5 +283,5 @@ def test_a_bag_without_pairs_is_one_line(lesson, tmp_path, capsys):
 def test_an_earlier_place_survives_a_lesson_that_fails(lesson):
     first = lesson.place()
     lesson.primitives.append({'kind': 'ellipse', 'near': [0, 0]})
-    assert lesson.run() == 1
+    assert lesson.run('--replace') == 1
     assert is_same(load_place(lesson.places / 'wall.yaml'), first)

@@ -1,14 +1,15 @@
 import numpy as np
 import pytest
-from drawn_wall import Plate, Wall, look
+from drawn_wall import Plate, Wall, look, view_of
 from place_scenes import RIG
 
+from stereo_landmark.core.place import stereo_points as stereo_points_module
 from stereo_landmark.core.place.settings import PlaceSettings
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
 from stereo_landmark.core.procedure.primitive import Kind
 from stereo_landmark.core.procedure.stereo_measurement import stereo_points
 from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import Teacher
+from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 WALL = Wall((Plate(0.1, 0.7, 0.3, 0.2, 60.0),))
@@ -45,3 +46,31 @@ def test_what_the_images_show_in_different_rows_is_not_taught():
     teacher, plate = teacher_and_plate(rows=1)
     with pytest.raises(StereoLandmarkError, match='different rows'):
         teacher.measure(plate)
+
+
+def test_a_target_without_points_is_not_taught():
+    teacher, plate = teacher_and_plate()
+    with pytest.raises(StereoLandmarkError, match='target sign has no point that the pose is made of'):
+        teacher.teach('hall', [TargetChoice('sign', {'plate': plate}, ())])
+
+
+def test_what_is_around_but_too_far_away_to_be_measured_is_left_out(monkeypatch):
+    """The wall recedes to the left: the plate there is farther than the cameras can measure."""
+    wall = Wall((Plate(1.6, 0.7, 0.3, 0.2, 60.0), Plate(0.6, 0.7, 0.3, 0.2, 60.0)))
+    view = view_of(wall, (0.0, 0.0, 0.0, 0.5, 0.0, 0.0), tuple(Kind))
+    teacher = Teacher(view, ImageProcessing())
+    plates = sorted(view.left.kinds[Kind.QUADRILATERAL].primitives, key=lambda plate: plate.centre[0])
+    choice = [TargetChoice('sign', {'plate': plates[-1]})]
+    assert teacher.teach('hall', choice).surroundings
+    depths = [RIG.left.fx * RIG.baseline / disparity for disparity in disparities(view)]
+    monkeypatch.setattr(stereo_points_module, 'DISPARITY_MIN', RIG.left.fx * RIG.baseline / np.mean(depths))
+    assert not teacher.teach('hall', choice).surroundings
+
+
+def disparities(view):
+    """Return how far apart both images see the plates, from left to right [px]."""
+    sides = [
+        sorted(each.centre[0] for each in scene.kinds[Kind.QUADRILATERAL].primitives)
+        for scene in (view.left, view.right)
+    ]
+    return np.subtract(*sides)

@@ -19,6 +19,8 @@ from shirube_ros.image_files import list_images
 from shirube_settings import SettingsError, settings_from_values
 from stereo_landmark.bag_localization import BagLocalization
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration
+from stereo_landmark.core.pair.pair_localizer import LocatedPair
 from stereo_landmark.core.pair.pair_stream import PairStream, Side
 from stereo_landmark.core.pair.settings import PairSettings
 from stereo_landmark.core.place.settings import PlaceSettings
@@ -32,6 +34,8 @@ from stereo_landmark.node_settings import NodeSettings
 from stereo_landmark.pair_recording import choose_topics
 
 _NODE = NodeSettings()
+_RATES = 1e-4, 1e6
+"""[1/s]"""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -44,7 +48,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'locate: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:
-        print(f'locate: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        print(
+            f'locate: {fault.filename or options.out}: {fault.strerror}; choose a writable place',
+            file=sys.stderr,
+        )
         return 1
     places = Counter(frame.fix.place.name for frame in frames if frame.fix is not None)
     print(f'{places.total()} of {len(frames)} pairs have a displacement; see {", ".join(map(str, files))}')
@@ -81,7 +88,12 @@ def locate(options: argparse.Namespace) -> list[LocatedFrame]:
 
 
 def locate_files(options: argparse.Namespace, stream: PairStream) -> Iterator[LocatedFrame]:
-    """Yield the results of pairs of files."""
+    """Yield the results of pairs of files.
+
+    Raises:
+        StereoLandmarkError: the files are not named in pairs, or the calibrations are none of the places' cameras.
+        CameraFileError: a calibration cannot be used, or there is no image of a name.
+    """
     if not (options.right and options.left_calibration and options.right_calibration):
         raise StereoLandmarkError('--left needs --right, --left-calibration and --right-calibration')
     left, right = list_images(options.left), list_images(options.right)
@@ -89,18 +101,37 @@ def locate_files(options: argparse.Namespace, stream: PairStream) -> Iterator[Lo
         raise StereoLandmarkError(
             f'there are {len(left)} left and {len(right)} right images; give pairs in the same order'
         )
-    if options.rate <= 0.0:
-        raise StereoLandmarkError('--rate must be above 0; give the pairs per second')
-    calibrations = [load_camera_calibration(p) for p in (options.left_calibration, options.right_calibration)]
+    if not _RATES[0] < options.rate < _RATES[1]:
+        raise StereoLandmarkError(
+            f'--rate must be above {_RATES[0]:g} and below {_RATES[1]:g}; give the pairs per second'
+        )
+    calibrations = (
+        load_camera_calibration(options.left_calibration),
+        load_camera_calibration(options.right_calibration),
+    )
+    stream.use_calibrations(*calibrations)
     for number, paths in enumerate(zip(left, right, strict=True)):
         stamp_ns = round(number / options.rate * 1e9)
         stream.add_tilt(stamp_ns * 1e-9, *options.tilt)
-        located = None
-        for side in Side:
-            pixels = load_grey_image(paths[side])
-            located = stream.add_image(side, stamp_ns, pixels, calibrations[side])
+        located = _located(stream, stamp_ns, paths, calibrations)
         if located is not None:
             yield LocatedFrame(str(paths[0]), stamp_ns, located)
+
+
+def _located(
+    stream: PairStream,
+    stamp_ns: int,
+    paths: tuple[Path, Path],
+    calibrations: tuple[CameraCalibration, CameraCalibration],
+) -> LocatedPair | str | None:
+    """Return what a pair of files tells; one that cannot be used is no end of the others."""
+    try:
+        # Both are read first: an image whose partner is damaged must not wait for it.
+        images = [load_grey_image(path) for path in paths]
+        answers = [stream.add_image(side, stamp_ns, images[side], calibrations[side]) for side in Side]
+    except (StereoLandmarkError, CameraFileError) as fault:
+        return str(fault)
+    return answers[Side.RIGHT]
 
 
 def stream_maker(options: argparse.Namespace) -> Callable[[], PairStream]:

@@ -12,15 +12,18 @@ import numpy as np
 from shirube_bags.errors import ShirubeBagsError
 from shirube_ros.file_errors import CameraFileError
 from shirube_settings import SettingsError
+from stereo_landmark.core.landmark_fix import NoLandmarkFix
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.procedure.detected_scene import detect_scene
 from stereo_landmark.core.procedure.place_review import review_place
 from stereo_landmark.core.procedure.primitive_choice import named_primitives
+from stereo_landmark.core.procedure.skewed_shapes import skewed_shapes
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.lesson_file import Lesson, TargetLesson, load_lesson
-from stereo_landmark.files.place_file import save_place
+from stereo_landmark.files.place_file import place_path, save_place
 from stereo_landmark.lesson_pair import RectifiedPair, load_pair
 from stereo_landmark.page.teach_page import add_page_options, open_page
 
@@ -32,47 +35,70 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = make_parser().parse_args(own, argparse.Namespace(ros_args=given[len(own) :]))
     try:
         if options.batch is not None:
-            teach_batch(options.batch, options.places)
+            teach_batch(options.batch, options.places, replace=options.replace)
         else:
             open_page(options)
     except (StereoLandmarkError, CameraFileError, ShirubeBagsError, SettingsError) as fault:
         print(f'teach: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:
-        print(f'teach: {_in_words(fault)}', file=sys.stderr)
+        print(f'teach: {_in_words(fault, options)}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return 0
     return 0
 
 
-def _in_words(fault: OSError) -> str:
-    if fault.filename is None:
+def _in_words(fault: OSError, options: argparse.Namespace) -> str:
+    if fault.filename is None and options.batch is None:
         return f'{fault.strerror}; choose another --host or --port'
-    return f'{fault.filename}: {fault.strerror}; choose a writable place'
+    # A disk that is full does not say which file it cannot hold.
+    return f'{fault.filename or options.places}: {fault.strerror}; choose a writable place'
 
 
-def teach_batch(path: Path, places: Path) -> None:
+def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
     """Teach the place of a lesson file, save it and say what is weak of it.
 
+    Args:
+        path: of the lesson.
+        places: the folder of the taught places.
+        replace: whether a place of the same name is given up.
+
     Raises:
-        StereoLandmarkError: the lesson cannot be used.
+        StereoLandmarkError: the lesson cannot be used, or it would replace what shall be kept.
     """
     lesson = load_lesson(path)
+    file = place_path(places, lesson.name)
+    if file.exists() and not replace:
+        raise StereoLandmarkError(f'{file} is there already; give --replace, or another name')
     pair = load_pair(lesson)
     place = teach(lesson, pair)
-    saved = save_place(places, place, pair.images)
+    if file.exists():
+        _check_found(place, pair, file)
+    saved = save_place(places, place, pair.images, replace_damaged=replace)
     for name, position, covariance in zip(
         place.coordinates.names, place.coordinates.positions, place.coordinates.covariances, strict=True
     ):
         x, y, z = position
         sigma = 1e3 * float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
         print(f'{name:<40} x {x:7.3f} m, y {y:7.3f} m, z {z:7.3f} m, +- {sigma:.1f} mm')
-    for line in review_place(place, pair.images.left, pair.images.right, pair.images.tilt):
+    review = review_place(place, pair.images.left, pair.images.right, pair.images.tilt)
+    for line in (*review, *skewed_shapes(place)):
         print(f'weak: {line}')
     print(
         f'{place.name} is taught, with {len(place.surroundings)} primitives around its targets; see {saved}'
     )
+
+
+def _check_found(place: TaughtPlace, pair: RectifiedPair, file: Path) -> None:
+    """Refuse to give up what is in a file for a place that is not even found in its own images."""
+    images = pair.images
+    answer = LandmarkLocalizer([place]).locate(images.left, images.right, images.tilt)
+    if isinstance(answer, NoLandmarkFix):
+        raise StereoLandmarkError(
+            f'{place.name} is not found where it was taught: {answer.reason} ({answer.detail}); '
+            f'{file} is kept, teach other targets'
+        )
 
 
 def teach(lesson: Lesson, pair: RectifiedPair) -> TaughtPlace:
@@ -116,6 +142,7 @@ def make_parser() -> argparse.ArgumentParser:
         '--live', action='store_true', help='listen to left/image_rect and so on; --ros-args may follow'
     )
     add('--places', type=Path, default=Path('places'), metavar='FOLDER', help='default: %(default)s')
+    add('--replace', action='store_true', help='let --batch write over a place of the same name')
     add_page_options(parser)
     return parser
 

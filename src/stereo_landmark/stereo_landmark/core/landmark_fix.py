@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 
 from shirube_geometry import PlanarPose, matrix_from_rpy
 from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
-from stereo_landmark.core.procedure.sighting import NoTargetSighting, TargetSighting
+from stereo_landmark.core.procedure.sighting import NoSightingReason, NoTargetSighting, TargetSighting
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 
 Sighting = TargetSighting | NoTargetSighting
+_STAGES = (NoSightingReason.NO_CANDIDATE, NoSightingReason.NO_EVIDENCE, NoSightingReason.AMBIGUOUS)
+"""How far the search for a target came, the earliest end first."""
 
 
 @dataclass(frozen=True)
@@ -63,18 +65,28 @@ class NoLandmarkFix:
     detail: str
     sightings: tuple[Sighting, ...] = ()
 
+    @property
+    def progress(self) -> tuple[int, float]:
+        """How far the search came, to be compared: the stage of its best target, and the evidence for those found."""
+        found = [each for each in self.sightings if isinstance(each, TargetSighting)]
+        stages = [
+            _STAGES.index(each.reason) if isinstance(each, NoTargetSighting) else len(_STAGES)
+            for each in self.sightings
+        ]
+        return max(stages, default=0), sum(each.evidence for each in found)
 
-def no_fix_of(place: TaughtPlace, sightings: tuple[Sighting, ...], fault: NoPlaceFix | None) -> NoLandmarkFix:
-    """Return why a place gave no pose.
+
+def no_fix_of(place: TaughtPlace, sightings: tuple[Sighting, ...], fault: NoPlaceFix) -> NoLandmarkFix:
+    """Return why a place gave no pose: what was wrong with its points, or that no target of it was found.
 
     Args:
         place: the place.
         sightings: of its targets.
-        fault: what was wrong with the points of those that were found, None if none was.
+        fault: what was wrong with the points of those that were found.
     """
-    if fault is not None:
-        return NoLandmarkFix(fault.reason.value, f'place {place.name}: {fault.detail}', sightings)
     missing = [each for each in sightings if isinstance(each, NoTargetSighting)]
+    if len(missing) < len(sightings):
+        return NoLandmarkFix(fault.reason.value, f'place {place.name}: {fault.detail}', sightings)
     reason = missing[0].reason.value
     detail = '; '.join(f'{each.target}: {each.reason.value} ({each.detail})' for each in missing)
     return NoLandmarkFix(reason, f'place {place.name}: {detail}', sightings)

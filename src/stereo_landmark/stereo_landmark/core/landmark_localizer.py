@@ -13,7 +13,9 @@ from stereo_landmark.core.place.place_fix import PlaceFix
 from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.place.settings import PlaceSettings
 from stereo_landmark.core.place.stereo_points import StereoPoints, joined
-from stereo_landmark.core.procedure.detected_scene import detect_scene
+from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
+from stereo_landmark.core.procedure.primitive import Kind
 from stereo_landmark.core.procedure.settings import SearchSettings
 from stereo_landmark.core.procedure.sighting import TargetSighting
 from stereo_landmark.core.procedure.stereo_view import StereoView
@@ -73,13 +75,14 @@ class LandmarkLocalizer:
         near = [place for place in self.places if place.name in likely]
         far = [place for place in self.places if place.name not in likely]
         failures: list[NoLandmarkFix] = []
+        views = _Views(left, right, tilt)
         for group in (near, far):
-            answers = [self._at(place, left, right, tilt) for place in group]
+            answers = [self._at(place, views.of(place)) for place in group]
             fixes = [answer for answer in answers if isinstance(answer, LandmarkFix)]
             if fixes:
                 return self._chosen(fixes)
             failures += [answer for answer in answers if isinstance(answer, NoLandmarkFix)]
-        return failures[0]
+        return max(failures, key=lambda failure: failure.progress)
 
     def _chosen(self, fixes: list[LandmarkFix]) -> LandmarkFix | NoLandmarkFix:
         """Return the place that more speaks for than for any other."""
@@ -91,26 +94,7 @@ class LandmarkLocalizer:
             )
         return fixes[0]
 
-    def _at(
-        self,
-        place: TaughtPlace,
-        left: NDArray[np.uint8],
-        right: NDArray[np.uint8],
-        tilt: tuple[float, float],
-    ) -> LandmarkFix | NoLandmarkFix:
-        for name, image in (('left', left), ('right', right)):
-            if image.shape != (place.rig.left.height, place.rig.left.width):
-                size = 'x'.join(str(side) for side in image.shape[1::-1])
-                raise StereoLandmarkError(
-                    f'the {name} image is {size}, place {place.name} was taught with '
-                    f'{place.rig.left.width}x{place.rig.left.height}; use the same cameras'
-                )
-        view = StereoView(
-            detect_scene(left, place.processing, place.kinds),
-            detect_scene(right, place.processing, place.kinds),
-            place.rig,
-            tilt,
-        )
+    def _at(self, place: TaughtPlace, view: StereoView) -> LandmarkFix | NoLandmarkFix:
         sightings = tuple(self._searches[place.name].search(target, view) for target in place.targets)
         points = joined(
             [
@@ -119,12 +103,47 @@ class LandmarkLocalizer:
                 if isinstance(sighting, TargetSighting)
             ]
         )
-        if not len(points):
-            return no_fix_of(place, sightings, None)
-        answer = PlaceLocator(place.rig, self._settings.place).locate(points, place.coordinates, tilt)
+        answer = PlaceLocator(place.rig, self._settings.place).locate(points, place.coordinates, view.tilt)
         if isinstance(answer, PlaceFix):
             return LandmarkFix(place, answer, sightings)
         return no_fix_of(place, sightings, answer)
+
+
+class _Views:
+    """What both images show, detected once for all places of the same image processing.
+
+    Args:
+        left: shape (h, w), grey, rectified.
+        right: the same of the right camera.
+        tilt: known roll and pitch of the base [rad].
+    """
+
+    def __init__(self, left: NDArray[np.uint8], right: NDArray[np.uint8], tilt: tuple[float, float]) -> None:
+        self._images = left, right
+        self._tilt = tilt
+        self._known: dict[tuple[ImageProcessing, frozenset[Kind], StereoRig], StereoView] = {}
+
+    def of(self, place: TaughtPlace) -> StereoView:
+        """Return the view as a place wants it.
+
+        Raises:
+            StereoLandmarkError: an image is of another type or size than the place's cameras take.
+        """
+        key = place.processing, frozenset(place.kinds), place.rig
+        if key not in self._known:
+            self._check_size(place)
+            left, right = (detect_scene(image, place.processing, place.kinds) for image in self._images)
+            self._known[key] = StereoView(left, right, place.rig, self._tilt)
+        return self._known[key]
+
+    def _check_size(self, place: TaughtPlace) -> None:
+        for name, image in zip(('left', 'right'), self._images, strict=True):
+            if image.shape != (place.rig.left.height, place.rig.left.width):
+                size = 'x'.join(str(side) for side in image.shape[1::-1])
+                raise StereoLandmarkError(
+                    f'the {name} image is {size}, place {place.name} was taught with '
+                    f'{place.rig.left.width}x{place.rig.left.height}; use the same cameras'
+                )
 
 
 def _chosen_points(place: TaughtPlace, sighting: TargetSighting) -> StereoPoints:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -28,15 +29,13 @@ def save_displacements(folder: Path, frames: Sequence[LocatedFrame]) -> list[Pat
     """Write ``poses.csv`` with a line a pair, and trajectories; return the files.
 
     ``poses.tum`` has the poses in the map of places that are in it; ``displacements_<place>.tum`` has the poses in the
-    frame of one place. Such files of an earlier run are removed.
+    frame of one place. Those of the run before, which its ``poses.csv`` names, are removed once all else is written.
 
     Raises:
         OSError: the folder cannot be written to.
     """
     table = folder / 'poses.csv'
-    write_text(table, _table(frames))
-    for old in (folder / MAP_FILE, *folder.glob('displacements_*.tum')):
-        old.unlink(missing_ok=True)
+    earlier = _trajectories_of(table)
     in_map: dict[int, PlanarPose] = {}
     in_places: dict[str, dict[int, PlanarPose]] = {}
     for frame in frames:
@@ -51,7 +50,22 @@ def save_displacements(folder: Path, frames: Sequence[LocatedFrame]) -> list[Pat
     for path, poses in files.items():
         flat = [(pose.x, pose.y, pose.yaw) for pose in poses.values()]
         save_tum(path, planar_trajectory(list(poses), flat))
+    write_text(table, _table(frames))
+    for stale in earlier - files.keys():
+        stale.unlink(missing_ok=True)
     return [table, *files]
+
+
+def _trajectories_of(table: Path) -> set[Path]:
+    """Return the trajectories that were written beside a table; none if it is missing or not of this program."""
+    try:
+        lines = csv.DictReader(io.StringIO(table.read_text(encoding='utf-8')))
+        rows = list(lines) if tuple(lines.fieldnames or ()) == COLUMNS else []
+    except (OSError, ValueError, csv.Error):
+        return set()
+    names = {row['place'] for row in rows if re.fullmatch(r'[\w-]+', row['place'] or '')}
+    files = {table.parent / f'displacements_{name}.tum' for name in names}
+    return files | {table.parent / MAP_FILE} if any(row['map_x'] for row in rows) else files
 
 
 def _table(frames: Sequence[LocatedFrame]) -> str:

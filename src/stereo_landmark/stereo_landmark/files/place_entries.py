@@ -18,6 +18,8 @@ from stereo_landmark.files.settings_entry import flattened, nested
 from stereo_landmark.files.shape_entry import primitive_entry, primitive_from_entry
 
 _REMEDY = 'restore the file or teach the place again'
+_WITHOUT_EFFECT = frozenset({'edges.neighbour_distance'})
+"""Settings of older files that never changed anything, and are gone."""
 
 
 def place_entries(place: TaughtPlace) -> dict[str, Any]:
@@ -80,7 +82,7 @@ def processing_from_entry(entry: dict[str, Any]) -> ImageProcessing:
     Raises:
         StereoLandmarkError: a setting is missing, unknown or out of range.
     """
-    values = flattened(entry)
+    values = {name: value for name, value in flattened(entry).items() if name not in _WITHOUT_EFFECT}
     for setting in describe_settings(ImageProcessing):
         if setting.name not in values:
             raise StereoLandmarkError(f'image_processing.{setting.name} is missing; {_REMEDY}')

@@ -20,15 +20,27 @@ FORMAT, VERSION = 'shirube/taught_place', 1
 _REMEDY = 'restore the file or teach the place again'
 
 
+class ForeignFileError(LandmarkFileError):
+    """A YAML file is no taught place; it is somebody's, and not to be written over."""
+
+
 def place_path(folder: Path, name: str) -> Path:
     """Return where a place of a name is kept."""
     return folder / f'{name}.yaml'
 
 
-def save_place(folder: Path, place: TaughtPlace, images: TaughtImages) -> Path:
+def save_place(
+    folder: Path, place: TaughtPlace, images: TaughtImages, *, replace_damaged: bool = False
+) -> Path:
     """Write a place and return its file; an earlier state is there until the new one is whole.
 
     Shapes are written without their covariance, which belongs to the images and not to the place.
+
+    Args:
+        folder: for the files.
+        place: to be written.
+        images: from which it was taught.
+        replace_damaged: whether a place that cannot be loaded any more is written over.
 
     Raises:
         LandmarkFileError: the place is none that could be loaded again, or another file is in its way.
@@ -37,7 +49,7 @@ def save_place(folder: Path, place: TaughtPlace, images: TaughtImages) -> Path:
     path = place_path(folder, place.name)
     entries = plain({'format': FORMAT, 'version': VERSION, **place_entries(place)})
     _check_before_writing(path, entries)
-    earlier = _read(path)['images'] if path.exists() else {}
+    earlier = _images_in_the_way(path, replace_damaged) if path.exists() else {}
     written = write_images(folder, place.name, images)
     text = yaml.safe_dump(
         {**entries, 'images': written},
@@ -47,10 +59,29 @@ def save_place(folder: Path, place: TaughtPlace, images: TaughtImages) -> Path:
         width=110,
     )
     write_text(path, text)
-    for side in ('left', 'right'):
-        if earlier and earlier[side] not in written.values():
-            (folder / earlier[side]).unlink(missing_ok=True)
+    stale = {str(earlier[side]) for side in ('left', 'right') if earlier} - {*map(str, written.values())}
+    for name in stale:
+        if not _is_named_by_another(folder, path, name):
+            (folder / name).unlink(missing_ok=True)
     return path
+
+
+def _images_in_the_way(path: Path, replace_damaged: bool) -> dict[str, Any]:
+    """Return the images of the place that is going to be written over, none if it is too damaged to name them."""
+    try:
+        return dict(_read(path)['images'])
+    except ForeignFileError:
+        raise
+    except LandmarkFileError:
+        if replace_damaged:
+            return {}
+        raise
+
+
+def _is_named_by_another(folder: Path, path: Path, image: str) -> bool:
+    """Tell whether a file beside a place names its image: somebody copied the place by hand."""
+    others = (other for other in folder.glob('*.yaml') if other != path)
+    return any(image.encode() in other.read_bytes() for other in others)
 
 
 def load_place(path: Path) -> TaughtPlace:
@@ -92,7 +123,7 @@ def load_places(folder: Path) -> list[TaughtPlace]:
 def _read(path: Path) -> dict[str, Any]:
     content = read_yaml(path, _REMEDY)
     if content.get('format') != FORMAT:
-        raise LandmarkFileError(f'{path}: format is not {FORMAT}, so it is no taught place; {_REMEDY}')
+        raise ForeignFileError(f'{path}: format is not {FORMAT}, so it is no taught place; move it elsewhere')
     version = content.get('version')
     if isinstance(version, int) and version > VERSION:
         raise LandmarkFileError(

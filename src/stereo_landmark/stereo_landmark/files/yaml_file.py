@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any
 
 import shirube_files
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
+_NUMBER_MAX = 1e30
+"""Squares and products of smaller numbers are finite, whatever their unit."""
 _BYTES_MAX = 1 << 24  # a place with many targets is long
 
 
@@ -17,7 +18,7 @@ class LandmarkFileError(StereoLandmarkError):
 
 
 def read_yaml(path: Path, remedy: str) -> dict[str, Any]:
-    """Return the fields of a YAML file, all numbers finite.
+    """Return the fields of a YAML file, all numbers finite and such as one can compute with.
 
     Args:
         path: of the file.
@@ -37,9 +38,9 @@ def read_yaml(path: Path, remedy: str) -> dict[str, Any]:
 
 
 def first_not_finite(content: object, field: str = '') -> str | None:
-    """Return the field of the first number that is not finite, None where all are."""
-    if isinstance(content, float):
-        return None if math.isfinite(content) else field
+    """Return the field of the first number that is not finite or too large, None where there is none."""
+    if isinstance(content, float | int):
+        return None if abs(content) < _NUMBER_MAX else field
     parts: list[tuple[str, object]] = []
     if isinstance(content, dict):
         parts = [(f'{field}.{name}'.lstrip('.'), value) for name, value in content.items()]

@@ -51,7 +51,7 @@ def access_check(token: str) -> Callable[..., Awaitable[web.StreamResponse]]:
     async def check(request: web.Request, handler: Handler) -> web.StreamResponse:
         _refuse_other_sites(request)
         if not token:
-            if not is_loopback(urlsplit(f'//{request.host}').hostname or ''):
+            if not is_loopback(_host_name(request)):
                 raise web.HTTPForbidden(text='this page is for 127.0.0.1; give --host to open it to others')
         elif not _is_token(request.cookies.get(_cookie(token), ''), token):
             raise _way_in(request, token)
@@ -74,8 +74,20 @@ def _refuse_other_sites(request: web.Request) -> None:
     if is_foreign and request.headers.get('Sec-Fetch-Mode') != 'navigate':
         raise web.HTTPForbidden(text='this page answers its own scripts only')
     origin = request.headers.get('Origin')
-    if origin is not None and urlsplit(origin).netloc != request.host:
+    try:
+        is_own = origin is None or urlsplit(origin).netloc == request.host
+    except ValueError:
+        is_own = False
+    if not is_own:
         raise web.HTTPForbidden(text='this page answers its own scripts only')
+
+
+def _host_name(request: web.Request) -> str:
+    """Return by which name the page was asked for, empty where it is none."""
+    try:
+        return urlsplit(f'//{request.host}').hostname or ''
+    except ValueError:
+        return ''
 
 
 def _way_in(request: web.Request, token: str) -> web.HTTPException:
@@ -87,4 +99,5 @@ def _way_in(request: web.Request, token: str) -> web.HTTPException:
 
 
 def _is_token(given: str, token: str) -> bool:
-    return hmac.compare_digest(given.encode(), token.encode())
+    # What a browser sends need be no text: such bytes come as lone surrogates.
+    return hmac.compare_digest(given.encode(errors='surrogateescape'), token.encode())

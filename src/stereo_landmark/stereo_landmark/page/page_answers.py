@@ -120,7 +120,7 @@ class PageAnswers:
         except (StereoLandmarkError, CameraFileError) as fault:
             return {'error': str(fault)}
         except OSError as fault:
-            return {'error': f'{fault.filename}: {fault.strerror}; choose a writable place'}
+            return {'error': f'{fault.filename or "the place"}: {fault.strerror}; choose a writable place'}
         return {'error': f'request: there is nothing called {name!r} to do; reload the page'}
 
     def _edit(self, name: str, request: Request) -> None:
@@ -150,7 +150,7 @@ class PageAnswers:
         if 'name' in request:
             self._edit('set', request)
         images = self.session.images
-        wanted = read.texts(request, 'sides')
+        wanted = read.sides(request)
         return {'edges': {side: edges(self.session.segments(getattr(images, side))) for side in wanted}}
 
     def _take_pair(self, request: Request) -> Answer:

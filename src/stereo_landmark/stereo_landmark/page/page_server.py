@@ -20,6 +20,7 @@ from stereo_landmark.files.grey_image import png_bytes
 from stereo_landmark.page.access import access_check
 from stereo_landmark.page.page_answers import PageAnswers
 
+_LOG = logging.getLogger(__name__)
 _MESSAGE_MAX = 1 << 20
 """A page sends less in one request [bytes]."""
 
@@ -45,7 +46,7 @@ class PageServer:
         application = web.Application(middlewares=[access_check(self._token)])
         application.router.add_get('/', self._page)
         application.router.add_get('/socket', self._socket)
-        application.router.add_get(r'/image/{pair:\d+}/{side:left|right}.png', self._image)
+        application.router.add_get(r'/image/{pair:\d{1,9}}/{side:left|right}.png', self._image)
         application.router.add_static('/static/', _static_folder())
         application.on_shutdown.append(self._close)
         return application
@@ -83,12 +84,19 @@ class PageServer:
     async def _answer(self, socket: web.WebSocketResponse, text: str) -> None:
         try:
             request = json.loads(text)
-        except ValueError:
+        except (ValueError, RecursionError):
             request = None
         if not isinstance(request, dict):
             await socket.send_json({'error': 'request: must be a JSON object; reload the page'})
             return
-        answer = await self._in_worker(lambda: self.answers.answer(request))
+        try:
+            answer = await self._in_worker(lambda: self.answers.answer(request))
+        except Exception:  # noqa: BLE001 as in a node's callbacks
+            # One request must not end the session of an engineer who has not saved.
+            _LOG.exception('fault of the program while working on a request')
+            answer = {
+                'error': 'fault of the program; its log tells more. Save, and tell it to who maintains it'
+            }
         await socket.send_json({'id': request.get('id'), **answer})
         # While a slider is dragged the others wait for its end: the page asks for the whole state then.
         if request.get('do') != 'edges':

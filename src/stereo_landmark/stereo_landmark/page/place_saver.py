@@ -53,7 +53,8 @@ class PlaceSaver:
         with _alone_in(self._folder):
             if path.exists() and not replace:
                 self._check_mine(path)
-            save_place(self._folder, place, TaughtImages(images.left, images.right, images.tilt))
+            pair = TaughtImages(images.left, images.right, images.tilt)
+            save_place(self._folder, place, pair, replace_damaged=replace)
             self._mine[path] = _digest(path)
         return path
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,6 +9,9 @@ from stereo_landmark.core.procedure.primitive import Kind
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 Request = Mapping[str, Any]
+
+NUMBER_MAX = 1e12
+"""Nothing on the page, in m, rad or px, is larger; squares of such numbers are still finite."""
 
 
 def text(request: Request, name: str) -> str:
@@ -25,13 +27,13 @@ def text(request: Request, name: str) -> str:
 
 
 def number(request: Request, name: str) -> float:
-    """Return a finite number.
+    """Return a finite number, less than `NUMBER_MAX`.
 
     Raises:
         StereoLandmarkError: it is missing or none.
     """
     value = request.get(name)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < NUMBER_MAX:
         raise _refusal(name, 'a number')
     return float(value)
 
@@ -69,6 +71,18 @@ def texts(request: Request, name: str) -> list[str]:
     values = request.get(name)
     if not isinstance(values, list) or not all(isinstance(value, str) for value in values):
         raise _refusal(name, 'a list of texts')
+    return values
+
+
+def sides(request: Request) -> list[str]:
+    """Return which images of the pair are meant.
+
+    Raises:
+        StereoLandmarkError: it is missing, or names another than left or right.
+    """
+    values = texts(request, 'sides')
+    if not set(values) <= {'left', 'right'}:
+        raise _refusal('sides', 'left or right')
     return values
 
 

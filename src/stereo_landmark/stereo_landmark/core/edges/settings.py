@@ -37,10 +37,3 @@ class EdgeSettings:
     bend_tolerance: float = setting(
         0.8, 'distance of a segment from its polyline', unit='px', minimum=0.3, maximum=10.0
     )
-    neighbour_distance: float = setting(
-        6.0,
-        'segments are neighbours when an end of one is not farther from the other',
-        unit='px',
-        minimum=1.0,
-        maximum=100.0,
-    )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
-from stereo_landmark.core.pair.pair_check import pair_fault
+from stereo_landmark.core.pair.pair_check import PairFault, pair_fault
 from stereo_landmark.core.pair.rectification import Rectifier
 from stereo_landmark.core.pair.same_cameras import check_cameras
 from stereo_landmark.core.place.stereo_rig import StereoRig
@@ -20,6 +20,9 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 REMEMBERED = 10.0
 """A robot that was at a place so lately is probably still there [s]."""
+
+CHECK_INTERVAL = 2.0
+"""Cameras that were a rectified pair so lately still are one, and those that were none are none [s]."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,7 @@ class LocatedPair:
         answer: the place and the displacement, or why there is none.
         tilt: roll and pitch of the base that were taken for known [rad].
         rig: the cameras.
+        lacks_tilt: whether the base was taken for level though there is an imu, which told nothing near the images.
     """
 
     stamp_ns: int
@@ -39,6 +43,7 @@ class LocatedPair:
     answer: LandmarkFix | NoLandmarkFix
     tilt: tuple[float, float]
     rig: StereoRig
+    lacks_tilt: bool = False
 
 
 class PairLocalizer:
@@ -67,6 +72,7 @@ class PairLocalizer:
         self._localizer = LandmarkLocalizer(places, settings)
         self._rectifiers = None if raw is None else (Rectifier(raw[0]), Rectifier(raw[1]))
         self._latest: tuple[int, str] | None = None
+        self._checked: tuple[int, PairFault | None] | None = None
 
     def forget(self) -> None:
         """Drop the place where the robot was last."""
@@ -95,9 +101,18 @@ class PairLocalizer:
         answer = self._localizer.locate(left, right, tilt, self._likely(stamp_ns))
         if isinstance(answer, LandmarkFix):
             self._latest = stamp_ns, answer.place.name
-        elif (fault := pair_fault(left, right, self._rig)) is not None:
+            self._checked = stamp_ns, None
+        elif (fault := self._fault_of_late(stamp_ns, left, right)) is not None:
             raise StereoLandmarkError(fault.value)
         return LocatedPair(stamp_ns, left, answer, tilt, self._rig)
+
+    def _fault_of_late(
+        self, stamp_ns: int, left: NDArray[np.uint8], right: NDArray[np.uint8]
+    ) -> PairFault | None:
+        """Return what is wrong with the cameras; a lost robot, which has most to do, is not asked with each pair."""
+        if self._checked is None or abs(stamp_ns - self._checked[0]) > CHECK_INTERVAL * 1e9:
+            self._checked = stamp_ns, pair_fault(left, right, self._rig)
+        return self._checked[1]
 
     def _likely(self, stamp_ns: int) -> tuple[str, ...]:
         if self._latest is None or abs(stamp_ns - self._latest[0]) > REMEMBERED * 1e9:

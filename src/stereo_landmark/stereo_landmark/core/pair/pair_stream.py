@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -57,12 +57,14 @@ class PairStream:
         self._settings = settings
         self._waiting: StampPairing[_TakenImage] = StampPairing(pairing.tolerance_ns, pairing.queue_size)
         self._tilt = TiltTrail()
+        self._has_imu = False
         self._calibrations: tuple[CameraCalibration, CameraCalibration] | None = None
         self._localizer: PairLocalizer | None = None
 
     def add_tilt(self, stamp: float, roll: float, pitch: float) -> None:
         """Take fixed-axis roll and pitch of the base at a time [rad, s]."""
         self._tilt.add(stamp, roll, pitch)
+        self._has_imu = True
 
     def add_image(
         self, side: Side, stamp_ns: int, pixels: NDArray[np.uint8], calibration: CameraCalibration
@@ -83,16 +85,22 @@ class PairStream:
         if pair is None:
             return None
         left, right = pair
-        localizer = self._localizer_for(left.calibration, right.calibration)
-        tilt = self._tilt.tilt_at(left.stamp_ns * 1e-9) or (0.0, 0.0)
-        return localizer.locate(left.stamp_ns, left.pixels, right.pixels, tilt)
+        localizer = self.use_calibrations(left.calibration, right.calibration)
+        tilt = self._tilt.tilt_at(left.stamp_ns * 1e-9)
+        located = localizer.locate(left.stamp_ns, left.pixels, right.pixels, tilt or (0.0, 0.0))
+        return replace(located, lacks_tilt=self._has_imu and tilt is None)
 
     def forget(self) -> None:
         """Drop the place where the robot was last."""
         if self._localizer is not None:
             self._localizer.forget()
 
-    def _localizer_for(self, left: CameraCalibration, right: CameraCalibration) -> PairLocalizer:
+    def use_calibrations(self, left: CameraCalibration, right: CameraCalibration) -> PairLocalizer:
+        """Return the localizer of these cameras; it is kept as long as they are the same.
+
+        Raises:
+            StereoLandmarkError: the calibrations are no pair's or not those of the places.
+        """
         if self._localizer is None or self._calibrations != (left, right):
             rig = stereo_rig(left, right, self._mount)
             raw = (left, right) if self._pairing.rectify else None

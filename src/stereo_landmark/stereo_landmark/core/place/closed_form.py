@@ -53,6 +53,12 @@ class Displacement:
         """Of the robot over the taught pose [m]."""
         return -self.dz
 
+    @property
+    def state(self) -> NDArray[np.float64]:
+        """x, y, z [m] and yaw [rad] of the robot in the taught frame, shape (4,)."""
+        pose = self.pose
+        return np.array([pose.x, pose.y, self.height, pose.yaw])
+
 
 def closed_form(found: NDArray[np.float64], taught: NDArray[np.float64]) -> Displacement | None:
     """Return the displacement that takes taught points to present ones with the least squares.
@@ -106,8 +112,7 @@ def _change(
         displacement = closed_form(here, there)
         if displacement is None:
             return np.full(4, np.inf)
-        pose = displacement.pose
-        sides.append(np.array([pose.x, pose.y, displacement.height, pose.yaw]))
+        sides.append(displacement.state)
     change = sides[1] - sides[0]
     change[3] = wrap_angle(float(change[3]))
     return np.asarray(change / (2.0 * _STEP))

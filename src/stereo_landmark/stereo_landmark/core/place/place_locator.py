@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose, level_camera
+from shirube_geometry import PlanarPose, level_camera, wrap_angle
 from stereo_landmark.core.place.closed_form import closed_form, closed_form_covariance
 from stereo_landmark.core.place.consensus import largest_consensus
 from stereo_landmark.core.place.consistency import consistent_points
@@ -21,11 +21,14 @@ from stereo_landmark.core.place.stereo_points import (
     measurable,
     rows_agree,
     triangulate,
+    with_calibration_error,
 )
 from stereo_landmark.core.place.stereo_rig import StereoRig
 
 RIVAL_SHARE = 0.7
 """Where other points vote for another displacement with this part of the votes, nobody knows which is right."""
+_TILT_STEP = 1e-5
+"""For derivatives [rad]."""
 
 
 class PlaceLocator:
@@ -67,8 +70,12 @@ class PlaceLocator:
             return self._too_few(len(seen))
         in_rows = rows_agree(seen, self._settings.pixel_sigma)
         if in_rows.sum() < self._settings.points_min:
-            detail = f'{int(in_rows.sum())} of {len(seen)} points are in the same row of both images'
-            return NoPlaceFix(NoPlaceFixReason.INCONSISTENT, detail)
+            apart = float(np.median(seen.pixels[:, 3] - seen.pixels[:, 1]))
+            detail = (
+                f'{int(in_rows.sum())} of {len(seen)} points are in the same row of both images; '
+                f'in the right one they are {abs(apart):.2f} px {"lower" if apart > 0.0 else "higher"} (median)'
+            )
+            return NoPlaceFix(NoPlaceFixReason.ROWS_APART, detail)
         agreeing = self._agreeing(seen.subset(in_rows), taught, tilt)
         if isinstance(agreeing, NoPlaceFix):
             return agreeing
@@ -104,8 +111,7 @@ class PlaceLocator:
         first = closed_form(self.spatial_points(seen, tilt).positions, taught.positions)
         if first is None:
             return NoPlaceFix(NoPlaceFixReason.POOR_GEOMETRY, 'the points are above one another')
-        pose = first.pose
-        state = np.array([pose.x, pose.y, first.height, pose.yaw, *tilt])
+        state = np.array([*first.state, *tilt])
         fit = fit_reprojection(seen, taught, self._rig, state, self._settings)
         while fit is not None and fit.distances.max() > self._settings.gate_sigmas:
             if len(seen) <= self._settings.points_min:
@@ -123,14 +129,32 @@ class PlaceLocator:
     def _by_closed_form(
         self, seen: StereoPoints, taught: SpatialPoints, tilt: tuple[float, float]
     ) -> PlaceFix | NoPlaceFix:
-        found = self.spatial_points(seen, tilt)
+        noisy = with_calibration_error(seen, self._settings.pixel_sigma)
+        found = self.spatial_points(noisy, tilt)
         displacement = closed_form(found.positions, taught.positions)
         if displacement is None:
             return NoPlaceFix(NoPlaceFixReason.POOR_GEOMETRY, 'the points are above one another')
-        pose = displacement.pose
-        state = np.array([pose.x, pose.y, displacement.height, pose.yaw, *tilt])
+        state = np.array([*displacement.state, *tilt])
         residuals = seen.pixels - reproject(state, taught.positions, self._rig).pixels
-        return self._certain(_fix(state, closed_form_covariance(found, taught), residuals, seen))
+        by_tilt = self._change_with_tilt(noisy, taught, tilt)
+        covariance = closed_form_covariance(found, taught)
+        covariance += self._settings.tilt_sigma**2 * by_tilt @ by_tilt.T
+        return self._certain(_fix(state, covariance, residuals, seen))
+
+    def _change_with_tilt(
+        self, seen: StereoPoints, taught: SpatialPoints, tilt: tuple[float, float]
+    ) -> NDArray[np.float64]:
+        """Return how the closed form's x, y, z and yaw change with roll and pitch, shape (4, 2)."""
+        changes = []
+        for axis in np.eye(2):
+            states = []
+            for step in (-_TILT_STEP, _TILT_STEP):
+                roll, pitch = np.array(tilt) + step * axis
+                moved = closed_form(self.spatial_points(seen, (roll, pitch)).positions, taught.positions)
+                states.append(np.full(4, np.inf) if moved is None else moved.state)
+            change = states[1] - states[0]
+            changes.append([*change[:3], wrap_angle(float(change[3]))])
+        return np.array(changes).T / (2.0 * _TILT_STEP)
 
     def _certain(self, fix: PlaceFix) -> PlaceFix | NoPlaceFix:
         sigma = math.sqrt(float(np.linalg.eigvalsh(fix.covariance[:2, :2])[-1]))

@@ -88,8 +88,10 @@ class Teacher:
             )
         points = stereo_points([('it', *measured)])
         if not rows_agree(points, self._pixel_sigma).all():
+            apart = float(np.median(np.abs(points.pixels[:, 3] - points.pixels[:, 1])))
             raise StereoLandmarkError(
-                'the images show it in different rows, so that it is not one thing; choose another primitive'
+                f'the images show it in different rows, {apart:.2f} px apart, so that it is not one thing; choose '
+                'another primitive, or calibrate the cameras again as a pair if the others are apart too'
             )
         return measured
 
@@ -158,6 +160,10 @@ class Teacher:
             (part.name, left, right) for part, (_, left, right) in zip(primitives, pairs, strict=True)
         )
         points = there.names if choice.points is None else choice.points
+        if not points:
+            raise StereoLandmarkError(
+                f'target {choice.name} has no point that the pose is made of; use one or more of its points'
+            )
         for point in points:
             if point not in there.names:
                 known = ', '.join(there.names)
@@ -166,9 +172,12 @@ class Teacher:
 
     def _position(self, left: Primitive, right: Primitive) -> NDArray[np.float64]:
         """Return the centre of a primitive in the place's frame, shape (3,) [m]."""
-        pixels = np.array([[*left.centre, *right.centre]])
-        (position,) = self.coordinates(StereoPoints(('centre',), pixels, np.eye(4)[None])).positions
+        (position,) = self.coordinates(_centre(left, right)).positions
         return position
+
+    def _is_near(self, left: Primitive, right: Primitive) -> bool:
+        """Tell whether the position of a primitive can be measured."""
+        return bool(measurable(_centre(left, right), self._view.rig).all())
 
     def _partner(self, chosen: Primitive) -> Primitive | None:
         """Return what the right image shows of a primitive of the left one."""
@@ -189,12 +198,18 @@ class Teacher:
                 if any(_belong_together(primitive, other) for other in taken):
                     continue
                 partner = self._partner(primitive)
-                if partner is not None:
+                if partner is not None and self._is_near(primitive, partner):
                     taken.append(primitive)
                     position = self._position(primitive, partner)
                     name = f'{kind.value} {len(found) + 1}'
                     found.append(TaughtPrimitive(name, without_covariance(primitive), position))
         return tuple(found)
+
+
+def _centre(left: Primitive, right: Primitive) -> StereoPoints:
+    """Return the centre of a primitive, roughly."""
+    pixels = np.array([[*left.centre, *right.centre]])
+    return StereoPoints(('centre',), pixels, np.eye(4)[None])
 
 
 def _on_walls(target: TaughtTarget, around: NDArray[np.float64]) -> TaughtTarget:

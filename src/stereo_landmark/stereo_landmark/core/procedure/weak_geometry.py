@@ -1,4 +1,4 @@
-"""What is weak of where taught points are: one rule for the page, the batch and the node (paper 4)."""
+"""What is weak of where taught points are: one rule for the page and the batch (paper 4)."""
 
 from __future__ import annotations
 

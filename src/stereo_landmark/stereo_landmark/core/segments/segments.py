@@ -14,6 +14,9 @@ from stereo_landmark.core.edges.settings import EdgeSettings
 from stereo_landmark.core.segments.chains import index_points, link_points, read_chains
 from stereo_landmark.core.segments.polyline import bend_points
 
+NEIGHBOURS_WITHIN = 6.0
+"""An end not farther from a segment than this makes both neighbours [px]."""
+
 
 @dataclass(frozen=True)
 class Segments:
@@ -27,7 +30,6 @@ class Segments:
         bends: shape (k,), numbers of the bend points in ``points``, ends included.
         bend_starts: shape (m + 1,), where each segment's begin in ``bends``.
         index: shape (h, w), number in ``points`` of the edge in each pixel, -1 where there is none.
-        neighbour_distance: an end not farther from a segment than this makes both neighbours [px].
     """
 
     points: NDArray[np.float64]
@@ -37,7 +39,6 @@ class Segments:
     bends: NDArray[np.int32]
     bend_starts: NDArray[np.int32]
     index: NDArray[np.int32]
-    neighbour_distance: float
 
     def __len__(self) -> int:
         """Return the number of segments."""
@@ -87,9 +88,12 @@ class Segments:
 
     @cached_property
     def neighbours(self) -> list[list[int]]:
-        """The segments near an end of each, and those whose ends are near it, in rising order."""
+        """The segments near an end of each, and those whose ends are near it, in rising order.
+
+        The paper's segments know them (3.4). The detectors here look for ends themselves, each as far as it needs.
+        """
         near: list[set[int]] = [set() for _ in range(len(self))]
-        reach = math.ceil(self.neighbour_distance)
+        reach = math.ceil(NEIGHBOURS_WITHIN)
         for segment, ends in enumerate(self.end_points):
             for x, y in ends:
                 window = self.index[
@@ -97,7 +101,7 @@ class Segments:
                     max(round(x) - reach, 0) : round(x) + reach + 1,
                 ]
                 points = window[window >= 0]
-                close = np.hypot(*(self.points[points] - [x, y]).T) <= self.neighbour_distance
+                close = np.hypot(*(self.points[points] - [x, y]).T) <= NEIGHBOURS_WITHIN
                 for other in np.unique(
                     np.searchsorted(self.starts, points[close], side='right') - 1
                 ).tolist():
@@ -124,5 +128,4 @@ def follow_segments(edges: Edges, settings: EdgeSettings) -> Segments:
     return Segments(
         *(points, edges.gradients[order], starts, closed, bends, bend_starts),
         index=index,
-        neighbour_distance=settings.neighbour_distance,
     )

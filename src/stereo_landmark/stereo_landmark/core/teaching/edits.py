@@ -14,7 +14,8 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.processing_values import processing_values
 from stereo_landmark.core.teaching.teaching_state import ChosenPrimitive, Region, TargetDraft, TeachingState
 
-_PLACE_NAME = re.compile(r'[A-Za-z0-9_][A-Za-z0-9_-]*')
+_PLACE_NAME = re.compile(r'[A-Za-z0-9_][A-Za-z0-9_-]{0,63}')
+_NAME_MAX = 64
 _REGION_MIN = 8.0
 """A smaller region holds no primitive; somebody only clicked [px]."""
 
@@ -26,7 +27,7 @@ def name_place(state: TeachingState, name: str) -> TeachingState:
         StereoLandmarkError: the name is none for a file and a frame.
     """
     if not _PLACE_NAME.fullmatch(name):
-        raise StereoLandmarkError(f'{name!r} is no name for a place; use letters, digits, _ and -')
+        raise StereoLandmarkError(f'{name!r} is no name for a place; use up to 64 letters, digits, _ and -')
     return replace(state, name=name)
 
 
@@ -203,7 +204,7 @@ def _check_number(number: int, count: int, what: str) -> None:
 
 
 def _check_name(name: str, taken: Sequence[str]) -> None:
-    if not name.strip() or '/' in name:
-        raise StereoLandmarkError(f'{name!r} is no name; give some letters without a slash')
+    if not name.strip() or '/' in name or not name.isprintable() or len(name) > _NAME_MAX:
+        raise StereoLandmarkError(f'{name!r} is no name; give up to {_NAME_MAX} letters without a slash')
     if name in taken:
         raise StereoLandmarkError(f'{name} is taken; choose another name')

@@ -1,0 +1,63 @@
+"""Quadrilaterals whose sides are of different things: panels and signs are rectangles, these are none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from stereo_landmark.core.place.stereo_points import SpatialPoints
+from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+
+SKEW_MAX = 0.05
+"""Opposite sides of a rectangle, as measured in space, differ by a smaller part than this,"""
+SKEW_SIGMAS = 5.0
+"""or by fewer standard deviations."""
+
+
+def skewed_shapes(place: TaughtPlace) -> Iterator[str]:
+    """Yield a line for each quadrilateral of a target that is no rectangle in space.
+
+    One side that is another thing's in one of the images, such as the frame around a panel, makes a plane out of it
+    that is not there, and two corners far behind or before the wall, which look well measured.
+
+    Args:
+        place: as taught.
+    """
+    for target in place.targets:
+        for primitive in target.primitives:
+            if not isinstance(primitive.shape, Quadrilateral):
+                continue
+            name = f'{target.name}/{primitive.name}'
+            corners = place.coordinates.selected(tuple(f'{name}/corner_{k}' for k in range(4)))
+            skew, lengths = _skew(corners)
+            if skew > 1.0:
+                one, other = (f'{100.0 * length:.1f}' for length in lengths)
+                yield (
+                    f'{name}: its opposite sides are {one} and {other} cm long in space; unless it is so, they are of '
+                    'different things: choose another primitive'
+                )
+
+
+def _skew(corners: SpatialPoints) -> tuple[float, tuple[float, float]]:
+    """Return how far opposite sides differ, above 1 for more than in any rectangle, and their lengths [m]."""
+    sides = [_side(corners, k) for k in range(4)]
+    worst = 0.0, (0.0, 0.0)
+    for (one, variance), (other, other_variance) in zip(sides[:2], sides[2:], strict=True):
+        gap = abs(one - other)
+        skew = min(
+            gap / (SKEW_MAX * max(one, other)),
+            gap / (SKEW_SIGMAS * float(np.sqrt(variance + other_variance))),
+        )
+        worst = max(worst, (skew, (one, other)))
+    return worst
+
+
+def _side(corners: SpatialPoints, k: int) -> tuple[float, float]:
+    """Return the length of a side [m] and its variance [m²]."""
+    other = (k + 1) % 4
+    side = corners.positions[other] - corners.positions[k]
+    length = float(np.linalg.norm(side))
+    along = side / length
+    return length, float(along @ (corners.covariances[k] + corners.covariances[other]) @ along)

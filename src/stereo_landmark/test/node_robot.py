@@ -1,0 +1,125 @@
+"""A node and a robot around it that sends it messages and hears what it says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, TransformStamped
+from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo, Image, Imu
+from std_msgs.msg import Header
+from taught_wall import CALIBRATIONS, TAUGHT, seen
+
+from shirube_ros.image_conversion import image_from_array
+from shirube_ros.isolated_graph import IsolatedGraph
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration
+from stereo_landmark.node import StereoLandmarkNode
+
+MOUNT = {'camera_xyz': [0.2, 0.1, 0.6]}
+SIDES = ('left', 'right')
+
+
+class FakeStream:
+    """Remembers its calls and answers what it is told to."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[Any, ...]] = []
+        self.answer: Any = None
+
+    def add_image(self, *call: Any) -> Any:
+        self.calls.append(('image', *call))
+        if isinstance(self.answer, Exception):
+            raise self.answer
+        return self.answer
+
+    def add_tilt(self, *call: Any) -> None:
+        self.calls.append(('tilt', *call))
+
+    def forget(self) -> None:
+        self.calls.append(('forget',))
+
+
+class Robot:
+    """The node under test and a robot around it."""
+
+    def __init__(
+        self, graph: IsolatedGraph, places: Path, *, is_real: bool = False, **parameters: Any
+    ) -> None:
+        self._graph = graph
+        self.streams: list[FakeStream] = []
+        given = {'places_dir': str(places), **MOUNT, **parameters}
+        self.node = graph.add(StereoLandmarkNode if is_real else self._with_fakes, **given)
+        self.robot = graph.add(lambda **options: Node('robot', **options))
+        kinds = {f'{side}/{name}': kind for side in SIDES for name, kind in
+                 (('image_rect', Image), ('camera_info', CameraInfo))} | {'imu': Imu}  # fmt: skip
+        self._publishers = {
+            topic: self.robot.create_publisher(kind, topic, 10) for topic, kind in kinds.items()
+        }
+        self.displacements = self.listen(TransformStamped, 'displacement')
+        self.poses = self.listen(PoseStamped, 'pose')
+        self.reports: list[DiagnosticStatus] = []
+        self.robot.create_subscription(
+            DiagnosticArray, '/diagnostics', lambda array: self.reports.extend(array.status), 10
+        )
+        assert graph.spin_until(self._is_connected)
+
+    def _with_fakes(self, **options: Any) -> StereoLandmarkNode:
+        def create_stream(*_: object) -> FakeStream:
+            self.streams.append(FakeStream())
+            return self.streams[-1]
+
+        return StereoLandmarkNode(create_stream, **options)  # type: ignore[arg-type]
+
+    def _is_connected(self) -> bool:
+        heard = all(publisher.get_subscription_count() == 1 for publisher in self._publishers.values())
+        return heard and self.robot.count_publishers('/diagnostics') == 1
+
+    @property
+    def stream(self) -> FakeStream:
+        return self.streams[-1]
+
+    def listen(self, kind: type, name: str) -> list[Any]:
+        received: list[Any] = []
+        subscription = self.robot.create_subscription(kind, f'/stereo_landmark/{name}', received.append, 10)
+        topic = subscription.topic_name
+        assert self._graph.spin_until(lambda: self.node.count_subscribers(topic) == 1)
+        return received
+
+    def send(self, topic: str, message: Any) -> None:
+        guard = self.node._guard
+        before = guard.counts[topic].received
+        self._publishers[topic].publish(message)
+        assert self._graph.spin_until(lambda: guard.counts[topic].received > before)
+
+    def send_pair(self, stamp: float = 10.0, pair: Any = None, later: float = 0.0) -> None:
+        images = seen(TAUGHT) if pair is None else pair
+        for side, image, calibration in zip(SIDES, images, CALIBRATIONS, strict=True):
+            self.send(f'{side}/camera_info', info(calibration))
+            when = stamp + (later if side == 'right' else 0.0)
+            self.send(f'{side}/image_rect', image_from_array(image, header(when, f'{side}_optical_frame')))
+
+    def report(self) -> DiagnosticStatus:
+        before = len(self.reports)
+        assert self._graph.spin_until(lambda: len(self.reports) > before)
+        return self.reports[-1]
+
+    def wait_for(self, messages: list[Any], number: int = 1) -> None:
+        assert self._graph.spin_until(lambda: len(messages) >= number)
+
+
+def header(stamp: float, frame: str) -> Header:
+    return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)), frame_id=frame)
+
+
+def info(calibration: CameraCalibration) -> CameraInfo:
+    raw = calibration.raw
+    return CameraInfo(
+        width=raw.width,
+        height=raw.height,
+        k=raw.matrix.ravel(),
+        r=calibration.rotation,
+        p=calibration.projection,
+    )

@@ -1,0 +1,62 @@
+"""A robot that leans and stands higher than when it was taught is where it is, whichever way its images come."""
+
+import csv
+
+import cv2
+import pytest
+from pair_bag import write_pairs
+from taught_wall import CALIBRATIONS, TAUGHT, seen, taught_place, write_files
+
+from stereo_landmark.commands.locate import main
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
+from stereo_landmark.files.place_file import load_places, save_place
+from stereo_landmark.files.taught_images import TaughtImages
+from stereo_landmark.page.taught_pair import taught_pair
+from stereo_landmark.rehearsal import rehearse
+
+TILT = (0.04, -0.03)
+LEANING = (0.15, -0.1, 0.05, 0.06, *TILT)
+STAMP = 1_700_000_000_000_000_000
+
+
+def pose_of(folder):
+    (row,) = csv.DictReader((folder / 'poses.csv').open())
+    return [float(row[name]) for name in ('x', 'y', 'z', 'yaw')]
+
+
+@pytest.fixture(scope='module')
+def files(tmp_path_factory):
+    written = write_files(tmp_path_factory.mktemp('wall'))
+    for side, image in zip(('left', 'right'), seen(LEANING)):
+        cv2.imwrite(str(written.images[side]), image)
+    return written
+
+
+def test_in_image_files_the_tilt_is_told_by_the_option(files, tmp_path):
+    assert main(files.options('--tilt', *map(str, TILT), '--out', str(tmp_path))) == 0
+    assert pose_of(tmp_path) == pytest.approx(LEANING[:4], abs=0.01)
+
+
+def test_in_a_bag_the_tilt_is_told_by_the_imu(files, tmp_path):
+    write_pairs(tmp_path / 'bag', [(STAMP, STAMP, *seen(LEANING))], CALIBRATIONS, TILT)
+    mount = ('--camera-xyz', '0.2', '0.1', '0.6')
+    where = ('--places', str(files.places), '--bag', str(tmp_path / 'bag'), '--out', str(tmp_path / 'out'))
+    assert main([*where, *mount]) == 0
+    assert pose_of(tmp_path / 'out') == pytest.approx(LEANING[:4], abs=0.01)
+
+
+def test_a_place_that_was_taught_while_the_robot_leaned_is_rehearsed_and_taught_further_so(
+    tmp_path, monkeypatch
+):
+    path = save_place(tmp_path, taught_place(), TaughtImages(*seen(TAUGHT), TILT))
+    assert taught_pair(path).images(0).tilt == TILT
+    asked = []
+    locate = LandmarkLocalizer.locate
+
+    def remembered(self, left, right, tilt=(0.0, 0.0), likely=()):
+        asked.append(tilt)
+        return locate(self, left, right, tilt, likely)
+
+    monkeypatch.setattr(LandmarkLocalizer, 'locate', remembered)
+    rehearse(tmp_path, load_places(tmp_path), LandmarkSettings())
+    assert asked == [TILT]

@@ -1,0 +1,50 @@
+"""A rectangle in space is none however the robot looks at it; one with a side of another thing is told."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from drawn_wall import Plate, Wall, view_of
+
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.skewed_shapes import skewed_shapes
+from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+
+WALL = Wall((Plate(0.4, 0.7, 0.5, 0.3, 60.0), Plate(-0.4, 0.7, 0.3, 0.2, 220.0)))
+
+
+def taught(yaw):
+    view = view_of(WALL, (0.0, 0.0, 0.0, yaw, 0.0, 0.0), (Kind.QUADRILATERAL, Kind.ELLIPSE, Kind.CORNER))
+    plates = sorted(view.left.kinds[Kind.QUADRILATERAL].primitives, key=lambda plate: plate.centre[0])
+    assert len(plates) == 2
+    choice = TargetChoice('signs', {f'plate {k}': plate for k, plate in enumerate(plates)})
+    return Teacher(view, ImageProcessing()).teach('hall', [choice])
+
+
+@pytest.mark.parametrize('yaw', [-0.2, 0.0, 0.2])
+def test_rectangles_are_rectangles_from_everywhere(yaw):
+    assert list(skewed_shapes(taught(yaw))) == []
+
+
+def test_a_side_that_one_image_took_from_another_thing_is_told():
+    """The corners of one side move along their rays, as a wrong disparity of that side makes them."""
+    place = taught(0.0)
+    positions = place.coordinates.positions.copy()
+    names = place.coordinates.names
+    eye = place.rig.mount.xyz
+    side = [
+        names.index(f'signs/plate 0/{name}')
+        for name in sorted(
+            (f'corner_{k}' for k in range(4)), key=lambda name: positions[_row(names, name), 1]
+        )[:2]
+    ]
+    positions[side] = eye + 1.1 * (positions[side] - eye)
+    place = replace(place, coordinates=replace(place.coordinates, positions=positions))
+    (line,) = skewed_shapes(place)
+    assert line.startswith('signs/plate 0: its opposite sides are ')
+    assert np.abs(positions[side, 0] - 3.0).min() > 0.2
+
+
+def _row(names, name):
+    return names.index(f'signs/plate 0/{name}')
