@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 from shirube_settings import setting
 from stereo_landmark.core.primitives.corner_links import link_corners
 from stereo_landmark.core.primitives.crossing import crossing_covariance, joint_covariance, meeting_point
+from stereo_landmark.core.primitives.edge_response import response_table
 from stereo_landmark.core.primitives.image_point import ImagePoint
 from stereo_landmark.core.primitives.line_refinement import refine_lines
+from stereo_landmark.core.primitives.outline_fit import fit_outline
 from stereo_landmark.core.primitives.quadrilateral_comparison import best_turn, corner_differences
 from stereo_landmark.core.primitives.quadrilateral_search import corner_graph, distinct_outlines, find_rings
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
@@ -169,10 +171,8 @@ def detect_quadrilaterals(sides: Sides, settings: PrimitiveSettings) -> list[Qua
     kept = distinct_outlines(corners.reshape(-1, 8), np.argsort(-seen, kind='stable'), _SAME)
     polarities = np.where(np.sum(rings % 2 == 0, axis=1) >= 2, 1, -1)
     covariances = _covariances(sides, rings[kept] // 2, corners[kept])
-    return [
-        Quadrilateral(corners[k], int(polarities[k]), float(seen[k]), covariance)
-        for k, covariance in zip(kept, covariances, strict=True)
-    ]
+    columns = polarities[kept].tolist(), seen[kept].tolist()
+    return [Quadrilateral(*row) for row in zip(corners[kept], *columns, covariances, strict=True)]
 
 
 def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quadrilateral | None:
@@ -192,6 +192,10 @@ def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quad
     corners = np.array([meeting_point(lines[k - 1], lines[k]) for k in range(4)])
     if np.abs(corners - found.corners).max() > _MOVED_MAX:
         return None
+    blur = float(np.median([line.blur for line in lines]))
+    fit = fit_outline(image, corners, blur, response_table())
+    if fit.found:
+        return replace(found, corners=fit.corners, seen=fit.agreeing, covariance=fit.covariance)
     agreeing = float(np.mean([line.agreeing for line in lines]))
     return replace(found, corners=corners, seen=agreeing, covariance=joint_covariance(lines, corners))
 
