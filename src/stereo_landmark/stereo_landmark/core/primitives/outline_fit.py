@@ -1,8 +1,8 @@
 """A whole quadrilateral fitted to the grey image at once, its sides and the rounded places where they meet.
 
 Side by side, each section with grey levels of its own, tells less: near a corner nothing is measured, and grey levels
-that are the same all around are learned again for each section. So all pixels along the outline are explained by one
-level outside, one inside, one blur and four corners. Where that does not explain them (shadows, things that hide a part,
+that hardly change all around are learned again for each section. So all pixels along the outline are explained by a
+level outside and one inside, which light may let change evenly over the image, one blur and four corners. Where that does not explain them (shadows, things that hide a part,
 another thing at a corner), there is no fit, and the sides measured alone stand.
 """
 
@@ -26,8 +26,9 @@ from stereo_landmark.core.symmetric_matrix import invert_symmetric
 ROUNDS = 7
 SMALL_STEP = 0.003
 """A round that moves corners by less was the last one [px]."""
-_UNKNOWNS = 11
-_BLUR, _OUTSIDE, _INSIDE = 8, 9, 10
+_UNKNOWNS = 15
+_BLUR, _LEVELS = 8, 9
+"""First come the corners; last both levels in the middle, how the outer changes along x and y, and how the inner does."""
 _WIDTH = 7.0
 """Half the width of the band in standard deviations of the edge."""
 _CORE = 3.6
@@ -40,7 +41,7 @@ _FLAT_MIN = 12
 _AGREEING = 4.0
 _SHADING = 0.03
 """Outside the core a pixel agrees within so many deviations of the noise and this part of the contrast."""
-_LEVEL_APART = 0.02
+_LEVEL_APART = 0.01
 """Sides whose levels differ by more than this part of the contrast have levels of their own."""
 _AGREEING_MIN = 0.95
 _SCATTER_MAX = 4.0
@@ -77,6 +78,7 @@ class _Band(NamedTuple):
         covered: shape (n,), by how much the quadrilateral covers each, as it is seen.
         depths: shape (n,), how far inside of the nearest side [px].
         sides: shape (n,), the nearest one.
+        places: shape (n, 2), from the middle, as parts of the size.
         changes: shape (n, 9), of the coverage by the corners' coordinates and the blur.
     """
 
@@ -84,13 +86,23 @@ class _Band(NamedTuple):
     covered: NDArray[np.float64]
     depths: NDArray[np.float64]
     sides: NDArray[np.int64]
+    places: NDArray[np.float64]
     changes: NDArray[np.float64]
 
 
 class _State(NamedTuple):
-    """What is fitted: blur, level outside and inside, and the noise of both, shape (5,); the corners, shape (4, 2)."""
+    """What is fitted.
 
-    numbers: NDArray[np.float64]
+    Attributes:
+        blur: shape (1,) [px].
+        noise: shape (2,), variance of the grey levels outside and inside.
+        levels: shape (6,), in the order of the unknowns.
+        corners: shape (4, 2) [px].
+    """
+
+    blur: NDArray[np.float64]
+    noise: NDArray[np.float64]
+    levels: NDArray[np.float64]
     corners: NDArray[np.float64]
 
 
@@ -119,25 +131,25 @@ def _fit(
     inner: float,
 ) -> OutlineFit:
     """The same with the core of the band reaching inside so many deviations of the edge."""
-    state = _State(np.array([blur, 0.0, 0.0, np.inf, np.inf]), corners.copy())
-    information, covariance = np.zeros((_UNKNOWNS, _UNKNOWNS)), np.zeros((_UNKNOWNS, _UNKNOWNS))
-    fit = OutlineFit(False, state.corners, covariance[:8, :8], 0.0)
+    state = _State(np.array([blur]), np.full(2, np.inf), np.zeros(6), corners.copy())
+    covariance = np.zeros((_UNKNOWNS, _UNKNOWNS))
+    fit = OutlineFit(False, state.corners, np.eye(8), 0.0)
     for turn in range(ROUNDS):
-        number = nearest_blur(state.numbers[0])
+        number = nearest_blur(state.blur[0])
         sigma = np.sqrt(BLURS[number] ** 2 + PIXEL_VARIANCE)
         outer = _WIDTH * sigma
         reach = -outer, outer if inner == _CORE else inner * sigma
         band = _band(image, state.corners, table[number], sigma**2, reach)
         core = (band.depths > -_CORE * sigma) & (band.depths < inner * sigma)
-        if turn == 0 and not _guess_levels(band, core, state.numbers):
+        if turn == 0 and not _guess_levels(band, core, state.levels):
             return fit
-        rests = band.values - state.numbers[1] - (state.numbers[2] - state.numbers[1]) * band.covered
-        used = _agreeing(band, rests, state.numbers) & (core | (turn > 1))
-        if turn > 0 and not _measure_noise(band, rests, used, state.numbers):
+        rests = _rests(band, state.levels)
+        used = _agreeing(band, rests, state) & (core | (turn > 1))
+        if turn > 0 and not _measure_noise(band, rests, used, state.noise):
             return fit
-        step = _step(band, rests, used, state.numbers, information, covariance)
-        state.numbers[0] = min(max(BLURS[number] + step[_BLUR], BLURS[0]), BLURS[-1])
-        state.numbers[1:3] += step[_OUTSIDE:]
+        step = _step(band, rests, used, state, covariance)
+        state.blur[0] = min(max(BLURS[number] + step[_BLUR], BLURS[0]), BLURS[-1])
+        state.levels[:] += step[_LEVELS:]
         state.corners[:] += step[:8].reshape(4, 2)
         if not np.max(np.abs(state.corners - corners)) < _MOVED_MAX:
             return fit
@@ -147,42 +159,62 @@ def _fit(
 
 
 @njit(cache=True, error_model='numpy')
-def _guess_levels(band: _Band, core: NDArray[np.bool_], numbers: NDArray[np.float64]) -> bool:
+def _guess_levels(band: _Band, core: NDArray[np.bool_], levels: NDArray[np.float64]) -> bool:
     """Write the levels that the pixels on both sides of the edge have on average."""
-    for column, is_side in ((1, core & (band.covered < 0.3)), (2, core & (band.covered > 0.7))):
+    for column, is_side in ((0, core & (band.covered < 0.3)), (1, core & (band.covered > 0.7))):
         if np.sum(is_side) < _FLAT_MIN:
             return False
-        numbers[column] = np.median(band.values[is_side])
-    return numbers[1] != numbers[2]
+        levels[column] = np.median(band.values[is_side])
+    return levels[0] != levels[1]
 
 
 @njit(cache=True, error_model='numpy')
-def _agreeing(band: _Band, rests: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _rests(band: _Band, levels: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return by how much pixels are brighter than the model says, shape (n,)."""
+    rests = np.empty(len(band.values))
+    for p in range(len(rests)):
+        outside = _outside(band.places[p], levels)
+        rests[p] = band.values[p] - outside - _contrast(band.places[p], levels) * band.covered[p]
+    return rests
+
+
+@njit(cache=True, error_model='numpy')
+def _outside(place: NDArray[np.float64], levels: NDArray[np.float64]) -> float:
+    return levels[0] + levels[2] * place[0] + levels[3] * place[1]
+
+
+@njit(cache=True, error_model='numpy')
+def _contrast(place: NDArray[np.float64], levels: NDArray[np.float64]) -> float:
+    return levels[1] + levels[4] * place[0] + levels[5] * place[1] - _outside(place, levels)
+
+
+@njit(cache=True, error_model='numpy')
+def _agreeing(band: _Band, rests: NDArray[np.float64], state: _State) -> NDArray[np.bool_]:
     """Return which pixels are as the model says, within noise and shading."""
-    slack = _SHADING * abs(numbers[2] - numbers[1])
+    slack = _SHADING * abs(state.levels[1] - state.levels[0])
     agreeing = np.empty(len(rests), np.bool_)
     for p in range(len(rests)):
-        noise = np.sqrt(_variance(band.covered[p], numbers))
+        noise = np.sqrt(_variance(band.covered[p], state.noise))
         agreeing[p] = abs(rests[p]) <= _AGREEING * noise + slack
     return agreeing
 
 
 @njit(cache=True, error_model='numpy')
-def _variance(covered: float, numbers: NDArray[np.float64]) -> float:
+def _variance(covered: float, noise: NDArray[np.float64]) -> float:
     """Return the variance of a pixel: light has noise that grows with it."""
-    return numbers[3] + (numbers[4] - numbers[3]) * covered if numbers[3] < np.inf else np.inf
+    return noise[0] + (noise[1] - noise[0]) * covered if noise[0] < np.inf else np.inf
 
 
 @njit(cache=True, error_model='numpy')
 def _measure_noise(
-    band: _Band, rests: NDArray[np.float64], used: NDArray[np.bool_], numbers: NDArray[np.float64]
+    band: _Band, rests: NDArray[np.float64], used: NDArray[np.bool_], noise: NDArray[np.float64]
 ) -> bool:
     """Write the variances of the pixels that show a level."""
-    for column, is_flat in ((3, band.covered < _FLAT), (4, band.covered > 1.0 - _FLAT)):
+    for column, is_flat in ((0, band.covered < _FLAT), (1, band.covered > 1.0 - _FLAT)):
         flat = rests[used & is_flat]
         if len(flat) < _FLAT_MIN:
             return False
-        numbers[column] = max((1.4826 * np.median(np.abs(flat - np.median(flat)))) ** 2, _ROUNDING**2)
+        noise[column] = max((1.4826 * np.median(np.abs(flat - np.median(flat)))) ** 2, _ROUNDING**2)
     return True
 
 
@@ -191,21 +223,23 @@ def _step(
     band: _Band,
     rests: NDArray[np.float64],
     used: NDArray[np.bool_],
-    numbers: NDArray[np.float64],
-    information: NDArray[np.float64],
+    state: _State,
     covariance: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Return what is to be added to the unknowns; not a number where pixels do not tell them."""
-    contrast = numbers[2] - numbers[1]
+    information = np.zeros((_UNKNOWNS, _UNKNOWNS))
     row, pull, step = np.empty(_UNKNOWNS), np.zeros(_UNKNOWNS), np.zeros(_UNKNOWNS)
-    information[:] = 0.0
     for p in range(len(rests)):
         if not used[p]:
             continue
+        place, covered = band.places[p], band.covered[p]
+        contrast = _contrast(place, state.levels)
         for c in range(9):
             row[c] = contrast * band.changes[p, c]
-        row[_OUTSIDE], row[_INSIDE] = 1.0 - band.covered[p], band.covered[p]
-        variance = _variance(band.covered[p], numbers)
+        row[_LEVELS], row[_LEVELS + 1] = 1.0 - covered, covered
+        for c in range(2):
+            row[_LEVELS + 2 + c], row[_LEVELS + 4 + c] = (1.0 - covered) * place[c], covered * place[c]
+        variance = _variance(covered, state.noise)
         weight = 1.0 / variance if variance < np.inf else 1.0
         for i in range(_UNKNOWNS):
             if row[i] == 0.0:
@@ -238,7 +272,7 @@ def _judged(
     scatter, edge = 0.0, 0
     for p in range(len(rests)):
         if used[p] and _FLAT < band.covered[p] < 1.0 - _FLAT:
-            scatter += rests[p] ** 2 / _variance(band.covered[p], state.numbers)
+            scatter += rests[p] ** 2 / _variance(band.covered[p], state.noise)
             edge += 1
     scatter = max(scatter / max(edge - _UNKNOWNS, 1), 1.0)
     agreeing = np.sum(core & used) / max(np.sum(core), 1)
@@ -247,17 +281,17 @@ def _judged(
         agreeing >= _AGREEING_MIN
         and scatter <= _SCATTER_MAX
         and np.max(np.diag(corners)) < _SIGMA_MAX**2
-        and _levels_agree(band, rests, core & used, state.numbers)
+        and _levels_agree(band, rests, core & used, state)
     )
     return OutlineFit(found, state.corners, corners, agreeing)
 
 
 @njit(cache=True, error_model='numpy')
 def _levels_agree(
-    band: _Band, rests: NDArray[np.float64], used: NDArray[np.bool_], numbers: NDArray[np.float64]
+    band: _Band, rests: NDArray[np.float64], used: NDArray[np.bool_], state: _State
 ) -> bool:
     """Return whether all sides have the same levels."""
-    slack = _LEVEL_APART * abs(numbers[2] - numbers[1])
+    slack = _LEVEL_APART * abs(state.levels[1] - state.levels[0])
     sums, counts = np.zeros((4, 2)), np.zeros((4, 2))
     for p in range(len(rests)):
         inside = 1 if band.covered[p] > 0.5 else 0
@@ -267,7 +301,7 @@ def _levels_agree(
     for k in range(4):
         for inside in range(2):
             n = max(counts[k, inside], 1.0)
-            if abs(sums[k, inside]) / n > slack + 3.0 * np.sqrt(numbers[3 + inside] / n):
+            if abs(sums[k, inside]) / n > slack + 3.0 * np.sqrt(state.noise[inside] / n):
                 return False
     return True
 
@@ -292,8 +326,9 @@ def _band(
     room = min((right - left + 1) * (bottom - top + 1), int(2.0 * (reach[1] - reach[0]) * np.sum(lines[:, 4])))
     room = max(room, 0) + 64
     band = _Band(
-        np.empty(room), np.empty(room), np.empty(room), np.empty(room, np.int64), np.zeros((room, 9))
+        np.empty(room), np.empty(room), np.empty(room), np.empty(room, np.int64), np.empty((room, 2)), np.empty((room, 9))
     )
+    middle, size = 0.25 * np.sum(corners, axis=0), 0.25 * np.sum(lines[:, 4])
     responses, distances = np.empty((4, 3)), np.empty(4)
     n = 0
     for y in range(top, bottom + 1):
@@ -309,10 +344,12 @@ def _band(
             for k in range(4):
                 look_up(profiles[bins[k]], distances[k], responses[k])
             band.values[n], band.depths[n], band.sides[n] = image[y, x], depth, nearest
+            band.places[n, 0], band.places[n, 1] = (x - middle[0]) / size, (y - middle[1]) / size
             band.covered[n] = _write_changes(x, y, lines, responses, band.changes[n])
             band.covered[n] += _by_skew(lines, responses, variance)
             n += 1
-    return _Band(band.values[:n], band.covered[:n], band.depths[:n], band.sides[:n], band.changes[:n])
+    first = band.values[:n], band.covered[:n], band.depths[:n], band.sides[:n]
+    return _Band(*first, band.places[:n], band.changes[:n])
 
 
 @njit(cache=True, error_model='numpy')
