@@ -1,8 +1,9 @@
 """A whole quadrilateral fitted to the grey image at once, its sides and the rounded places where they meet.
 
 Side by side, each section with grey levels of its own, tells less: near a corner nothing is measured, and grey levels
-that hardly change all around are learned again for each section. So all pixels along the outline are explained by a
-level outside and one inside, which light may let change evenly over the image, one blur and four corners. Where that does not explain them (shadows, things that hide a part,
+that hardly change all around are learned again for each section. So all pixels along the outline are explained by one
+blur, four corners, a level inside, which light may let change evenly over the image, and levels outside at the corners
+and half-way between them, for walls have a grain. Where that does not explain them (shadows, things that hide a part,
 another thing at a corner), there is no fit, and the sides measured alone stand.
 """
 
@@ -26,9 +27,10 @@ from stereo_landmark.core.symmetric_matrix import invert_symmetric
 ROUNDS = 7
 SMALL_STEP = 0.003
 """A round that moves corners by less was the last one [px]."""
-_UNKNOWNS = 15
-_BLUR, _LEVELS = 8, 9
-"""First come the corners; last both levels in the middle, how the outer changes along x and y, and how the inner does."""
+_KNOTS = 8
+_BLUR, _INSIDE, _OUTSIDE = 8, 9, 12
+_UNKNOWNS = _OUTSIDE + _KNOTS
+"""First come the corners; last the level inside, in the middle and how it changes along x and y, and those outside."""
 _WIDTH = 7.0
 """Half the width of the band in standard deviations of the edge."""
 _CORE = 3.6
@@ -78,7 +80,7 @@ class _Band(NamedTuple):
         covered: shape (n,), by how much the quadrilateral covers each, as it is seen.
         depths: shape (n,), how far inside of the nearest side [px].
         sides: shape (n,), the nearest one.
-        places: shape (n, 2), from the middle, as parts of the size.
+        places: shape (n, 3), from the middle along x and y, as parts of the size, and along the outline, 2 a side.
         changes: shape (n, 9), of the coverage by the corners' coordinates and the blur.
     """
 
@@ -96,7 +98,7 @@ class _State(NamedTuple):
     Attributes:
         blur: shape (1,) [px].
         noise: shape (2,), variance of the grey levels outside and inside.
-        levels: shape (6,), in the order of the unknowns.
+        levels: shape (11,), in the order of the unknowns.
         corners: shape (4, 2) [px].
     """
 
@@ -131,7 +133,7 @@ def _fit(
     inner: float,
 ) -> OutlineFit:
     """The same with the core of the band reaching inside so many deviations of the edge."""
-    state = _State(np.array([blur]), np.full(2, np.inf), np.zeros(6), corners.copy())
+    state = _State(np.array([blur]), np.full(2, np.inf), np.zeros(_UNKNOWNS - _INSIDE), corners.copy())
     covariance = np.zeros((_UNKNOWNS, _UNKNOWNS))
     fit = OutlineFit(False, state.corners, np.eye(8), 0.0)
     for turn in range(ROUNDS):
@@ -149,7 +151,7 @@ def _fit(
             return fit
         step = _step(band, rests, used, state, covariance)
         state.blur[0] = min(max(BLURS[number] + step[_BLUR], BLURS[0]), BLURS[-1])
-        state.levels[:] += step[_LEVELS:]
+        state.levels[:] += step[_INSIDE:]
         state.corners[:] += step[:8].reshape(4, 2)
         if not np.max(np.abs(state.corners - corners)) < _MOVED_MAX:
             return fit
@@ -161,11 +163,11 @@ def _fit(
 @njit(cache=True, error_model='numpy')
 def _guess_levels(band: _Band, core: NDArray[np.bool_], levels: NDArray[np.float64]) -> bool:
     """Write the levels that the pixels on both sides of the edge have on average."""
-    for column, is_side in ((0, core & (band.covered < 0.3)), (1, core & (band.covered > 0.7))):
-        if np.sum(is_side) < _FLAT_MIN:
-            return False
-        levels[column] = np.median(band.values[is_side])
-    return levels[0] != levels[1]
+    outside, inside = band.values[core & (band.covered < 0.3)], band.values[core & (band.covered > 0.7)]
+    if min(len(outside), len(inside)) < _FLAT_MIN:
+        return False
+    levels[0], levels[3:] = np.median(inside), np.median(outside)
+    return levels[0] != levels[3]
 
 
 @njit(cache=True, error_model='numpy')
@@ -180,18 +182,25 @@ def _rests(band: _Band, levels: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @njit(cache=True, error_model='numpy')
 def _outside(place: NDArray[np.float64], levels: NDArray[np.float64]) -> float:
-    return levels[0] + levels[2] * place[0] + levels[3] * place[1]
+    knot = int(place[2])
+    here, there = levels[3 + knot % _KNOTS], levels[3 + (knot + 1) % _KNOTS]
+    return here + (place[2] - knot) * (there - here)
 
 
 @njit(cache=True, error_model='numpy')
 def _contrast(place: NDArray[np.float64], levels: NDArray[np.float64]) -> float:
-    return levels[1] + levels[4] * place[0] + levels[5] * place[1] - _outside(place, levels)
+    return levels[0] + levels[1] * place[0] + levels[2] * place[1] - _outside(place, levels)
+
+
+@njit(cache=True, error_model='numpy')
+def _typical_contrast(levels: NDArray[np.float64]) -> float:
+    return abs(levels[0] - np.mean(levels[3:]))
 
 
 @njit(cache=True, error_model='numpy')
 def _agreeing(band: _Band, rests: NDArray[np.float64], state: _State) -> NDArray[np.bool_]:
     """Return which pixels are as the model says, within noise and shading."""
-    slack = _SHADING * abs(state.levels[1] - state.levels[0])
+    slack = _SHADING * _typical_contrast(state.levels)
     agreeing = np.empty(len(rests), np.bool_)
     for p in range(len(rests)):
         noise = np.sqrt(_variance(band.covered[p], state.noise))
@@ -229,25 +238,24 @@ def _step(
     """Return what is to be added to the unknowns; not a number where pixels do not tell them."""
     information = np.zeros((_UNKNOWNS, _UNKNOWNS))
     row, pull, step = np.empty(_UNKNOWNS), np.zeros(_UNKNOWNS), np.zeros(_UNKNOWNS)
+    told = np.empty(_UNKNOWNS, np.int64)
     for p in range(len(rests)):
         if not used[p]:
             continue
-        place, covered = band.places[p], band.covered[p]
-        contrast = _contrast(place, state.levels)
-        for c in range(9):
-            row[c] = contrast * band.changes[p, c]
-        row[_LEVELS], row[_LEVELS + 1] = 1.0 - covered, covered
-        for c in range(2):
-            row[_LEVELS + 2 + c], row[_LEVELS + 4 + c] = (1.0 - covered) * place[c], covered * place[c]
-        variance = _variance(covered, state.noise)
+        _write_row(band, p, state.levels, row)
+        variance = _variance(band.covered[p], state.noise)
         weight = 1.0 / variance if variance < np.inf else 1.0
+        count = 0
+        # Most pixels tell of one side only.
         for i in range(_UNKNOWNS):
-            if row[i] == 0.0:
-                continue
-            part = weight * row[i]
-            pull[i] += part * rests[p]
-            for j in range(i + 1):
-                information[i, j] += part * row[j]
+            if row[i] != 0.0:
+                told[count] = i
+                count += 1
+        for a in range(count):
+            part = weight * row[told[a]]
+            pull[told[a]] += part * rests[p]
+            for b in range(a + 1):
+                information[told[a], told[b]] += part * row[told[b]]
     for i in range(_UNKNOWNS):
         for j in range(i):
             information[j, i] = information[i, j]
@@ -257,6 +265,20 @@ def _step(
         for j in range(_UNKNOWNS):
             step[i] += covariance[i, j] * pull[j]
     return step
+
+
+@njit(cache=True, error_model='numpy')
+def _write_row(band: _Band, p: int, levels: NDArray[np.float64], row: NDArray[np.float64]) -> None:
+    """Write how the unknowns change what a pixel shows."""
+    place, covered = band.places[p], band.covered[p]
+    contrast = _contrast(place, levels)
+    for c in range(_INSIDE):
+        row[c] = contrast * band.changes[p, c]
+    row[_INSIDE], row[_INSIDE + 1], row[_INSIDE + 2] = covered, covered * place[0], covered * place[1]
+    row[_OUTSIDE:] = 0.0
+    knot = int(place[2])
+    row[_OUTSIDE + knot % _KNOTS] = (1.0 - covered) * (1.0 - place[2] + knot)
+    row[_OUTSIDE + (knot + 1) % _KNOTS] = (1.0 - covered) * (place[2] - knot)
 
 
 @njit(cache=True, error_model='numpy')
@@ -291,7 +313,7 @@ def _levels_agree(
     band: _Band, rests: NDArray[np.float64], used: NDArray[np.bool_], state: _State
 ) -> bool:
     """Return whether all sides have the same levels."""
-    slack = _LEVEL_APART * abs(state.levels[1] - state.levels[0])
+    slack = _LEVEL_APART * _typical_contrast(state.levels)
     sums, counts = np.zeros((4, 2)), np.zeros((4, 2))
     for p in range(len(rests)):
         inside = 1 if band.covered[p] > 0.5 else 0
@@ -326,7 +348,7 @@ def _band(
     room = min((right - left + 1) * (bottom - top + 1), int(2.0 * (reach[1] - reach[0]) * np.sum(lines[:, 4])))
     room = max(room, 0) + 64
     band = _Band(
-        np.empty(room), np.empty(room), np.empty(room), np.empty(room, np.int64), np.empty((room, 2)), np.empty((room, 9))
+        np.empty(room), np.empty(room), np.empty(room), np.empty(room, np.int64), np.empty((room, 3)), np.empty((room, 9))
     )
     middle, size = 0.25 * np.sum(corners, axis=0), 0.25 * np.sum(lines[:, 4])
     responses, distances = np.empty((4, 3)), np.empty(4)
@@ -345,6 +367,8 @@ def _band(
                 look_up(profiles[bins[k]], distances[k], responses[k])
             band.values[n], band.depths[n], band.sides[n] = image[y, x], depth, nearest
             band.places[n, 0], band.places[n, 1] = (x - middle[0]) / size, (y - middle[1]) / size
+            along = (lines[nearest, 1] * x - lines[nearest, 0] * y - lines[nearest, 3]) / lines[nearest, 4]
+            band.places[n, 2] = 2.0 * (nearest + min(max(along, 0.0), 1.0))
             band.covered[n] = _write_changes(x, y, lines, responses, band.changes[n])
             band.covered[n] += _by_skew(lines, responses, variance)
             n += 1
