@@ -45,6 +45,8 @@ _SHADING = 0.03
 """Outside the core a pixel agrees within so many deviations of the noise and this part of the contrast."""
 _LEVEL_APART = 0.01
 """Sides whose levels differ by more than this part of the contrast have levels of their own."""
+_ROUGHLY = 3.0
+"""After the first step levels may differ by so many times more."""
 _AGREEING_MIN = 0.95
 _SCATTER_MAX = 4.0
 _SIGMA_MAX = 0.5
@@ -148,6 +150,12 @@ def _fit(
         rests = _rests(band, state.levels)
         used = _agreeing(band, rests, state) & (core | (turn > 1))
         if turn > 0 and not _measure_noise(band, rests, used, state.noise):
+            return fit
+        # Most things that a picture shows are no evenly coloured plates, and the first round tells it.
+        if turn == 1 and not (
+            np.sum(core & used) >= _AGREEING_MIN * np.sum(core)
+            and _levels_agree(band, rests, core & used, state, _ROUGHLY)
+        ):
             return fit
         step = _step(band, rests, used, state, covariance)
         state.blur[0] = min(max(BLURS[number] + step[_BLUR], BLURS[0]), BLURS[-1])
@@ -303,17 +311,17 @@ def _judged(
         agreeing >= _AGREEING_MIN
         and scatter <= _SCATTER_MAX
         and np.max(np.diag(corners)) < _SIGMA_MAX**2
-        and _levels_agree(band, rests, core & used, state)
+        and _levels_agree(band, rests, core & used, state, 1.0)
     )
     return OutlineFit(found, state.corners, corners, agreeing)
 
 
 @njit(cache=True, error_model='numpy')
 def _levels_agree(
-    band: _Band, rests: NDArray[np.float64], used: NDArray[np.bool_], state: _State
+    band: _Band, rests: NDArray[np.float64], used: NDArray[np.bool_], state: _State, times: float
 ) -> bool:
-    """Return whether all sides have the same levels."""
-    slack = _LEVEL_APART * _typical_contrast(state.levels)
+    """Return whether the sides have the levels of the model, within so many times what may be."""
+    slack = times * _LEVEL_APART * _typical_contrast(state.levels)
     sums, counts = np.zeros((4, 2)), np.zeros((4, 2))
     for p in range(len(rests)):
         inside = 1 if band.covered[p] > 0.5 else 0
@@ -323,7 +331,7 @@ def _levels_agree(
     for k in range(4):
         for inside in range(2):
             n = max(counts[k, inside], 1.0)
-            if abs(sums[k, inside]) / n > slack + 3.0 * np.sqrt(state.noise[inside] / n):
+            if abs(sums[k, inside]) / n > slack + 3.0 * times * np.sqrt(state.noise[inside] / n):
                 return False
     return True
 

@@ -26,6 +26,9 @@ from stereo_landmark.core.primitives.turning import folded
 _SAME = 4.0
 # A corner that moves farther when it is measured was another one [px].
 _MOVED_MAX = 6.0
+# Sides of which more is hidden, or whose blurs differ more, are not those of an evenly coloured plate.
+_WHOLE = 0.9
+_BLURS_APART = 1.5
 
 
 @dataclass(frozen=True)
@@ -176,7 +179,7 @@ def detect_quadrilaterals(sides: Sides, settings: PrimitiveSettings) -> list[Qua
 
 
 def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quadrilateral | None:
-    """Measure the four sides in the grey image, each across itself, and let them meet.
+    """Measure the four sides in the grey image, each across itself, and then the outline as a whole where it is even.
 
     Args:
         found: a detected quadrilateral, about a pixel off at most; hidden parts of its sides are left out.
@@ -192,11 +195,12 @@ def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quad
     corners = np.array([meeting_point(lines[k - 1], lines[k]) for k in range(4)])
     if np.abs(corners - found.corners).max() > _MOVED_MAX:
         return None
-    blur = float(np.median([line.blur for line in lines]))
-    fit = fit_outline(image, corners, blur, response_table())
-    if fit.found:
-        return replace(found, corners=fit.corners, seen=fit.agreeing, covariance=fit.covariance)
     agreeing = float(np.mean([line.agreeing for line in lines]))
+    blurs = sorted(line.blur for line in lines)
+    if agreeing >= _WHOLE and blurs[-1] < _BLURS_APART * blurs[0]:
+        fit = fit_outline(image, corners, 0.5 * (blurs[1] + blurs[2]), response_table())
+        if fit.found:
+            return replace(found, corners=fit.corners, seen=fit.agreeing, covariance=fit.covariance)
     return replace(found, corners=corners, seen=agreeing, covariance=joint_covariance(lines, corners))
 
 
