@@ -62,7 +62,8 @@ def test_the_inside_of_a_frame_does_not_draw_it_away():
     [
         np.full(SIZE[::-1], 120.0),
         np.where(COLUMNS < 50, 40.0, 1.0) + plate(),
-        plate() + 80.0 * coverage(polygon_intervals([[40, 0.0], [60, 0.0], [60, 90.0], [40, 90.0]]), SIZE, 0.7),
+        plate()
+        + 80.0 * coverage(polygon_intervals([[40, 0.0], [60, 0.0], [60, 90.0], [40, 90.0]]), SIZE, 0.7),
     ],
     ids=['nothing', 'two walls', 'something before it'],
 )
@@ -82,4 +83,3 @@ def test_stated_covariances_are_sane_wherever_it_is_tried():
                 spread = np.linalg.eigvalsh(again.covariance)
                 assert np.isfinite(spread).all()
                 assert 0.0 < spread[0] <= spread[-1] < 50.0
-

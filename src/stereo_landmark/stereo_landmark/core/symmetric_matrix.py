@@ -23,17 +23,8 @@ def invert_symmetric(matrix: NDArray[np.float64], inverse: NDArray[np.float64]) 
     """
     n = len(matrix)
     lower = np.zeros((n, n))
-    for j in range(n):
-        for i in range(j, n):
-            total = matrix[i, j]
-            for k in range(j):
-                total -= lower[i, k] * lower[j, k]
-            if i > j:
-                lower[i, j] = total / lower[j, j]
-            elif total > SINGULAR * matrix[j, j]:
-                lower[j, j] = np.sqrt(total)
-            else:
-                return False
+    if not _decompose(matrix, lower):
+        return False
     # Column by column the inverse of the lower half, in its place.
     for j in range(n):
         lower[j, j] = 1.0 / lower[j, j]
@@ -48,4 +39,21 @@ def invert_symmetric(matrix: NDArray[np.float64], inverse: NDArray[np.float64]) 
             for k in range(i, n):
                 total += lower[k, i] * lower[k, j]
             inverse[i, j] = inverse[j, i] = total
+    return True
+
+
+@njit(cache=True, error_model='numpy')
+def _decompose(matrix: NDArray[np.float64], lower: NDArray[np.float64]) -> bool:
+    """Write the lower half of Cholesky's decomposition; False where there is none."""
+    for j in range(len(matrix)):
+        for i in range(j, len(matrix)):
+            total = matrix[i, j]
+            for k in range(j):
+                total -= lower[i, k] * lower[j, k]
+            if i > j:
+                lower[i, j] = total / lower[j, j]
+            elif total > SINGULAR * matrix[j, j]:
+                lower[j, j] = np.sqrt(total)
+            else:
+                return False
     return True

@@ -119,9 +119,7 @@ def next_blur(blur: float, step: float) -> float:
 
 
 @njit(cache=True, error_model='numpy')
-def _measure(
-    image: NDArray[np.uint8], ends: NDArray[np.float64], table: NDArray[np.float64]
-) -> _Measured:
+def _measure(image: NDArray[np.uint8], ends: NDArray[np.float64], table: NDArray[np.float64]) -> _Measured:
     """Return the lines between ends, shape (n, 2, 2)."""
     n = len(ends)
     lines = _Measured(
@@ -193,9 +191,7 @@ def _write_independent(
     lines.directions[k, 0], lines.directions[k, 1] = dx / length, dy / length
     for c in range(2):
         lines.middles[k, c] = 0.5 * (line[0, c] + line[1, c]) + along * lines.directions[k, c]
-    lines.variances[k, 0] = (
-        covariance[0, 0] - covariance[0, 1] ** 2 / covariance[1, 1] + _MODEL_SIGMA**2
-    )
+    lines.variances[k, 0] = covariance[0, 0] - covariance[0, 1] ** 2 / covariance[1, 1] + _MODEL_SIGMA**2
     lines.variances[k, 1] = covariance[1, 1]
 
 
