@@ -23,7 +23,7 @@ NEIGHBOURHOOD = 600.0
 """How far support reaches [px]: far enough to see the end of a row of like things."""
 SAME = 4.0
 """Disparities that differ by less are those of one thing that was detected twice [px]."""
-VOTERS_MAX = 400
+VOTERS_MAX = 1000
 """Of more primitives, as many are asked, evenly chosen: on tiled walls there are thousands, and they say the same."""
 MARGIN = 1.03
 """Pairs that have hardly more support than others are not told apart."""
