@@ -43,7 +43,7 @@ _CORE = 3.6
 _NARROW = 2.4
 """The same where there is another edge, as behind the narrow frame of an instrument."""
 _ROUGHLY = 3.0
-"""After the first step levels may differ by so many times more."""
+"""After the first step levels may differ and scatter by so many times more."""
 _AGREEING_MIN = 0.95
 _SCATTER_MAX = 4.0
 _SIGMA_MAX = 0.5

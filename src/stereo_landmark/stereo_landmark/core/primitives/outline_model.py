@@ -22,6 +22,8 @@ _SHADING = 0.03
 """Outside the core a pixel agrees within so many deviations of the noise and this part of the contrast."""
 _LEVEL_APART = 0.01
 """Sides whose levels differ by more than this part of the contrast have levels of their own."""
+_NOISE_MAX = 0.06
+"""Where grey levels scatter by a larger part of the contrast, something else than noise may hide in it."""
 _ROUNDING = 12.0**-0.5
 
 
@@ -127,7 +129,10 @@ def levels_agree(
     band: Band, rests: NDArray[np.float64], used: NDArray[np.bool_], state: OutlineState, times: float
 ) -> bool:
     """Return whether the sides have the levels of the model, within so many times what may be."""
-    slack = times * _LEVEL_APART * _typical_contrast(state.levels)
+    contrast = _typical_contrast(state.levels)
+    if np.sqrt(np.max(state.noise)) > times * _NOISE_MAX * contrast:
+        return False
+    slack = times * _LEVEL_APART * contrast
     sums, counts = np.zeros((4, 2)), np.zeros((4, 2))
     for p in range(len(rests)):
         inside = 1 if band.covered[p] > 0.5 else 0
