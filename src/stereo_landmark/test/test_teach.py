@@ -164,8 +164,7 @@ def test_weak_choices_are_told(lesson, capsys):
     del lesson.primitives[2:]
     assert lesson.run() == 0
     said = capsys.readouterr().out
-    assert 'weak: target meters: too few points: 2' in said
-    assert 'weak: target meters: 2 primitives are few' in said
+    assert 'weak: target meters: too few points (2 taught points' in said
 
 
 def replaced(name, value):

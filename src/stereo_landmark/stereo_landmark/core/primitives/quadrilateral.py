@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 from shirube_settings import setting
 from stereo_landmark.core.primitives.corner_links import link_corners
 from stereo_landmark.core.primitives.crossing import crossing_covariance, joint_covariance, meeting_point
-from stereo_landmark.core.primitives.edge_response import response_table
 from stereo_landmark.core.primitives.image_point import ImagePoint
 from stereo_landmark.core.primitives.line_refinement import refine_lines
-from stereo_landmark.core.primitives.outline_fit import fit_outline
 from stereo_landmark.core.primitives.quadrilateral_comparison import best_turn, corner_differences
 from stereo_landmark.core.primitives.quadrilateral_search import corner_graph, distinct_outlines, find_rings
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
@@ -26,9 +24,6 @@ from stereo_landmark.core.primitives.turning import folded
 _SAME = 4.0
 # A corner that moves farther when it is measured was another one [px].
 _MOVED_MAX = 6.0
-# Sides of which more is hidden, or whose blurs differ more, are not those of an evenly coloured plate.
-_WHOLE = 0.9
-_BLURS_APART = 1.5
 
 
 @dataclass(frozen=True)
@@ -179,7 +174,7 @@ def detect_quadrilaterals(sides: Sides, settings: PrimitiveSettings) -> list[Qua
 
 
 def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quadrilateral | None:
-    """Measure the four sides in the grey image, each across itself, and then the outline as a whole where it is even.
+    """Measure the four sides in the grey image, each across itself, and let them meet.
 
     Args:
         found: a detected quadrilateral, about a pixel off at most; hidden parts of its sides are left out.
@@ -196,11 +191,6 @@ def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quad
     if np.abs(corners - found.corners).max() > _MOVED_MAX:
         return None
     agreeing = float(np.mean([line.agreeing for line in lines]))
-    blurs = sorted(line.blur for line in lines)
-    if agreeing >= _WHOLE and blurs[-1] < _BLURS_APART * blurs[0]:
-        fit = fit_outline(image, corners, 0.5 * (blurs[1] + blurs[2]), response_table())
-        if fit.found:
-            return replace(found, corners=fit.corners, seen=fit.agreeing, covariance=fit.covariance)
     return replace(found, corners=corners, seen=agreeing, covariance=joint_covariance(lines, corners))
 
 
