@@ -208,7 +208,8 @@ def test_raw_images_are_rectified_and_kept_rectified(lesson, tmp_path, capsys):
 def test_weak_choices_are_told(lesson, capsys):
     del lesson.primitives[2:]
     assert lesson.run() == 0
-    assert 'weak: too few points: 2' in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert 'weak: target meters: too few points (2 taught points' in said
 
 
 def replaced(name, value):

@@ -9,6 +9,7 @@ from test_target_search import ALL, ALONE, METERS
 
 from stereo_landmark.core.procedure.primitive import Kind
 from stereo_landmark.core.teaching import edits
+from stereo_landmark.core.teaching.place_remarks import place_remarks
 from stereo_landmark.core.teaching.procedure_check import Outcome
 from stereo_landmark.core.teaching.teaching_session import StereoImages, TeachingSession
 from stereo_landmark.core.teaching.weak_choices import Weight, weak_procedure
@@ -85,3 +86,12 @@ def test_a_primitive_at_the_border_should_not_be_the_first():
     assert any(hint.about == outer and 'border' in hint.text for hint in hints(session))
     session.do(lambda state: edits.move(state, inner, 0))
     assert not any('border' in hint.text for hint in hints(session))
+
+
+def test_without_the_page_the_same_is_said():
+    session = large_session(Wall((*ALL.things, Plate(1.25, 0.75, 0.12, 0.3, 200.0))))
+    for y, z in ((1.25, 0.75), (-0.75, 0.95)):
+        quadrilateral_at(session, y, z)
+    said = [f'target target_1: {hint.text}' for hint in hints(session)]
+    assert any('border' in line for line in said)
+    assert place_remarks(session)[-len(said) :] == said

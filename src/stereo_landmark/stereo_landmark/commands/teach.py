@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,14 +15,15 @@ from shirube_ros.file_errors import CameraFileError
 from shirube_settings import SettingsError
 from stereo_landmark.core.landmark_fix import NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.procedure.detected_scene import detect_scene
-from stereo_landmark.core.procedure.place_review import review_place
+from stereo_landmark.core.procedure.detected_scene import DetectedScene
 from stereo_landmark.core.procedure.primitive_choice import named_primitives
 from stereo_landmark.core.procedure.skewed_shapes import skewed_shapes
-from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.place_remarks import draft_of, place_remarks
+from stereo_landmark.core.teaching.teaching_session import StereoImages, TeachingSession
+from stereo_landmark.core.teaching.teaching_state import TeachingState
 from stereo_landmark.files.lesson_file import Lesson, TargetLesson, load_lesson
 from stereo_landmark.files.place_file import place_path, save_place
 from stereo_landmark.lesson_pair import RectifiedPair, load_pair
@@ -72,7 +74,8 @@ def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
     if file.exists() and not replace:
         raise StereoLandmarkError(f'{file} is there already; give --replace, or another name')
     pair = load_pair(lesson)
-    place = teach(lesson, pair)
+    session, choices = opened_session(lesson, pair)
+    place = Teacher(session.view, lesson.processing).teach(lesson.name, choices, lesson.T_map_place)
     if file.exists():
         _check_found(place, pair, file)
     saved = save_place(places, place, pair.images, replace_damaged=replace)
@@ -82,8 +85,7 @@ def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
         x, y, z = position
         sigma = 1e3 * float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
         print(f'{name:<40} x {x:7.3f} m, y {y:7.3f} m, z {z:7.3f} m, +- {sigma:.1f} mm')
-    review = review_place(place, pair.images.left, pair.images.right, pair.images.tilt)
-    for line in (*review, *skewed_shapes(place)):
+    for line in (*place_remarks(session), *skewed_shapes(place)):
         print(f'weak: {line}')
     print(
         f'{place.name} is taught, with {len(place.surroundings)} primitives around its targets; see {saved}'
@@ -101,22 +103,23 @@ def _check_found(place: TaughtPlace, pair: RectifiedPair, file: Path) -> None:
         )
 
 
-def teach(lesson: Lesson, pair: RectifiedPair) -> TaughtPlace:
-    """Return the place of a lesson.
+def opened_session(lesson: Lesson, pair: RectifiedPair) -> tuple[TeachingSession, list[TargetChoice]]:
+    """Return what the page would hold after all that a lesson says was chosen on it, and what that is.
 
     Raises:
-        StereoLandmarkError: a primitive is not found or cannot be measured.
+        StereoLandmarkError: a primitive is not found.
     """
-    images = pair.images
-    left, right = (detect_scene(image, lesson.processing) for image in (images.left, images.right))
-    view = StereoView(left, right, pair.rig, images.tilt)
-    choices = [_choice(target, view) for target in lesson.targets]
-    return Teacher(view, lesson.processing).teach(lesson.name, choices, lesson.T_map_place)
+    images = StereoImages(pair.images.left, pair.images.right, pair.images.tilt)
+    state = TeachingState(lesson.name, processing=lesson.processing, T_map_place=lesson.T_map_place)
+    session = TeachingSession(lambda _: images, pair.rig, state)
+    choices = [_choice(target, session.view.left) for target in lesson.targets]
+    session.do(lambda before: replace(before, targets=tuple(draft_of(choice) for choice in choices)))
+    return session, choices
 
 
-def _choice(target: TargetLesson, view: StereoView) -> TargetChoice:
+def _choice(target: TargetLesson, scene: DetectedScene) -> TargetChoice:
     try:
-        return TargetChoice(target.name, named_primitives(target.choices, view.left), target.points)
+        return TargetChoice(target.name, named_primitives(target.choices, scene), target.points)
     except StereoLandmarkError as fault:
         raise StereoLandmarkError(f'target {target.name}: {fault}') from fault
 

@@ -71,17 +71,55 @@ def _vote(
     votes: NDArray[np.float64],
 ) -> None:
     """Fill in how much each point agrees with each pair, shape (m, n), 1 fully to 0 not at all."""
+    # No direction is less certain than all directions together: what is farther off need not be looked at closely.
+    farthest = np.empty(len(found))
+    for k in range(len(found)):
+        farthest[k] = GATE_SIGMAS**2 * (np.trace(spread[k]) + np.trace(taught_spread[k]))
+    off, noise = np.empty(3), np.empty((3, 3))
     for p in range(len(pairs)):
         i, j = pairs[p]
-        here, there = found[j, :2] - found[i, :2], taught[j, :2] - taught[i, :2]
-        if np.hypot(here[0], here[1]) < WIDTH_MIN or np.hypot(there[0], there[1]) < WIDTH_MIN:
+        hx, hy = found[j, 0] - found[i, 0], found[j, 1] - found[i, 1]
+        tx, ty = taught[j, 0] - taught[i, 0], taught[j, 1] - taught[i, 1]
+        if np.hypot(hx, hy) < WIDTH_MIN or np.hypot(tx, ty) < WIDTH_MIN:
             continue
-        turn = np.arctan2(here[1], here[0]) - np.arctan2(there[1], there[0])
+        turn = np.arctan2(hy, hx) - np.arctan2(ty, tx)
         cos, sin = np.cos(turn), np.sin(turn)
-        rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-        shift = 0.5 * (found[i] + found[j] - rotation @ (taught[i] + taught[j]))
+        mx, my, mz = 0.5 * (found[i] + found[j])
+        nx, ny, nz = 0.5 * (taught[i] + taught[j])
         for k in range(len(found)):
-            off = found[k] - rotation @ taught[k] - shift
-            noise = spread[k] + rotation @ taught_spread[k] @ rotation.T
-            distance = off @ np.linalg.solve(noise, off)
-            votes[p, k] = max(0.0, 1.0 - distance / GATE_SIGMAS**2)
+            dx, dy = taught[k, 0] - nx, taught[k, 1] - ny
+            off[0] = found[k, 0] - mx - cos * dx + sin * dy
+            off[1] = found[k, 1] - my - sin * dx - cos * dy
+            off[2] = found[k, 2] - mz - taught[k, 2] + nz
+            if off[0] ** 2 + off[1] ** 2 + off[2] ** 2 < farthest[k]:
+                _write_turned(taught_spread[k], cos, sin, noise)
+                noise += spread[k]
+                votes[p, k] = max(0.0, 1.0 - _square_in_sigmas(off, noise) / GATE_SIGMAS**2)
+
+
+@njit(cache=True, error_model='numpy')
+def _write_turned(
+    covariance: NDArray[np.float64], cos: float, sin: float, turned: NDArray[np.float64]
+) -> None:
+    """Write a covariance, shape (3, 3), turned about z."""
+    xx, xy, yy = covariance[0, 0], covariance[0, 1], covariance[1, 1]
+    turned[0, 0] = cos * cos * xx - 2.0 * cos * sin * xy + sin * sin * yy
+    turned[1, 1] = sin * sin * xx + 2.0 * cos * sin * xy + cos * cos * yy
+    turned[0, 1] = turned[1, 0] = cos * sin * (xx - yy) + (cos * cos - sin * sin) * xy
+    turned[0, 2] = turned[2, 0] = cos * covariance[0, 2] - sin * covariance[1, 2]
+    turned[1, 2] = turned[2, 1] = sin * covariance[0, 2] + cos * covariance[1, 2]
+    turned[2, 2] = covariance[2, 2]
+
+
+@njit(cache=True, error_model='numpy')
+def _square_in_sigmas(off: NDArray[np.float64], noise: NDArray[np.float64]) -> float:
+    """Return the squared length of an offset, shape (3,), in standard deviations of its noise, shape (3, 3)."""
+    total, determinant = 0.0, 0.0
+    for r in range(3):
+        a, b = (r + 1) % 3, (r + 2) % 3
+        for c in range(3):
+            d, e = (c + 1) % 3, (c + 2) % 3
+            minor = noise[a, d] * noise[b, e] - noise[a, e] * noise[b, d]
+            total += off[r] * minor * off[c]
+            determinant += noise[r, c] * minor / 3.0
+    return total / determinant

@@ -10,26 +10,45 @@ from numpy.typing import NDArray
 _ANGLE_MAX = 0.07
 
 
-def join_collinear(ends: NDArray[np.float64], gap_max: float, offset_max: float) -> list[NDArray[np.int64]]:
+@njit(cache=True, error_model='numpy')
+def join_collinear(
+    ends: NDArray[np.float64], gap_max: float, offset_max: float
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return groups of parts, in order along their line: each two in a row, and each whole row of three or more.
 
     Args:
         ends: shape (n, 2, 2), first and last point of each part [px].
         gap_max: longest gap, as a part of the lengths beside it.
         offset_max: largest distance of an end from the other part's line [px].
+
+    Returns:
+        the members of all groups, one after another; where each group begins, and their number, shape (m + 1,).
     """
+    n = len(ends)
     after = _continuations(ends, gap_max, offset_max)
-    has_forerunner = np.zeros(len(ends), dtype=bool)
-    has_forerunner[after[after >= 0]] = True
-    groups = []
-    for first in np.flatnonzero(~has_forerunner & (after >= 0)):
-        row = [int(first)]
-        while after[row[-1]] >= 0:
-            row.append(int(after[row[-1]]))
-        groups += [np.array(row[k : k + 2]) for k in range(len(row) - 1)]
-        if len(row) > 2:
-            groups.append(np.array(row))
-    return groups
+    has_forerunner = np.zeros(n, np.bool_)
+    for i in range(n):
+        if after[i] >= 0:
+            has_forerunner[after[i]] = True
+    members, starts = np.empty(3 * n, np.int64), np.zeros(2 * n + 1, np.int64)
+    count, filled = 0, 0
+    for first in range(n):
+        if has_forerunner[first] or after[first] < 0:
+            continue
+        length, i = 1, first
+        while after[i] >= 0:
+            members[filled], members[filled + 1] = i, after[i]
+            filled, count, length = filled + 2, count + 1, length + 1
+            starts[count] = filled
+            i = after[i]
+        if length > 2:
+            i = first
+            while i >= 0:
+                members[filled] = i
+                filled, i = filled + 1, after[i]
+            count += 1
+            starts[count] = filled
+    return members[:filled].copy(), starts[: count + 1].copy()
 
 
 @njit(cache=True, error_model='numpy')

@@ -13,7 +13,7 @@ from shirube_settings import setting
 from stereo_landmark.core.primitives.corner_links import link_corners
 from stereo_landmark.core.primitives.crossing import crossing_covariance, crossing_of
 from stereo_landmark.core.primitives.image_point import ImagePoint
-from stereo_landmark.core.primitives.line_refinement import refine_line
+from stereo_landmark.core.primitives.line_refinement import refine_lines
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.sides import Sides
 from stereo_landmark.core.primitives.turning import folded_all
@@ -145,9 +145,10 @@ def refine_corner(corner: Corner, image: NDArray[np.uint8]) -> Corner | None:
         the corner, None where the image shows no two straight arms there.
     """
     tips = corner.vertex + corner.arms * corner.arm_lengths[:, None]
-    first, second = (refine_line(image, corner.vertex, tip) for tip in tips)
-    if first is None or second is None or abs(_sine(first.direction, second.direction)) < _SINE_MIN:
+    arms = refine_lines(image, np.stack([np.tile(corner.vertex, (2, 1)), tips], axis=1))
+    if arms is None or abs(_sine(arms[0].direction, arms[1].direction)) < _SINE_MIN:
         return None
+    first, second = arms
     vertex, covariance = crossing_of(first, second)
     middle = first.direction + second.direction
     return Corner(

@@ -67,9 +67,11 @@ def edge_response(distances: NDArray[np.float64], blur: float, angle: float) -> 
     return total / (4.0 * wide * narrow)
 
 
+@njit(cache=True, error_model='numpy')
 def nearest_blur(blur: float) -> int:
     """Return the number of the tabulated blur that is nearest in ratio."""
-    return int(np.argmin(np.abs(np.log(BLURS / max(blur, 1e-3)))))
+    number = np.rint(np.log(max(blur, 1e-3) / BLURS[0]) / np.log(BLURS[-1] / BLURS[0]) * (len(BLURS) - 1))
+    return min(max(int(number), 0), len(BLURS) - 1)
 
 
 @njit(cache=True, error_model='numpy')

@@ -58,27 +58,32 @@ def refine_outline(image: NDArray[np.uint8], parameters: NDArray[np.float64]) ->
     Returns:
         the ellipse, None where the image shows none there.
     """
-    blur, parameters = FIRST_BLUR, parameters.copy()
-    refined = None
+    found, refined = _measure(image, parameters, response_table())
+    return refined if found else None
+
+
+@njit(cache=True, error_model='numpy')
+def _measure(
+    image: NDArray[np.uint8], parameters: NDArray[np.float64], table: NDArray[np.float64]
+) -> tuple[bool, RefinedEllipse]:
+    """Return whether the ellipse is there, and what it is, round by round."""
+    refined = RefinedEllipse(parameters.copy(), np.eye(5), 0.0)
     prior = np.array([0.0, 0.0, 0.0, 0.0, _TILT_INFORMATION])
+    number = nearest_blur(FIRST_BLUR)
     for _ in range(ROUNDS):
-        count = max(_SECTIONS_MIN, round(perimeter(parameters[2], parameters[3]) / _SECTION))
-        number = nearest_blur(blur)
-        width = min(band_width(blur), _PART_OF_AXIS * parameters[3])
-        variance = float(BLURS[number]) ** 2 + PIXEL_VARIANCE
-        pixels, jacobian = _outline_band(image, parameters, width, count, variance)
-        found = measure_sections(pixels, response_table()[number], count, min(band_core(blur), width))
+        now, blur = refined.parameters, BLURS[number]
+        count = max(_SECTIONS_MIN, int(np.rint(perimeter(now[2], now[3]) / _SECTION)))
+        width = min(band_width(blur), _PART_OF_AXIS * now[3])
+        pixels, jacobian = _outline_band(image, now, width, count, blur**2 + PIXEL_VARIANCE)
+        found = measure_sections(pixels, table[number], count, min(band_core(blur), width))
         fit = robust_step(jacobian, found.offsets, found.sigmas, prior)
-        if not fit.found:
-            return None
-        parameters = parameters + fit.step
-        if parameters[2:4].min() < 1.0:
-            return None
-        refined = RefinedEllipse(parameters, fit.covariance, fit.agreeing)
-        blur = next_blur(float(BLURS[number]), found.blur_step)
-        if np.abs(fit.step[:4]).max() < SMALL_STEP and nearest_blur(blur) == number:
+        refined = RefinedEllipse(now + fit.step, fit.covariance, fit.agreeing)
+        if not fit.found or np.min(refined.parameters[2:4]) < 1.0:
+            return False, refined
+        before, number = number, nearest_blur(next_blur(blur, found.blur_step))
+        if np.max(np.abs(fit.step[:4])) < SMALL_STEP and number == before:
             break
-    return refined
+    return True, refined
 
 
 @njit(cache=True, error_model='numpy')

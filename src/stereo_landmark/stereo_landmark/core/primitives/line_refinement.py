@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -56,20 +56,15 @@ class RefinedLine:
     agreeing: float
 
 
-def band_core(blur: float) -> float:
-    """Return how far from an outline pixels show nothing but its edge, as long as nothing else is near [px]."""
-    return min(1.0 + 2.2 * math.sqrt(blur**2 + PIXEL_VARIANCE), 6.0)
+class _Measured(NamedTuple):
+    """The same of several lines at once, and whether each was found."""
 
-
-def band_width(blur: float) -> float:
-    """Return how far from an outline its pixels are looked at [px]."""
-    return min(1.5 + 5.0 * math.sqrt(blur**2 + PIXEL_VARIANCE), 8.5)
-
-
-def next_blur(blur: float, step: float) -> float:
-    """Return the blur after a measured step, within what is tabulated [px]."""
-    step = min(max(step, -_BLUR_STEP_MAX), _BLUR_STEP_MAX)
-    return float(min(max(blur + step, BLURS[0]), BLURS[-1]))
+    found: NDArray[np.bool_]
+    middles: NDArray[np.float64]
+    directions: NDArray[np.float64]
+    variances: NDArray[np.float64]
+    blurs: NDArray[np.float64]
+    agreeing: NDArray[np.float64]
 
 
 def refine_line(
@@ -85,55 +80,126 @@ def refine_line(
     Returns:
         the line, None where the image shows no straight edge there.
     """
-    blur = FIRST_BLUR
-    line = None
-    for _ in range(ROUNDS):
-        chord = end - begin
-        length = float(np.hypot(*chord))
-        margin = min(band_core(blur), 0.3 * length)
-        span = length - 2.0 * margin
-        if span < _SPAN_MIN:
-            return None
-        direction, middle = chord / length, 0.5 * (begin + end)
-        count = max(_SECTIONS_MIN, round(span / _SECTION))
-        number = nearest_blur(blur)
-        pixels = _line_band(image, middle, direction, span, band_width(blur), count)
-        found = measure_sections(pixels, response_table()[number], count, band_core(blur))
-        along = (np.arange(count) + 0.5) / count * span - 0.5 * span
-        fit = robust_step(np.column_stack([np.ones(count), along]), found.offsets, found.sigmas, np.zeros(2))
-        if not fit.found:
-            return None
-        shift, turn = fit.step
-        normal = np.array([-direction[1], direction[0]])
-        begin = begin + (shift - 0.5 * length * turn) * normal
-        end = end + (shift + 0.5 * length * turn) * normal
-        blur = next_blur(float(BLURS[number]), found.blur_step)
-        line = _independent(begin, end, fit.covariance, blur, fit.agreeing)
-        if max(abs(shift), 0.5 * length * abs(turn)) < SMALL_STEP and nearest_blur(blur) == number:
-            break
-    return line
+    lines = refine_lines(image, np.array([[begin, end]]))
+    return None if lines is None else lines[0]
 
 
-def _independent(
-    begin: NDArray[np.float64],
-    end: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    blur: float,
-    agreeing: float,
-) -> RefinedLine:
+def refine_lines(image: NDArray[np.uint8], ends: NDArray[np.float64]) -> list[RefinedLine] | None:
+    """Measure several edges as `refine_line` does; None where the image does not show all of them.
+
+    Args:
+        image: shape (h, w), grey levels.
+        ends: shape (n, 2, 2), first and last points [px].
+    """
+    measured = _measure(image, ends, response_table())
+    if not measured.found.all():
+        return None
+    columns = measured.middles, measured.directions, measured.variances
+    numbers = measured.blurs.tolist(), measured.agreeing.tolist()
+    return [RefinedLine(*line) for line in zip(*columns, *numbers, strict=True)]
+
+
+@njit(cache=True, error_model='numpy')
+def band_core(blur: float) -> float:
+    """Return how far from an outline pixels show nothing but its edge, as long as nothing else is near [px]."""
+    return min(1.0 + 2.2 * np.sqrt(blur**2 + PIXEL_VARIANCE), 6.0)
+
+
+@njit(cache=True, error_model='numpy')
+def band_width(blur: float) -> float:
+    """Return how far from an outline its pixels are looked at [px]."""
+    return min(1.5 + 5.0 * np.sqrt(blur**2 + PIXEL_VARIANCE), 8.5)
+
+
+@njit(cache=True, error_model='numpy')
+def next_blur(blur: float, step: float) -> float:
+    """Return the blur after a measured step, within what is tabulated [px]."""
+    step = min(max(step, -_BLUR_STEP_MAX), _BLUR_STEP_MAX)
+    return min(max(blur + step, BLURS[0]), BLURS[-1])
+
+
+@njit(cache=True, error_model='numpy')
+def _measure(image: NDArray[np.uint8], ends: NDArray[np.float64], table: NDArray[np.float64]) -> _Measured:
+    """Return the lines between ends, shape (n, 2, 2)."""
+    n = len(ends)
+    lines = _Measured(
+        np.zeros(n, np.bool_), np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.empty(n)
+    )
+    for k in range(n):
+        line = ends[k].copy()
+        number = nearest_blur(FIRST_BLUR)
+        for _ in range(ROUNDS):
+            before = number
+            number, moved = _measure_again(image, line, number, table, k, lines)
+            if number < 0:
+                break
+            lines.found[k] = True
+            if moved < SMALL_STEP and number == before:
+                break
+        lines.found[k] &= number >= 0
+    return lines
+
+
+@njit(cache=True, error_model='numpy')
+def _measure_again(
+    image: NDArray[np.uint8],
+    line: NDArray[np.float64],
+    number: int,
+    table: NDArray[np.float64],
+    k: int,
+    lines: _Measured,
+) -> tuple[int, float]:
+    """Move a line, shape (2, 2), to where the image shows it, and write what it is as the k-th.
+
+    Returns:
+        number of the blur in the table that comes next, -1 where there is no line, and how far it moved [px].
+    """
+    blur = BLURS[number]
+    dx, dy = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
+    length = np.sqrt(dx * dx + dy * dy)
+    span = length - 2.0 * min(band_core(blur), 0.3 * length)
+    if not span >= _SPAN_MIN:
+        return -1, 0.0
+    dx, dy = dx / length, dy / length
+    x, y = 0.5 * (line[0, 0] + line[1, 0]), 0.5 * (line[0, 1] + line[1, 1])
+    count = max(_SECTIONS_MIN, int(np.rint(span / _SECTION)))
+    pixels = _line_band(image, (x, y), (dx, dy), span, band_width(blur), count)
+    found = measure_sections(pixels, table[number], count, band_core(blur))
+    jacobian = np.ones((count, 2))
+    for section in range(count):
+        jacobian[section, 1] = ((section + 0.5) / count - 0.5) * span
+    fit = robust_step(jacobian, found.offsets, found.sigmas, np.zeros(2))
+    if not fit.found:
+        return -1, 0.0
+    shift, lean = fit.step[0], 0.5 * length * fit.step[1]
+    for e, move in ((0, shift - lean), (1, shift + lean)):
+        line[e, 0] -= move * dy
+        line[e, 1] += move * dx
+    lines.blurs[k], lines.agreeing[k] = next_blur(blur, found.blur_step), fit.agreeing
+    _write_independent(line, fit.covariance, k, lines)
+    return nearest_blur(lines.blurs[k]), max(abs(shift), abs(lean))
+
+
+@njit(cache=True, error_model='numpy')
+def _write_independent(
+    line: NDArray[np.float64], covariance: NDArray[np.float64], k: int, lines: _Measured
+) -> None:
     # Offset and turn are known together about the chord's middle; about another point they are independent.
-    direction = (end - begin) / np.hypot(*(end - begin))
+    dx, dy = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
+    length = np.sqrt(dx * dx + dy * dy)
     along = -covariance[0, 1] / covariance[1, 1]
-    offset = covariance[0, 0] - covariance[0, 1] ** 2 / covariance[1, 1] + _MODEL_SIGMA**2
-    middle = 0.5 * (begin + end) + along * direction
-    return RefinedLine(middle, direction, np.array([offset, covariance[1, 1]]), blur, agreeing)
+    lines.directions[k, 0], lines.directions[k, 1] = dx / length, dy / length
+    for c in range(2):
+        lines.middles[k, c] = 0.5 * (line[0, c] + line[1, c]) + along * lines.directions[k, c]
+    lines.variances[k, 0] = covariance[0, 0] - covariance[0, 1] ** 2 / covariance[1, 1] + _MODEL_SIGMA**2
+    lines.variances[k, 1] = covariance[1, 1]
 
 
 @njit(cache=True, error_model='numpy')
 def _line_band(
     image: NDArray[np.uint8],
-    middle: NDArray[np.float64],
-    direction: NDArray[np.float64],
+    middle: tuple[float, float],
+    direction: tuple[float, float],
     span: float,
     width: float,
     count: int,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from shirube_settings import setting
 from stereo_landmark.core.primitives.image_point import ImagePoint
-from stereo_landmark.core.primitives.line_refinement import RefinedLine, refine_line
+from stereo_landmark.core.primitives.line_refinement import RefinedLine, refine_lines
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.sides import Sides
 from stereo_landmark.core.primitives.turning import folded, folded_all
@@ -141,9 +141,10 @@ def refine_parallel_lines(found: ParallelLines, image: NDArray[np.uint8]) -> Par
     Returns:
         the lines, None where the image shows no two straight edges there.
     """
-    first, second = (refine_line(image, *line) for line in found.lines)
-    if first is None or second is None:
+    lines = refine_lines(image, found.lines)
+    if lines is None:
         return None
+    first, second = lines
     both = first.direction + second.direction
     direction = both / np.hypot(*both)
     normal = np.array([-direction[1], direction[0]])

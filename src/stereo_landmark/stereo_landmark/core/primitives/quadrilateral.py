@@ -13,7 +13,7 @@ from shirube_settings import setting
 from stereo_landmark.core.primitives.corner_links import link_corners
 from stereo_landmark.core.primitives.crossing import crossing_covariance, joint_covariance, meeting_point
 from stereo_landmark.core.primitives.image_point import ImagePoint
-from stereo_landmark.core.primitives.line_refinement import refine_line
+from stereo_landmark.core.primitives.line_refinement import refine_lines
 from stereo_landmark.core.primitives.quadrilateral_comparison import best_turn, corner_differences
 from stereo_landmark.core.primitives.quadrilateral_search import corner_graph, distinct_outlines, find_rings
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
@@ -169,10 +169,8 @@ def detect_quadrilaterals(sides: Sides, settings: PrimitiveSettings) -> list[Qua
     kept = distinct_outlines(corners.reshape(-1, 8), np.argsort(-seen, kind='stable'), _SAME)
     polarities = np.where(np.sum(rings % 2 == 0, axis=1) >= 2, 1, -1)
     covariances = _covariances(sides, rings[kept] // 2, corners[kept])
-    return [
-        Quadrilateral(corners[k], int(polarities[k]), float(seen[k]), covariance)
-        for k, covariance in zip(kept, covariances, strict=True)
-    ]
+    columns = polarities[kept].tolist(), seen[kept].tolist()
+    return [Quadrilateral(*row) for row in zip(corners[kept], *columns, covariances, strict=True)]
 
 
 def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quadrilateral | None:
@@ -186,12 +184,9 @@ def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quad
         the quadrilateral, its corners in the same order and their errors correlated as far as they share
         sides; None where the image shows no four straight sides there.
     """
-    lines = []
-    for k in range(4):
-        line = refine_line(image, found.corners[k], found.corners[(k + 1) % 4])
-        if line is None:
-            return None
-        lines.append(line)
+    lines = refine_lines(image, np.stack([found.corners, np.roll(found.corners, -1, axis=0)], axis=1))
+    if lines is None:
+        return None
     corners = np.array([meeting_point(lines[k - 1], lines[k]) for k in range(4)])
     if np.abs(corners - found.corners).max() > _MOVED_MAX:
         return None

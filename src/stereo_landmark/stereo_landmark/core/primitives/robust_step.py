@@ -8,6 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from stereo_landmark.core.symmetric_matrix import invert_symmetric
+
 # Tukey's biweight: an offset so many deviations away counts nothing.
 _TUKEY = 4.7
 # For normally distributed offsets it costs this much of the precision.
@@ -51,15 +53,18 @@ def robust_step(
     """
     measured = np.flatnonzero(np.isfinite(sigmas))
     unknowns = jacobian.shape[1]
-    step, covariance = np.zeros(unknowns), np.eye(unknowns)
+    step, inverse = np.zeros(unknowns), np.eye(unknowns)
     weights, left = np.ones(len(measured)), np.zeros(len(measured))
     for turn in range(_ROUNDS_L1 + _ROUNDS):
         if np.sum(weights > 0.0) < unknowns + 1:
-            return RobustStep(False, step, covariance, 0.0)
-        step = _weighted_inverse(jacobian, measured, weights / sigmas[measured] ** 2, prior) @ (
-            jacobian[measured].T @ (weights * offsets[measured] / sigmas[measured] ** 2)
-        )
-        left = np.abs(offsets - jacobian @ step)[measured] / sigmas[measured]
+            return RobustStep(False, step, inverse, 0.0)
+        if not _solve(jacobian, offsets, sigmas, measured, weights, prior, step, inverse):
+            return RobustStep(False, step, inverse, 0.0)
+        for m in range(len(measured)):
+            left[m] = offsets[measured[m]]
+            for c in range(unknowns):
+                left[m] -= jacobian[measured[m], c] * step[c]
+            left[m] = abs(left[m]) / sigmas[measured[m]]
         if turn < _ROUNDS_L1:
             weights = 1.0 / np.maximum(left, 1.0)
             continue
@@ -67,28 +72,39 @@ def robust_step(
         weights = np.maximum(0.0, 1.0 - (left / (_TUKEY * scale)) ** 2) ** 2
     kept = weights > 0.0
     spare = np.sum(kept) - unknowns
-    if spare < 1:
-        return RobustStep(False, step, covariance, 0.0)
+    if spare < 1 or not _solve(
+        jacobian, offsets, sigmas, measured, kept.astype(np.float64), prior, step.copy(), inverse
+    ):
+        return RobustStep(False, step, inverse, 0.0)
     scatter = max(1.0, np.sum(left[kept] ** 2) / spare)
-    covariance = (
-        _weighted_inverse(jacobian, measured, kept / sigmas[measured] ** 2, prior) * scatter * _TUKEY_LOSS
-    )
-    return RobustStep(True, step, covariance, np.sum(kept) / len(sigmas))
+    return RobustStep(True, step, inverse * (scatter * _TUKEY_LOSS), np.sum(kept) / len(sigmas))
 
 
 @njit(cache=True, error_model='numpy')
-def _weighted_inverse(
+def _solve(
     jacobian: NDArray[np.float64],
+    offsets: NDArray[np.float64],
+    sigmas: NDArray[np.float64],
     measured: NDArray[np.int64],
     weights: NDArray[np.float64],
     prior: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Return the inverse of the weighted normal matrix, shape (p, p)."""
+    step: NDArray[np.float64],
+    inverse: NDArray[np.float64],
+) -> bool:
+    """Write the weighted least squares step and the inverse of its normal matrix; False where that is singular."""
     unknowns = len(prior)
-    information = np.diag(prior)
+    information, pull = np.diag(prior), np.zeros(unknowns)
     for m in range(len(measured)):
         row = jacobian[measured[m]]
+        weight = weights[m] / sigmas[measured[m]] ** 2
         for r in range(unknowns):
+            pull[r] += weight * row[r] * offsets[measured[m]]
             for c in range(unknowns):
-                information[r, c] += weights[m] * row[r] * row[c]
-    return np.ascontiguousarray(np.linalg.inv(information))
+                information[r, c] += weight * row[r] * row[c]
+    if not invert_symmetric(information, inverse):
+        return False
+    for r in range(unknowns):
+        step[r] = 0.0
+        for c in range(unknowns):
+            step[r] += inverse[r, c] * pull[c]
+    return True

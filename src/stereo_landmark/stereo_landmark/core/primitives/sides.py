@@ -44,14 +44,16 @@ def find_sides(segments: Segments, settings: PrimitiveSettings) -> Sides:
     """
     sums = sum_moments(segments.points, segments.bends, segments.bend_starts, settings.side_length_min)
     ends, covered, variances = fit_parts(sums)
-    groups = join_collinear(ends, settings.side_gap_max, settings.side_offset_max)
-    joined = np.stack([_united(sums[group]) for group in groups]) if groups else sums[:0]
-    more = fit_parts(joined)
+    members, starts = join_collinear(ends, settings.side_gap_max, settings.side_offset_max)
+    more = fit_parts(_united(sums[members], starts))
     return Sides(*(np.concatenate(pair) for pair in zip((ends, covered, variances), more, strict=True)))
 
 
-def _united(sums: NDArray[np.float64]) -> NDArray[np.float64]:
+def _united(sums: NDArray[np.float64], starts: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the moments of groups of parts; where each group begins in them, and their number, shape (m + 1,)."""
+    if not len(sums):
+        return sums
     # Moments add up; the ends are the first and the last one.
-    total = sums.sum(axis=0)
-    total[6:8], total[8:10] = sums[0, 6:8], sums[-1, 8:10]
+    total = np.add.reduceat(sums, starts[:-1], axis=0)
+    total[:, 6:8], total[:, 8:10] = sums[starts[:-1], 6:8], sums[starts[1:] - 1, 8:10]
     return total

@@ -12,16 +12,15 @@ from numpy.typing import NDArray
 
 from stereo_landmark.core.procedure.prediction import lens_of
 from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.symmetric_matrix import invert_symmetric
 
 DETECTED_SIGMA = 0.7
 """How well a detected primitive is known before it is measured in the grey image [px]."""
 HUBER = 3.0
 """Standard deviations of a point beyond which its pull grows no more."""
 STEPS_MAX = 20
-STEP_DONE = 1e-7
+STEP_DONE = 1e-5
 """A step smaller than this [m, rad] ends the fit."""
-DETERMINANT_MIN = 1e-12
-"""Of the information, scaled to a diagonal of ones, below which it does not determine the pose."""
 DEPTH_MIN = 0.05
 """Nearer points are not in view [m]."""
 
@@ -61,19 +60,19 @@ def _fit(
     lens: NDArray[np.float64],
 ) -> bool:
     """Write the fitted state by Gauss-Newton steps with weights; return whether points determine it."""
-    information, gradient = np.empty((4, 4)), np.empty(4)
+    information, gradient, inverse = np.empty((4, 4)), np.empty(4), np.empty((4, 4))
     for _ in range(STEPS_MAX):
         _sum_up(state, taught, covariances, seen, (rotation, position, lens), information, gradient)
-        diagonal = np.diag(information)
-        if not np.all(diagonal > 0.0):
+        if not invert_symmetric(information, inverse):
             return False
-        scale = 1.0 / np.sqrt(diagonal)
-        scaled = information * scale * scale.reshape(4, 1)
-        if not np.linalg.det(scaled) > DETERMINANT_MIN:
-            return False
-        step = np.linalg.solve(scaled, gradient * scale) * scale
-        state += step
-        if np.abs(step).max() < STEP_DONE:
+        longest = 0.0
+        for i in range(4):
+            step = 0.0
+            for j in range(4):
+                step += inverse[i, j] * gradient[j]
+            state[i] += step
+            longest = max(longest, abs(step))
+        if longest < STEP_DONE:
             break
     state[3] = (state[3] + np.pi) % (2.0 * np.pi) - np.pi
     return True

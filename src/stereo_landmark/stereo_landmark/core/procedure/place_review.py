@@ -29,16 +29,25 @@ def review_place(
         settings: how the robot will look for it; None for the defaults.
     """
     answer = LandmarkLocalizer([place], settings).locate(left, right, tilt)
-    weak = [
+    fix = answer.displacement if isinstance(answer, LandmarkFix) else None
+    return not_found_again(answer) + weak_geometry(_chosen_positions(place), fix)
+
+
+def not_found_again(answer: LandmarkFix | NoLandmarkFix) -> list[str]:
+    """Return what is not found in the very images that it was taught from, a line each.
+
+    Args:
+        answer: of the localizer to those images.
+    """
+    lost = [
         f'target {sighting.target}: {sighting.reason.value} even where it was taught ({sighting.detail}); '
         'add primitives that tell it from its like'
         for sighting in answer.sightings
         if isinstance(sighting, NoTargetSighting)
     ]
-    fix = answer.displacement if isinstance(answer, LandmarkFix) else None
-    if isinstance(answer, NoLandmarkFix) and not weak:
-        weak.append(f'{answer.reason} even where it was taught ({answer.detail}); choose other points')
-    return weak + weak_geometry(_chosen_positions(place), fix)
+    if isinstance(answer, NoLandmarkFix) and not lost:
+        lost.append(f'{answer.reason} even where it was taught ({answer.detail}); choose other points')
+    return lost
 
 
 def _chosen_positions(place: TaughtPlace) -> NDArray[np.float64]:

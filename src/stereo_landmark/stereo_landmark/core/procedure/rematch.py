@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from stereo_landmark.core.place.stereo_points import SpatialPoints
@@ -32,12 +33,12 @@ class _Alike:
     Attributes:
         numbers: among those of its kind, shape (n,).
         points: shape (n, p, 2), named as those of the taught one [px].
-        sizes: of ellipses, which have one point only, shape (n,) [px]; None for all others.
+        sizes: of ellipses, which have one point only, shape (n,) [px]; shape (0,) for all others.
     """
 
     numbers: NDArray[np.int64]
     points: NDArray[np.float64]
-    sizes: NDArray[np.float64] | None
+    sizes: NDArray[np.float64]
 
 
 class Rematch:
@@ -79,8 +80,8 @@ class Rematch:
         for k, taught in enumerate(self._points):
             pixels = expected_pixels(states, taught.positions, self._view)
             for side in range(2):
-                expected = pixels[:, :, 2 * side : 2 * side + 2]
-                chosen[:, k, side] = _nearest(self._alike[side][k], expected, sizes[:, k], window)
+                expected, alike = pixels[:, :, 2 * side : 2 * side + 2], self._alike[side][k]
+                chosen[:, k, side] = _nearest(alike.points, alike.sizes, expected, sizes[:, k], window)
         chosen[(chosen < 0).any(axis=2)] = -1
         return chosen
 
@@ -134,23 +135,42 @@ def _alike(
 def _alike_one(taught: TaughtPrimitive, detected: DetectedKind, numbers: NDArray[np.int64]) -> _Alike:
     centres = detected.centres[numbers][:, None]
     if taught.kind is not Kind.QUADRILATERAL:
-        sizes = detected.numbers[numbers, 0] if taught.kind is Kind.ELLIPSE else None
+        sizes = detected.numbers[numbers, 0] if taught.kind is Kind.ELLIPSE else np.empty(0)
         return _Alike(numbers, centres, sizes)
     shapes = detected.numbers[numbers]
     (first,) = numbers_of(taught.kind, [taught.shape])
-    return _Alike(numbers, ordered_pairs(shapes, shapes, first)[..., :2] + centres, None)
+    return _Alike(numbers, ordered_pairs(shapes, shapes, first)[..., :2] + centres, np.empty(0))
 
 
+@njit(cache=True, error_model='numpy')
 def _nearest(
-    alike: _Alike, expected: NDArray[np.float64], sizes: NDArray[np.float64], window: float
+    points: NDArray[np.float64],
+    point_sizes: NDArray[np.float64],
+    expected: NDArray[np.float64],
+    sizes: NDArray[np.float64],
+    window: float,
 ) -> NDArray[np.int64]:
-    """Return the number of the nearest to expected points, shape (h, p, 2), for each row; -1 outside of the window."""
-    if not len(alike.numbers):
-        return np.full(len(expected), -1)
-    offsets = expected[:, None] - alike.points
-    misfits = np.hypot(offsets[..., 0], offsets[..., 1]).max(axis=2)
-    if alike.sizes is not None:
-        misfits = np.maximum(misfits, np.abs(alike.sizes - sizes[:, None]))
-    misfits[np.isnan(misfits)] = np.inf
-    nearest = misfits.argmin(axis=1)
-    return np.where(misfits[np.arange(len(nearest)), nearest] < window, nearest, -1)
+    """Return the number of the nearest to expected points, shape (h, p, 2), for each row; -1 outside of the window.
+
+    Args:
+        points: shape (n, p, 2) [px].
+        point_sizes: shape (n,), or (0,) where sizes do not count [px].
+        expected: shape (h, p, 2); what is not a number is nowhere [px].
+        sizes: shape (h,) [px].
+        window: [px].
+    """
+    nearest = np.full(len(expected), -1)
+    for h in range(len(expected)):
+        least = window
+        for i in range(len(points)):
+            misfit = abs(point_sizes[i] - sizes[h]) if len(point_sizes) else 0.0
+            for p in range(expected.shape[1]):
+                if not misfit < least:
+                    break
+                du, dv = expected[h, p, 0] - points[i, p, 0], expected[h, p, 1] - points[i, p, 1]
+                # Not so the maximum, which would forget what is not a number.
+                way = np.sqrt(du * du + dv * dv)
+                misfit = way if not way < misfit else misfit
+            if misfit < least:
+                least, nearest[h] = misfit, i
+    return nearest

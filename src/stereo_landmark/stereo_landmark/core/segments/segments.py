@@ -122,10 +122,10 @@ def follow_segments(edges: Edges, settings: EdgeSettings) -> Segments:
     strengths = np.sqrt(np.einsum('ij,ij->i', edges.gradients, edges.gradients))
     count_min = max(2, round(settings.length_min))
     order, starts, closed = read_chains(ahead, strengths, settings.threshold, count_min)
-    points = np.ascontiguousarray(edges.points[order])
+    points = edges.points.take(order, axis=0)
     bends, bend_starts = bend_points(points, starts, settings.bend_tolerance)
     index = index_points(points, edges.index.shape)
     return Segments(
-        *(points, edges.gradients[order], starts, closed, bends, bend_starts),
+        *(points, edges.gradients.take(order, axis=0), starts, closed, bends, bend_starts),
         index=index,
     )

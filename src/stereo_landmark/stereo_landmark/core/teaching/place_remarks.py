@@ -1,0 +1,34 @@
+"""What is weak of a place, as the page tells it target by target, for those who teach without the page."""
+
+from __future__ import annotations
+
+from stereo_landmark.core.procedure.place_review import not_found_again
+from stereo_landmark.core.procedure.stereo_measurement import invariant_points
+from stereo_landmark.core.procedure.teaching import TargetChoice
+from stereo_landmark.core.teaching.teaching_session import TeachingSession
+from stereo_landmark.core.teaching.teaching_state import ChosenPrimitive, TargetDraft
+
+
+def draft_of(choice: TargetChoice) -> TargetDraft:
+    """Return a choice as the page has it."""
+    parts = tuple(ChosenPrimitive(name, shape) for name, shape in choice.primitives.items())
+    points = {f'{part.name}/{point}' for part in parts for point in invariant_points(part.shape)}
+    left_out = frozenset() if choice.points is None else frozenset(points - set(choice.points))
+    return TargetDraft(choice.name, None, parts, left_out)
+
+
+def place_remarks(session: TeachingSession) -> list[str]:
+    """Return the page's hints to all targets and what is not found again, a line each, none for a good place.
+
+    Args:
+        session: with all targets chosen.
+
+    Raises:
+        StereoLandmarkError: a target has nothing to be found by.
+    """
+    hints = [
+        f'target {hint.target}: {hint.text}'
+        for draft in session.state.targets
+        for hint in session.report(draft).hints
+    ]
+    return [*not_found_again(session.locate(session.state.pair)), *hints]
