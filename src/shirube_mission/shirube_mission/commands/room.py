@@ -24,10 +24,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options.folder.mkdir(parents=True, exist_ok=True)
         files = write_building((options.building or options.folder / 'building').absolute())
-        summary, record, _ = run_mission(options.seed, files, options.folder.absolute(), print)
+        outcome = run_mission(options.seed, files, options.folder.absolute(), print)
+        summary, track = outcome.summary, outcome.traces.truth
         write_text(options.folder / 'summary.json', json.dumps(summary, indent=2) + '\n')
-        track = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in record.track)
-        write_text(options.folder / 'track.csv', f't,x,y,yaw\n{track}')
+        lines = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in track)
+        write_text(options.folder / 'track.csv', f't,x,y,yaw\n{lines}')
+        write_text(options.folder / 'traces.json', outcome.traces.as_json())
     except KeyboardInterrupt:
         print('room: interrupted; the nodes have ended', file=sys.stderr)
         return 1
