@@ -200,8 +200,7 @@ def _titled(title: str, table: str) -> str:
 def _table(head: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a table; cells that say FAIL or pass are coloured."""
     lines = [''.join(f'<th>{html.escape(name)}</th>' for name in head)]
-    for row in rows:
-        lines.append(''.join(f'<td{_class_of(cell)}>{html.escape(cell)}</td>' for cell in row))
+    lines += [''.join(f'<td{_class_of(cell)}>{html.escape(cell)}</td>' for cell in row) for row in rows]
     return '<table>\n' + '\n'.join(f'<tr>{line}</tr>' for line in lines) + '\n</table>'
 
 
