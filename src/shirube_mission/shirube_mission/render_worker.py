@@ -86,6 +86,17 @@ class RenderWorker:
         return self._pool.submit(process_time).result()
 
 
+def render_one_of_each(seed: int, waveforms: dict[int, Waveform]) -> None:
+    """Render a picture of each sensor here, which compiles what must be compiled.
+
+    Args:
+        seed: of the room.
+        waveforms: what each lamp plays, by its ID.
+    """
+    _begin(seed, waveforms)
+    _warm_up()
+
+
 def _begin(seed: int, waveforms: dict[int, Waveform]) -> None:
     _sensors[:] = [MissionSensors(seed, waveforms)]
 
