@@ -38,7 +38,7 @@ def picture(path: Path, width: float, height: float) -> Iterator[Figure]:
     try:
         yield figure
         with written_beside(path) as file:
-            figure.savefig(file, format='png', dpi=100)
+            figure.savefig(file, format='png', dpi=100, bbox_inches='tight')
     finally:
         plt.close(figure)
 

@@ -116,6 +116,7 @@ def draw_speed(path: Path, traces: MissionTraces, orders: Sequence[tuple[float, 
         room.set(xlabel='simulated time [s]', ylabel='room beside the rim [m]')
         for axes in (speed, room):
             _finish(axes, traces)
+        speed.legend(loc='upper left', bbox_to_anchor=(1.01, 1.0), fontsize='small')
 
 
 def draw_timing(path: Path, traces: MissionTraces) -> None:
