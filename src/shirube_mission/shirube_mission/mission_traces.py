@@ -78,7 +78,7 @@ class MissionTraces:
     rates: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def as_json(self) -> str:
-        """Return everything as JSON, with four places of each number."""
+        """Return everything as JSON, to micrometres and microseconds."""
         return json.dumps(
-            json.loads(json.dumps(asdict(self)), parse_float=lambda text: round(float(text), 4))
+            json.loads(json.dumps(asdict(self)), parse_float=lambda text: round(float(text), 6))
         )

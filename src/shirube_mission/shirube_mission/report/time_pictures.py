@@ -17,7 +17,7 @@ _SOURCES = ('floor_localizer', 'vlc_beacon', 'stereo_landmark')
 _VERDICT_COLOURS = ('#dc2626', '#f59e0b', '#9333ea', '#0891b2', '#be185d', '#525252')
 _USED = 'used'
 _SPEED_TITLE = 'Speed, orders of the lamps (orange), and room around the robot'
-_LEAST = 1e-3
+_LEAST = 1e-2
 """Errors below are drawn there [mm]: the axis is logarithmic."""
 
 
