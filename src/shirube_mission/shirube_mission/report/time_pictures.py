@@ -71,18 +71,16 @@ def draw_trust(path: Path, traces: MissionTraces) -> None:
 
 
 def _draw_bars(axes: Axes, traces: MissionTraces, source: str, colours: dict[str, str]) -> None:
-    """Draw stacked bars, one for each report of the arbiter."""
-    times = np.array(sorted({count.time for count in traces.trust}))
-    if not len(times):
-        return
-    widths = np.diff(times, prepend=times[0] - 1.0)
-    floor = np.zeros(len(times))
+    """Draw stacked bars, one a simulated second; the arbiter reports by the computer's clock, so more often."""
+    seconds = np.arange(0.0, np.ceil(traces.truth[-1][0]) + 1.0)
+    floor = np.zeros(len(seconds) - 1)
     for verdict, colour in colours.items():
-        totals = {c.time: c.count for c in traces.trust if (c.source, c.verdict) == (source, verdict)}
-        rows = np.maximum.accumulate([totals.get(float(time), 0) for time in times])
-        rate = np.diff(rows, prepend=0) / np.maximum(widths, _LEAST)
-        if rate.any():
-            axes.bar(times - widths, rate, widths, floor, align='edge', color=colour, label=verdict)
+        counts = [(c.time, c.count) for c in traces.trust if (c.source, c.verdict) == (source, verdict)]
+        if counts:
+            times, totals = np.array(counts).T
+            totals = np.concatenate([[0.0], totals])
+            rate = np.diff(totals[np.searchsorted(times, seconds, side='right')])
+            axes.bar(seconds[:-1], rate, 1.0, floor, align='edge', color=colour, label=verdict)
             floor += rate
 
 
