@@ -1,4 +1,4 @@
-"""``shirube demo``: the main job on recorded input, with a report."""
+"""``shirube demo``: the main job, with a report."""
 
 import argparse
 import shutil
@@ -12,8 +12,8 @@ from shirube_cli.workspace import build_workspace
 
 # Loaded when asked for: the other commands start without matplotlib and ROS.
 DEMOS = {
-    'floor': ('shirube_cli.floor_demo', 'demo_floor'),
     'mission': ('shirube_cli.mission_demo', 'demo_mission'),
+    'floor': ('shirube_cli.floor_demo', 'demo_floor'),
 }
 
 
@@ -24,7 +24,7 @@ def demo(arguments: Sequence[str]) -> int:
         CommandError: there is no such demo, or it could not run.
     """
     parser = argparse.ArgumentParser(prog='shirube demo', description=__doc__)
-    parser.add_argument('name', nargs='?', default='floor', help='which one (default: %(default)s)')
+    parser.add_argument('name', nargs='?', default='mission', help='which one (default: %(default)s)')
     name = parser.parse_args(arguments).name
     if name not in DEMOS:
         raise CommandError(f'there is no demo {name!r}; choose one of: {", ".join(DEMOS)}')

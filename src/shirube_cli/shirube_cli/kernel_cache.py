@@ -28,6 +28,7 @@ PROGRAMS = (
     'from stereo_landmark.core.warm_up import warm_up; warm_up()',
     'from reward_planner.core.warm_up import warm_up_defaults; warm_up_defaults()',
     'from vlc_beacon.core.receiver.warm_up import warm_up_both; warm_up_both()',
+    'from shirube_mission.warm_up import warm_up; warm_up()',
 )
 """Each compiles its share of the loops."""
 PYTHON = f'python{sys.version_info.major}.{sys.version_info.minor}'

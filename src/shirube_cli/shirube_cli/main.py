@@ -9,7 +9,8 @@ from shirube_cli.error import CommandError
 USAGE = """\
 usage: shirube <command> [arguments …]
 
-  demo [floor]                   replay the recorded drive through the live node; report in out/demo/
+  demo [mission]                 all nodes drive a simulated robot to three goals; report in out/demo/
+  demo floor                     replay the recorded drive through the live node; report in out/demo/
   run <package> <executable> …   start an executable, as `ros2 run` does
   test [pytest arguments]        run the tests
   check [--fix]                  format, lint and types

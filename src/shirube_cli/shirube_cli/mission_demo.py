@@ -8,7 +8,7 @@ from shirube_cli.workspace import find_executable, overlay_environment
 
 
 def demo_mission(root: Path, folder: Path) -> int:
-    """Run the mission and leave its summary, its track and the nodes' logs in the folder.
+    """Run the mission and leave its report, its numbers and the nodes' logs in the folder.
 
     Returns:
         0 when every goal was reached well and nothing was touched, 1 otherwise.
@@ -19,5 +19,4 @@ def demo_mission(root: Path, folder: Path) -> int:
     command = [sys.executable, str(find_executable(root, 'shirube_mission', 'room')), str(folder)]
     with child_process(command, overlay_environment(root), log=None) as process:
         code = process.wait()
-    print(f'Summary: {folder / "summary.json"}')
     return 1 if code else 0

@@ -50,6 +50,8 @@ class MissionRecord:
         seed: of the mission.
         goals: one after the other.
         track: time [s], true x, y, yaw; every step.
+        clearances: room between the robot's rim and anything solid, every step [m].
+        legs: when each goal was given, and when the robot was done with it [s].
         least_clearance: smallest room between the robot's rim and anything solid [m].
         collisions: how often the robot came to touch something.
         ended: why the mission ended.
@@ -58,6 +60,8 @@ class MissionRecord:
     seed: int
     goals: list[GoalRecord] = field(default_factory=list)
     track: list[tuple[float, float, float, float]] = field(default_factory=list)
+    clearances: list[float] = field(default_factory=list)
+    legs: list[tuple[float, float]] = field(default_factory=list)
     least_clearance: float = math.inf
     collisions: int = 0
     ended: str = ''
@@ -66,6 +70,7 @@ class MissionRecord:
     def add_step(self, time: float, pose: PlanarPose, clearance: float) -> None:
         """Take where the robot truly is at a time [s], and how much room it has there [m]."""
         self.track.append((time, pose.x, pose.y, pose.yaw))
+        self.clearances.append(clearance)
         self.least_clearance = min(self.least_clearance, clearance)
         touches = clearance <= 0.0
         self.collisions += touches and not self._touches

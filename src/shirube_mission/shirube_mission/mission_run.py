@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,10 +29,13 @@ from shirube_mission.lock_step import LockStep
 from shirube_mission.mission_ears import MissionEars
 from shirube_mission.mission_error import MissionError
 from shirube_mission.mission_record import GoalRecord, MissionRecord
+from shirube_mission.mission_traces import MissionTraces
 from shirube_mission.node_parameters import mission_nodes
 from shirube_mission.node_processes import NodeProcesses
 from shirube_mission.render_worker import RenderWorker
 from shirube_mission.sensor_schedule import CAMERAS, STEP_MS
+from shirube_mission.stopwatch import Stopwatch
+from shirube_mission.trace_ears import ODOMETRY, TraceEars
 from vlc_beacon.files.key_file import read_key
 
 _START_TIMEOUT = 600.0
@@ -56,6 +59,7 @@ class Mission:
         steps: of time.
         record: what became of it so far.
         processes: of the nodes.
+        stopwatch: what the drive costs.
     """
 
     sensors: MissionSensors
@@ -64,6 +68,7 @@ class Mission:
     steps: LockStep
     record: MissionRecord
     processes: NodeProcesses
+    stopwatch: Stopwatch
 
     def go(self, tell: Callable[[str], None]) -> None:
         """Drive to all goals.
@@ -80,8 +85,10 @@ class Mission:
             raise MissionError(f'there is no fused pose after {_FIRST_POSE:g} s; see the logs of the nodes')
         self._until(lambda: False, _STANDS)
         for number, goal in enumerate(self.sensors.layout.goals, start=1):
+            given = self.steps.now
             record = self._drive_to(goal)
             self.record.goals.append(record)
+            self.record.legs.append((1e-3 * given, 1e-3 * self.steps.now))
             tell(
                 f'goal {number} {"reached" if record.reached else "NOT reached"} after {record.seconds:.1f} s: true '
                 f'pose {1e3 * record.true_error:.1f} mm off, fused pose {1e3 * record.fused_error:.1f} mm'
@@ -123,14 +130,26 @@ class Mission:
             pose = self.controller.T_world_base
             room = disc_clearance(self.sensors.room.boxes, pose.x, pose.y, ROBOT_RADIUS, ROBOT_HEIGHT)
             self.record.add_step(1e-3 * self.steps.now, pose, room)
+            self.stopwatch.look(1e-3 * self.steps.now)
             if is_over():
                 return True
         return False
 
 
-def run_mission(
-    seed: int, files: BuildingFiles, folder: Path, tell: Callable[[str], None]
-) -> tuple[dict[str, object], MissionRecord, MissionEars]:
+@dataclass(frozen=True)
+class MissionOutcome:
+    """What became of a mission.
+
+    Attributes:
+        summary: in a few numbers, ready for JSON.
+        traces: all of it.
+    """
+
+    summary: dict[str, object]
+    traces: MissionTraces
+
+
+def run_mission(seed: int, files: BuildingFiles, folder: Path, tell: Callable[[str], None]) -> MissionOutcome:
     """Run a mission.
 
     Args:
@@ -140,7 +159,7 @@ def run_mission(
         tell: is told what happens, a line each time.
 
     Returns:
-        its summary, its record and what the nodes said.
+        what became of it.
 
     Raises:
         MissionError: a node did not start, ended, or there is no pose.
@@ -157,23 +176,47 @@ def run_mission(
         processes = stack.enter_context(NodeProcesses(mission_nodes(files, terminal.path), folder, domain))
         worker = stack.enter_context(RenderWorker(seed, waveforms))
         node, executor = _graph(stack, domain)
-        ears = MissionEars(node)
+        ears, traces = MissionEars(node), TraceEars(node)
         steps = LockStep(node, executor, controller, lock, sensors, worker, ears)
-        mission = Mission(sensors, controller, ears, steps, record, processes)
+        mission = Mission(sensors, controller, ears, steps, record, processes, Stopwatch(processes, worker))
         _await_nodes(mission, executor)
         ready = monotonic()
+        mission.stopwatch.start()
         tell(f'all nodes are ready after {ready - began:.0f} s')
         try:
             mission.go(tell)
         finally:
             over = monotonic()
+        mission.stopwatch.stop()
+    return _outcome(
+        mission, traces, {'start': ready - began, 'drive': over - ready, 'whole': monotonic() - began}
+    )
+
+
+def _outcome(mission: Mission, heard: TraceEars, timing: Mapping[str, float]) -> MissionOutcome:
+    ears, record, layout = mission.ears, mission.record, mission.sensors.layout
     fixes = {name: [(told.time, told.pose) for told in poses] for name, poses in ears.fixes.items()}
     fixes['pose_arbiter'] = [(told.time, told.pose) for told in ears.fused]
-    timing = {'start': ready - began, 'drive': over - ready, 'whole': monotonic() - began}
-    summary = record.summary(len(sensors.layout.goals), fixes, ears.orders, timing)
-    summary['late_steps'] = steps.late_steps
-    summary['exit_codes'] = processes.exit_codes
-    return summary, record, ears
+    summary = record.summary(len(layout.goals), fixes, ears.orders, timing)
+    summary['late_steps'] = mission.steps.late_steps
+    summary['exit_codes'] = mission.processes.exit_codes
+    poses = {name: [(time, pose.x, pose.y, pose.yaw) for time, pose in told] for name, told in fixes.items()}
+    poses[ODOMETRY] = [(told.time, told.pose.x, told.pose.y, told.pose.yaw) for told in heard.odometry]
+    seconds = max(1e-3 * mission.steps.now, 1e-3)
+    traces = MissionTraces(
+        layout,
+        mission.sensors.room.boxes.boxes,
+        record.track,
+        record.clearances,
+        poses,
+        record.legs,
+        heard.trust,
+        heard.map,
+        mission.stopwatch.pace,
+        mission.stopwatch.cpu,
+        {c.name: (1e3 / c.period, mission.steps.voice.shown[c.name] / seconds) for c in CAMERAS},
+    )
+    return MissionOutcome(summary, traces)
 
 
 def _controller(seed: int, start: PlanarPose) -> EmulatedController:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 
@@ -36,7 +37,11 @@ _CAMERAS = {
 
 
 class MissionVoice:
-    """All publishers of the simulation."""
+    """All publishers of the simulation.
+
+    Attributes:
+        shown: how many pictures of each sensor were published.
+    """
 
     def __init__(self, node: Node) -> None:
         """Advertise.
@@ -44,6 +49,7 @@ class MissionVoice:
         Args:
             node: that publishes.
         """
+        self.shown = Counter[str]()
         advertise = partial(node.create_publisher, qos_profile=pose_profile())
         self._clock = advertise(Clock, '/clock')
         self._truth = advertise(PoseStamped, '/ground_truth')
@@ -76,6 +82,7 @@ class MissionVoice:
 
     def show(self, sensor: str, time: int, pictures: Sequence[Picture]) -> None:
         """Publish the pictures that a sensor took at a time [ms], their calibrations first."""
+        self.shown[sensor] += 1
         for (topic, camera, baseline), picture in zip(_CAMERAS[sensor], pictures, strict=True):
             frame = f'{topic.split("/")[1]}_camera_optical_frame'
             header = Header(stamp=stamp_of(time), frame_id=frame)

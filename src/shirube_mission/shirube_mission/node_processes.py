@@ -74,6 +74,14 @@ class NodeProcesses:
                 process.kill()
                 self.exit_codes[name] = process.wait()
 
+    def processor_times(self) -> dict[str, float]:
+        """Return how long each node that runs has worked so far [s], by name."""
+        times = {}
+        for name, process in self._running.items():
+            fields = Path(f'/proc/{process.pid}/stat').read_text().rpartition(')')[2].split()
+            times[name] = (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
+        return times
+
     def check(self) -> None:
         """Raise if a node has ended.
 

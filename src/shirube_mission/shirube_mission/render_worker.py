@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
+from time import process_time
 from types import TracebackType
 from typing import Any, Self
 
@@ -79,6 +80,21 @@ class RenderWorker:
     def take(self, sensor: str, index: int) -> Sequence[Picture]:
         """Return what was ordered, waiting for it: one picture, or the left and the right one."""
         return self._waiting.pop((sensor, index)).result()
+
+    def processor_time(self) -> float:
+        """Return how long the process has worked [s], once it has rendered all that was ordered."""
+        return self._pool.submit(process_time).result()
+
+
+def render_one_of_each(seed: int, waveforms: dict[int, Waveform]) -> None:
+    """Render a picture of each sensor here, which compiles what must be compiled.
+
+    Args:
+        seed: of the room.
+        waveforms: what each lamp plays, by its ID.
+    """
+    _begin(seed, waveforms)
+    _warm_up()
 
 
 def _begin(seed: int, waveforms: dict[int, Waveform]) -> None:

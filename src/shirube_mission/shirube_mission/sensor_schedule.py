@@ -40,7 +40,7 @@ class SensorRhythm:
 
 
 FLOOR = SensorRhythm('floor', 100, 100, 1, 60)
-CEILING = SensorRhythm('ceiling', 40, 120, 8, 60)
+CEILING = SensorRhythm('ceiling', 80, 120, 8, 60)
 STEREO = SensorRhythm('stereo', 1000, 500, 0, 200)
 DEPTH = SensorRhythm('depth', 200, 160, 0, 80)
 CAMERAS = (FLOOR, CEILING, STEREO, DEPTH)

@@ -14,6 +14,7 @@ from shirube_files import write_text
 from shirube_mission.building_files import write_building
 from shirube_mission.mission_error import MissionError
 from shirube_mission.mission_run import run_mission
+from shirube_mission.report.mission_report import write_report
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 
@@ -24,10 +25,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options.folder.mkdir(parents=True, exist_ok=True)
         files = write_building((options.building or options.folder / 'building').absolute())
-        summary, record, _ = run_mission(options.seed, files, options.folder.absolute(), print)
+        outcome = run_mission(options.seed, files, options.folder.absolute(), print)
+        summary, track = outcome.summary, outcome.traces.truth
         write_text(options.folder / 'summary.json', json.dumps(summary, indent=2) + '\n')
-        track = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in record.track)
-        write_text(options.folder / 'track.csv', f't,x,y,yaw\n{track}')
+        lines = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in track)
+        write_text(options.folder / 'track.csv', f't,x,y,yaw\n{lines}')
+        write_text(options.folder / 'traces.json', outcome.traces.as_json())
+        print(f'Report: {write_report(options.folder, summary, outcome.traces)}')
     except KeyboardInterrupt:
         print('room: interrupted; the nodes have ended', file=sys.stderr)
         return 1
@@ -43,7 +47,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='room', description=__doc__)
-    parser.add_argument('folder', type=Path, help='takes logs, summary.json and track.csv')
+    parser.add_argument(
+        'folder', type=Path, help='takes report.html, summary.json, track.csv, traces.json and logs'
+    )
     parser.add_argument('--seed', type=int, default=0, help='of room, robot and noise (default: %(default)s)')
     parser.add_argument(
         '--building', type=Path, help='folder of map, lamps and taught places (default: in the folder)'

@@ -1,0 +1,36 @@
+"""Writes the report of a mission into a folder: the page and its pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from shirube_files import write_text
+from shirube_mission.mission_traces import MissionTraces
+from shirube_mission.report.plan_pictures import draw_map, draw_tracks
+from shirube_mission.report.report_page import page
+from shirube_mission.report.time_pictures import draw_errors, draw_speed, draw_timing, draw_trust
+
+PAGE = 'report.html'
+
+
+def write_report(folder: Path, summary: Mapping[str, Any], traces: MissionTraces) -> Path:
+    """Write the report and return the path of its page.
+
+    Args:
+        folder: takes page and pictures.
+        summary: of the mission, as in `summary.json`.
+        traces: of the mission.
+
+    Raises:
+        OSError: the folder cannot be written to.
+    """
+    draw_tracks(folder / 'tracks.png', traces)
+    draw_errors(folder / 'errors.png', traces)
+    draw_trust(folder / 'trust.png', traces)
+    draw_map(folder / 'map.png', traces)
+    draw_speed(folder / 'speed.png', traces, [(order['time'], order['order']) for order in summary['orders']])
+    draw_timing(folder / 'timing.png', traces)
+    write_text(folder / PAGE, page(summary, traces))
+    return folder / PAGE

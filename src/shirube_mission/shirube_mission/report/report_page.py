@@ -1,0 +1,208 @@
+"""The page of the report: verdict, goals, accuracy, orders and costs in tables, and the pictures."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from shirube_mission.mission_record import FUSED_ERROR_MAX, TRUE_ERROR_MAX
+from shirube_mission.mission_traces import MissionTraces
+from shirube_mission.report.picture_style import LABELS
+from shirube_mission.report.trace_errors import Array, all_poses_in_map, as_array, errors_of, zone_spans
+
+PICTURES = {
+    'tracks.png': 'Tracks',
+    'errors.png': 'Errors over time',
+    'trust.png': 'Who was trusted when',
+    'map.png': 'The map that the robot made',
+    'speed.png': 'Speed and orders of the lamps',
+    'timing.png': 'What it cost',
+}
+"""Files of the pictures beside the page, and their titles."""
+
+_PAGE = """\
+<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<title>shirube: the mission</title>
+<style>
+body {{ font-family: sans-serif; max-width: 75rem; margin: 2rem auto; padding: 0 1rem; color: #1f2937; }}
+table {{ border-collapse: collapse; margin: 1rem 0; }}
+th, td {{ border: 1px solid #d1d5db; padding: 0.3rem 0.7rem; text-align: right; }}
+th {{ background: #f3f4f6; }} td:first-child, th:first-child {{ text-align: left; }}
+img {{ width: 100%; }}
+.passed {{ color: #166534; }} .failed {{ color: #b91c1c; }}
+</style>
+</head>
+<body>
+<h1>The mission, room {seed}</h1>
+<p class="{verdict}"><strong>{sentence}</strong></p>
+<p>{what}</p>
+{tables}
+{pictures}
+</body>
+</html>
+"""
+_WHAT = (
+    'Six nodes drove a simulated robot through a room of obstacles that they did not know, to three goals; floor dots, '
+    'lamps and landmarks were each missing in one zone. Every pose is compared with the true one of its time, as it is.'
+)
+
+
+def page(summary: Mapping[str, Any], traces: MissionTraces) -> str:
+    """Return the page.
+
+    Args:
+        summary: of the mission, as in `summary.json`.
+        traces: of the mission.
+    """
+    tables = [
+        _titled('Goals', goal_table(summary, traces)),
+        _titled('Poses', _accuracy_table(traces)),
+        _titled('Zones', _zone_table(summary, traces)),
+        _titled('Orders of the lamps', _order_table(summary)),
+        _titled('Cameras', _camera_table(summary, traces)),
+        _timing_sentence(summary),
+    ]
+    pictures = [f'<h2>{title}</h2>\n<img src="{name}" alt="{title}">' for name, title in PICTURES.items()]
+    return _PAGE.format(
+        seed=summary['seed'],
+        verdict='passed' if summary['success'] else 'failed',
+        sentence=html.escape(verdict_sentence(summary)),
+        what=_WHAT,
+        tables='\n'.join(tables),
+        pictures='\n'.join(pictures),
+    )
+
+
+def verdict_sentence(summary: Mapping[str, Any]) -> str:
+    """Return whether the mission succeeded, and the first reasons if not."""
+    if summary['success']:
+        return 'Success: every goal was reached within the limits and nothing was touched.'
+    bad = [str(k) for k, goal in enumerate(summary['goals'], start=1) if not goal['good']]
+    reasons = [summary['ended']] if summary['ended'] else []
+    if bad:
+        reasons.append(f'outside the limits: goal {", ".join(bad)}')
+    if summary['collisions']:
+        reasons.append(f'{summary["collisions"]} collisions')
+    return f'Failure: {"; ".join(reasons)}.'
+
+
+def goal_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
+    """Return the table of all goals, those that were never given included."""
+    rows = []
+    for number in range(len(traces.layout.goals)):
+        if number >= len(summary['goals']):
+            rows.append([f'goal {number + 1}', 'not given', *['–'] * 6, 'FAIL'])
+            continue
+        goal = summary['goals'][number]
+        room = _clearance_during(traces, traces.legs[number])
+        rows.append(
+            [
+                f'goal {number + 1}',
+                'reached' if goal['reached'] else 'not reached',
+                f'{goal["seconds"]:.1f}',
+                f'{1e3 * goal["true_error"]:.1f}',
+                f'{1e3 * goal["fused_error"]:.1f}',
+                f'{57.2958 * goal["yaw_error"]:.1f}',
+                f'{100.0 * min(room):.1f}' if room else '–',
+                str(_touches(room)),
+                'pass' if goal['good'] and not _touches(room) else 'FAIL',
+            ]
+        )
+    head = (
+        'goal',
+        'the planner says',
+        'time [s]',
+        f'true pose off [mm], limit {1e3 * TRUE_ERROR_MAX:.0f}',
+        f'fused pose off [mm], limit {1e3 * FUSED_ERROR_MAX:.0f}',
+        'heading off [deg]',
+        'least room beside the rim [cm]',
+        'collisions, limit 0',
+        'verdict',
+    )
+    return _table(head, rows)
+
+
+def _clearance_during(traces: MissionTraces, leg: tuple[float, float]) -> list[float]:
+    start, end = leg
+    moments = zip(traces.truth, traces.clearance, strict=True)
+    return [room for pose, room in moments if start < pose[0] <= end]
+
+
+def _touches(room: Sequence[float]) -> int:
+    """Return how often the robot came to touch something."""
+    return sum(now <= 0.0 and before > 0.0 for before, now in zip([1.0, *room], room, strict=False))
+
+
+def _accuracy_table(traces: MissionTraces) -> str:
+    truth, rows = as_array(traces.truth), []
+    for name, told in all_poses_in_map(traces).items():
+        _, off, _ = errors_of(told, truth)
+        if len(off):
+            numbers = (_median(off), (off**2).mean() ** 0.5, off.max())
+            rows.append([LABELS.get(name, name), str(len(off)), *(f'{1e3 * n:.1f}' for n in numbers)])
+        else:
+            rows.append([LABELS.get(name, name), '0', '–', '–', '–'])
+    return _table(('source', 'poses', 'median error [mm]', 'rms [mm]', 'largest [mm]'), rows)
+
+
+def _median(values: Array) -> float:
+    return float(sorted(values.tolist())[len(values) // 2])
+
+
+def _zone_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
+    names = list(traces.poses)
+    names = [name for name in names if name not in LABELS]
+    spans, rows = zone_spans(as_array(traces.truth)), []
+    for zone, inside in summary['zones'].items():
+        when = ', '.join(f'{start:.0f}–{end:.0f}' for start, end in spans[zone])
+        counts = [str(inside['poses'].get(name, 0)) for name in names]
+        rows.append([zone, when or 'never', *counts, f'{1e3 * inside["worst_fused_error"]:.1f}'])
+    head = ('zone', 'when [s]', *(f'poses of {name}' for name in names), 'largest fused error [mm]')
+    return _table(head, rows)
+
+
+def _order_table(summary: Mapping[str, Any]) -> str:
+    rows = [[order['order'], f'{order["time"]:.1f}'] for order in summary['orders']]
+    return _table(('order', 'heard at [s]'), rows) if rows else '<p>No order was heard.</p>'
+
+
+def _camera_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
+    drive = summary['timing']['drive'] / max(summary['seconds'], 1e-3)
+    rows = [
+        [name, f'{wanted:g}', f'{shown:.1f}', f'{shown / drive:.1f}']
+        for name, (wanted, shown) in traces.rates.items()
+    ]
+    head = (
+        'camera',
+        'wanted [1/s]',
+        'achieved in a simulated second',
+        'achieved in a second of this computer',
+    )
+    return _table(head, rows)
+
+
+def _timing_sentence(summary: Mapping[str, Any]) -> str:
+    timing, seconds = summary['timing'], summary['seconds']
+    return (
+        f'<p>{seconds:.1f} simulated seconds and {summary["path_length"]:.1f} m of way took {timing["drive"]:.0f} s; '
+        f'the start took {timing["start"]:.0f} s, all of it {timing["whole"]:.0f} s.</p>'
+    )
+
+
+def _titled(title: str, table: str) -> str:
+    return f'<h2>{title}</h2>\n{table}'
+
+
+def _table(head: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table; cells that say FAIL or pass are coloured."""
+    lines = [''.join(f'<th>{html.escape(name)}</th>' for name in head)]
+    lines += [''.join(f'<td{_class_of(cell)}>{html.escape(cell)}</td>' for cell in row) for row in rows]
+    return '<table>\n' + '\n'.join(f'<tr>{line}</tr>' for line in lines) + '\n</table>'
+
+
+def _class_of(cell: str) -> str:
+    return {'FAIL': ' class="failed"', 'pass': ' class="passed"'}.get(cell, '')

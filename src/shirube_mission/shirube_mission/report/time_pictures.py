@@ -1,0 +1,144 @@
+"""Over time: errors, who was trusted, the robot's speed and what the lamps ordered, and what it cost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from shirube_mission.mission_record import FUSED_ERROR_MAX
+from shirube_mission.mission_traces import MissionTraces
+from shirube_mission.report.picture_style import COLOURS, LABELS, TRUTH, mark_goals, picture, shade_zones
+from shirube_mission.report.trace_errors import all_poses_in_map, as_array, errors_of, speeds_of
+
+_SOURCES = ('floor_localizer', 'vlc_beacon', 'stereo_landmark')
+_VERDICT_COLOURS = ('#dc2626', '#f59e0b', '#9333ea', '#0891b2', '#be185d', '#525252')
+_USED = 'used'
+_SPEED_TITLE = 'Speed, orders of the lamps (orange), and room around the robot'
+_LEAST = 1e-2
+"""Errors below are drawn there [mm]: the axis is logarithmic."""
+
+
+def draw_errors(path: Path, traces: MissionTraces) -> None:
+    """Write the picture of the errors over time as a PNG file."""
+    truth, poses = as_array(traces.truth), all_poses_in_map(traces)
+    with picture(path, 13.0, 7.5) as figure:
+        distance, heading = figure.subplots(2, 1, sharex=True, height_ratios=(1.7, 1.0))
+        for name, colour in COLOURS.items():
+            if not len(poses.get(name, ())):
+                continue
+            times, off, turn = errors_of(poses[name], truth)
+            is_line = name in LABELS
+            style = {'linewidth': 1.3} if is_line else {'marker': '.', 'linestyle': '', 'markersize': 3.0}
+            distance.plot(
+                times, np.maximum(1e3 * off, _LEAST), color=colour, label=LABELS.get(name, name), **style
+            )
+            heading.plot(times, np.degrees(turn), color=colour, **style)
+        distance.axhline(
+            1e3 * FUSED_ERROR_MAX, color='k', linestyle='--', linewidth=0.9, label='limit at a goal (fused)'
+        )
+        distance.set(
+            yscale='log', ylabel='distance from the true pose [mm]', title='Errors against the true drive'
+        )
+        heading.set(xlabel='simulated time [s]', ylabel='heading error [deg]', ylim=(-6.0, 6.0))
+        for axes in (distance, heading):
+            _finish(axes, traces)
+        distance.legend(loc='upper left', bbox_to_anchor=(1.01, 1.0), fontsize='small')
+
+
+def draw_trust(path: Path, traces: MissionTraces) -> None:
+    """Write the picture of what the arbiter did with each source's poses, second by second, as a PNG file."""
+    verdicts = sorted({count.verdict for count in traces.trust} - {_USED})
+    colours = dict(
+        zip(verdicts, _VERDICT_COLOURS * (1 + len(verdicts) // len(_VERDICT_COLOURS)), strict=False)
+    )
+    with picture(path, 13.0, 7.0) as figure:
+        rows: Sequence[Axes] = figure.subplots(len(_SOURCES), 1, sharex=True)
+        for axes, source in zip(rows, _SOURCES, strict=True):
+            _draw_bars(axes, traces, source, {_USED: '#15803d', **colours})
+            axes.set(ylabel=f'{source}\nposes a second', ylim=(0.0, None))
+            _finish(axes, traces)
+        rows[0].set_title('What pose_arbiter did with the poses of each localizer; no bar: it was silent')
+        rows[-1].set_xlabel('simulated time [s]')
+        handles = {
+            label: handle
+            for axes in rows
+            for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+        }
+        figure.legend(handles.values(), handles.keys(), loc='outside right upper', fontsize='small')
+
+
+def _draw_bars(axes: Axes, traces: MissionTraces, source: str, colours: dict[str, str]) -> None:
+    """Draw stacked bars, one a simulated second; the arbiter reports by the computer's clock, so more often."""
+    seconds = np.arange(0.0, np.ceil(traces.truth[-1][0]) + 1.0)
+    floor = np.zeros(len(seconds) - 1)
+    for verdict, colour in colours.items():
+        counts = [(c.time, c.count) for c in traces.trust if (c.source, c.verdict) == (source, verdict)]
+        if counts:
+            times, totals = np.array(counts).T
+            totals = np.concatenate([[0.0], totals])
+            rate = np.diff(totals[np.searchsorted(times, seconds, side='right')])
+            axes.bar(seconds[:-1], rate, 1.0, floor, align='edge', color=colour, label=verdict)
+            floor += rate
+
+
+def draw_speed(path: Path, traces: MissionTraces, orders: Sequence[tuple[float, str]]) -> None:
+    """Write the picture of the robot's speed and of the lamps' orders as a PNG file.
+
+    Args:
+        path: the file.
+        traces: of the mission.
+        orders: what lamps said, and when [s].
+    """
+    with picture(path, 13.0, 5.5) as figure:
+        speed, room = figure.subplots(2, 1, sharex=True)
+        speed.plot(*speeds_of(as_array(traces.truth)), color=TRUTH, linewidth=1.2, label='true speed')
+        for time, order in orders:
+            speed.axvline(time, color='#d97706', linewidth=1.5)
+            speed.annotate(
+                f' {order}',
+                (time, 0.86),
+                xycoords=('data', 'axes fraction'),
+                color='#b45309',
+                fontweight='bold',
+            )
+        speed.set(
+            ylabel='true speed [m/s]',
+            ylim=(0.0, 0.5),
+            title='Speed, orders of the lamps (orange), and room around the robot',
+        )
+        room.plot(as_array(traces.truth)[:, 0], traces.clearance, color='#0f766e', linewidth=1.2)
+        room.axhline(0.0, color='#dc2626', linewidth=1.2)
+        room.set(xlabel='simulated time [s]', ylabel='room beside the rim [m]')
+        for axes in (speed, room):
+            _finish(axes, traces)
+        speed.legend(loc='upper left', bbox_to_anchor=(1.01, 1.0), fontsize='small')
+
+
+def draw_timing(path: Path, traces: MissionTraces) -> None:
+    """Write the picture of what the drive cost as a PNG file."""
+    pace = np.array(traces.pace, dtype=np.float64).reshape(-1, 2)
+    with picture(path, 13.0, 4.2) as figure:
+        over_time, sums = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
+        if len(pace) > 1:
+            over_time.step(pace[1:, 0], np.diff(pace[:, 1]) / np.diff(pace[:, 0]), where='pre', color=TRUTH)
+        over_time.axhline(1.0, color='k', linestyle='--', linewidth=0.8, label='real time')
+        over_time.set(xlabel='simulated time [s]', ylabel='seconds for a simulated second', ylim=(0.0, None))
+        over_time.legend(fontsize='small')
+        over_time.grid(alpha=0.3)
+        names = sorted(traces.cpu, key=lambda name: traces.cpu[name])
+        bars = sums.barh(
+            names, [traces.cpu[name] for name in names], color=[COLOURS.get(n, '#64748b') for n in names]
+        )
+        sums.bar_label(bars, fmt=' %.0f s')
+        sums.margins(x=0.15)
+        sums.set(xlabel='processor time during the drive [s]')
+
+
+def _finish(axes: Axes, traces: MissionTraces) -> None:
+    shade_zones(axes, as_array(traces.truth))
+    mark_goals(axes, [end for _, end in traces.legs])
+    axes.grid(alpha=0.3)
+    axes.set_xlim(0.0, traces.truth[-1][0])

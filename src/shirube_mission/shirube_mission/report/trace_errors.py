@@ -1,0 +1,84 @@
+"""How far poses were from the true ones, and when the robot was in which zone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_simulator.mission_layout import ZONES
+from shirube_geometry import PlanarPose
+from shirube_mission.mission_traces import MissionTraces, StampedNumbers
+
+Array = NDArray[np.float64]
+
+
+def as_array(poses: Sequence[StampedNumbers]) -> Array:
+    """Return poses as an array, shape (n, 4): time, x, y, yaw."""
+    return np.array(poses, dtype=np.float64).reshape(-1, 4)
+
+
+def true_poses(truth: Array, times: Array) -> Array:
+    """Return the true poses at some times, even between two steps.
+
+    Args:
+        truth: shape (n, 4), rising times.
+        times: shape (m,) [s].
+
+    Returns:
+        shape (m, 4).
+    """
+    columns = (truth[:, 1], truth[:, 2], np.unwrap(truth[:, 3]))
+    return np.column_stack([times, *(np.interp(times, truth[:, 0], column) for column in columns)])
+
+
+def errors_of(poses: Array, truth: Array) -> tuple[Array, Array, Array]:
+    """Return time [s], distance [m] and turn [rad] of each pose from the true one of its time.
+
+    Args:
+        poses: shape (m, 4); those from before the first true pose are left out.
+        truth: shape (n, 4), rising times.
+    """
+    poses = poses[poses[:, 0] >= truth[0, 0]]
+    off = poses - true_poses(truth, poses[:, 0])
+    turn = np.remainder(off[:, 3] + np.pi, 2.0 * np.pi) - np.pi
+    return poses[:, 0], np.hypot(off[:, 1], off[:, 2]), turn
+
+
+def in_map(odometry: Array, truth: Array) -> Array:
+    """Return the wheels' poses in the map frame, the first one set onto the true one; shape as before."""
+    if not len(odometry):
+        return odometry
+    start = true_poses(truth, odometry[:1, 0])[0]
+    first = odometry[0]
+    T_map_odom = PlanarPose(*start[1:].tolist()) @ PlanarPose(*first[1:].tolist()).inverse()
+    moved = [T_map_odom @ PlanarPose(x, y, yaw) for _, x, y, yaw in odometry.tolist()]
+    return np.column_stack([odometry[:, 0], np.array([(pose.x, pose.y, pose.yaw) for pose in moved])])
+
+
+def zone_spans(truth: Array) -> dict[str, list[tuple[float, float]]]:
+    """Return from when to when the robot truly was in each zone [s], by the zone's name."""
+    spans: dict[str, list[tuple[float, float]]] = {}
+    for name, zone in ZONES.items():
+        inside = [zone.contains(x, y) for _, x, y, _ in truth.tolist()]
+        edges = [k for k, (before, after) in enumerate(pairwise([False, *inside, False])) if before != after]
+        last = len(truth) - 1
+        times = [float(truth[min(k, last), 0]) for k in edges]
+        spans[name] = list(zip(times[::2], times[1::2], strict=True))
+    return spans
+
+
+def speeds_of(truth: Array) -> tuple[Array, Array]:
+    """Return times [s] and the true speed there [m/s], the mean over a fifth of a second."""
+    step = 10
+    moved = np.hypot(*(truth[step:, 1:3] - truth[:-step, 1:3]).T)
+    return (truth[step:, 0] + truth[:-step, 0]) / 2.0, moved / (truth[step:, 0] - truth[:-step, 0])
+
+
+def all_poses_in_map(traces: MissionTraces) -> dict[str, Array]:
+    """Return the poses of every source in the map frame, odometry set onto the true start, by name."""
+    truth = as_array(traces.truth)
+    poses = {name: as_array(told) for name, told in traces.poses.items()}
+    return {name: in_map(told, truth) if name == 'odometry' else told for name, told in poses.items()}

@@ -1,0 +1,60 @@
+"""Keeps what the report shows beyond the poses: who was trusted when, the wheels' odometry, the planner's map."""
+
+from __future__ import annotations
+
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import OccupancyGrid, Odometry
+from rclpy.node import Node
+
+from shirube_mission.mission_ears import LOCALIZERS, StampedPose
+from shirube_mission.mission_messages import mission_time
+from shirube_mission.mission_traces import GridMap, TrustCount
+from shirube_ros.pose_conversion import planar_pose
+from shirube_ros.quality_of_service import map_profile, pose_profile
+
+ODOMETRY = 'odometry'
+
+
+class TraceEars:
+    """Listens to odometry, to what the arbiter says of its sources, and to the planner's map.
+
+    Attributes:
+        odometry: ``T_odom_base``, in the order in which they came.
+        trust: what the arbiter counted, once a second.
+        map: the newest one of the planner; None before the first.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Subscribe.
+
+        Args:
+            node: that listens.
+        """
+        self.odometry: list[StampedPose] = []
+        self.trust: list[TrustCount] = []
+        self.map: GridMap | None = None
+        node.create_subscription(Odometry, '/odom', self._take_odometry, pose_profile())
+        node.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, pose_profile())
+        node.create_subscription(OccupancyGrid, '/reward_planner/map', self._take_map, map_profile())
+
+    def _take_odometry(self, message: Odometry) -> None:
+        pose = planar_pose(message.pose.pose, 'odom')
+        self.odometry.append(StampedPose(mission_time(message.header.stamp), pose))
+
+    def _take_diagnostics(self, message: DiagnosticArray) -> None:
+        time = mission_time(message.header.stamp)
+        for status in message.status:
+            if 'pose_arbiter' in status.name:
+                for entry in status.values:
+                    source, _, verdict = entry.key.partition(': ')
+                    if source in LOCALIZERS and verdict:
+                        self.trust.append(TrustCount(time, source, verdict, int(entry.value)))
+
+    def _take_map(self, message: OccupancyGrid) -> None:
+        info = message.info
+        self.map = GridMap(
+            (info.origin.position.x, info.origin.position.y),
+            info.resolution,
+            (info.height, info.width),
+            message.data.tolist(),
+        )
