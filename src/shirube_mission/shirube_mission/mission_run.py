@@ -26,6 +26,7 @@ from shirube_geometry import PlanarPose
 from shirube_mission.building_files import BuildingFiles
 from shirube_mission.lamp_programs import lamp_waveforms
 from shirube_mission.lock_step import LockStep
+from shirube_mission.mission_bag import MissionBag
 from shirube_mission.mission_ears import MissionEars
 from shirube_mission.mission_error import MissionError
 from shirube_mission.mission_record import GoalRecord, MissionRecord
@@ -129,7 +130,7 @@ class Mission:
 
 
 def run_mission(
-    seed: int, files: BuildingFiles, folder: Path, tell: Callable[[str], None]
+    seed: int, files: BuildingFiles, folder: Path, tell: Callable[[str], None], record_to: Path | None = None
 ) -> tuple[dict[str, object], MissionRecord, MissionEars]:
     """Run a mission.
 
@@ -138,6 +139,7 @@ def run_mission(
         files: what the robot knows of the building.
         folder: takes logs; it is there.
         tell: is told what happens, a line each time.
+        record_to: folder of a bag to make of it; none is made without.
 
     Returns:
         its summary, its record and what the nodes said.
@@ -145,6 +147,7 @@ def run_mission(
     Raises:
         MissionError: a node did not start, ended, or there is no pose.
         ReplayError: a node does not answer.
+        BagError: the bag stands there already, or cannot be written.
     """
     began = monotonic()
     waveforms = lamp_waveforms(read_key(files.key))
@@ -159,6 +162,7 @@ def run_mission(
         node, executor = _graph(stack, domain)
         ears = MissionEars(node)
         steps = LockStep(node, executor, controller, lock, sensors, worker, ears)
+        bag = MissionBag(node, record_to, lambda: steps.now) if record_to else None
         mission = Mission(sensors, controller, ears, steps, record, processes)
         _await_nodes(mission, executor)
         ready = monotonic()
@@ -167,6 +171,8 @@ def run_mission(
             mission.go(tell)
         finally:
             over = monotonic()
+        if bag is not None:
+            tell(f'recorded {bag.write()} messages in {bag.path}')
     fixes = {name: [(told.time, told.pose) for told in poses] for name, poses in ears.fixes.items()}
     fixes['pose_arbiter'] = [(told.time, told.pose) for told in ears.fused]
     timing = {'start': ready - began, 'drive': over - ready, 'whole': monotonic() - began}

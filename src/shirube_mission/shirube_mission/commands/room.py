@@ -24,7 +24,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options.folder.mkdir(parents=True, exist_ok=True)
         files = write_building((options.building or options.folder / 'building').absolute())
-        summary, record, _ = run_mission(options.seed, files, options.folder.absolute(), print)
+        folder, bag = options.folder.absolute(), options.record
+        refuse_standing_bag(bag)
+        summary, record, _ = run_mission(options.seed, files, folder, print, bag)
         write_text(options.folder / 'summary.json', json.dumps(summary, indent=2) + '\n')
         track = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in record.track)
         write_text(options.folder / 'track.csv', f't,x,y,yaw\n{track}')
@@ -48,7 +50,18 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         '--building', type=Path, help='folder of map, lamps and taught places (default: in the folder)'
     )
+    parser.add_argument('--record', type=Path, metavar='BAG', help='folder of a bag to make of the mission')
     return parser
+
+
+def refuse_standing_bag(bag: Path | None) -> None:
+    """Look before the mission whether its bag can be made.
+
+    Raises:
+        MissionError: something stands there.
+    """
+    if bag is not None and bag.exists():
+        raise MissionError(f'{bag}: exists already; remove it or choose another name for the bag')
 
 
 if __name__ == '__main__':
