@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,7 +31,7 @@ from shirube_mission.mission_bag import MissionBag
 from shirube_mission.mission_ears import MissionEars
 from shirube_mission.mission_error import MissionError
 from shirube_mission.mission_record import GoalRecord, MissionRecord
-from shirube_mission.node_parameters import mission_nodes
+from shirube_mission.node_parameters import NodeSetup, mission_nodes
 from shirube_mission.node_processes import NodeProcesses
 from shirube_mission.render_worker import RenderWorker
 from shirube_mission.sensor_schedule import CAMERAS, STEP_MS
@@ -44,6 +45,23 @@ _STANDS = 1.0
 """A robot that has stood so long stands [s]."""
 _REACHED = 'goal reached'
 _WHEELS = 9
+
+
+PARAMETERS_WRITTEN = 'parameter files are written; waiting for the nodes'
+"""Told when nodes that somebody else starts can be started."""
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """What else can be wanted of a mission.
+
+    Attributes:
+        record_to: folder of a bag to make of it; none is made without.
+        launched: somebody else starts the nodes, on the usual ROS domain, with the parameter files that are written.
+    """
+
+    record_to: Path | None = None
+    launched: bool = False
 
 
 @dataclass
@@ -130,7 +148,7 @@ class Mission:
 
 
 def run_mission(
-    seed: int, files: BuildingFiles, folder: Path, tell: Callable[[str], None], record_to: Path | None = None
+    seed: int, files: BuildingFiles, folder: Path, tell: Callable[[str], None], options: RunOptions = RunOptions()
 ) -> tuple[dict[str, object], MissionRecord, MissionEars]:
     """Run a mission.
 
@@ -139,7 +157,7 @@ def run_mission(
         files: what the robot knows of the building.
         folder: takes logs; it is there.
         tell: is told what happens, a line each time.
-        record_to: folder of a bag to make of it; none is made without.
+        options: whether it is recorded, and who starts the nodes.
 
     Returns:
         its summary, its record and what the nodes said.
@@ -155,14 +173,15 @@ def run_mission(
     controller, lock = _controller(seed, sensors.layout.start), Lock()
     record = MissionRecord(seed)
     with ExitStack() as stack:
-        domain = stack.enter_context(domain_id())
         terminal = stack.enter_context(PseudoTerminal(controller, lock))
-        processes = stack.enter_context(NodeProcesses(mission_nodes(files, terminal.path), folder, domain))
+        domain, processes = _nodes(stack, mission_nodes(files, terminal.path), folder, options)
+        if options.launched:
+            tell(PARAMETERS_WRITTEN)
         worker = stack.enter_context(RenderWorker(seed, waveforms))
         node, executor = _graph(stack, domain)
         ears = MissionEars(node)
         steps = LockStep(node, executor, controller, lock, sensors, worker, ears)
-        bag = MissionBag(node, record_to, lambda: steps.now) if record_to else None
+        bag = MissionBag(node, options.record_to, lambda: steps.now) if options.record_to else None
         mission = Mission(sensors, controller, ears, steps, record, processes)
         _await_nodes(mission, executor)
         ready = monotonic()
@@ -180,6 +199,18 @@ def run_mission(
     summary['late_steps'] = steps.late_steps
     summary['exit_codes'] = processes.exit_codes
     return summary, record, ears
+
+
+def _nodes(
+    stack: ExitStack, nodes: Sequence[NodeSetup], folder: Path, options: RunOptions
+) -> tuple[int, NodeProcesses]:
+    """Return the ROS domain and the nodes that were started there, which end with the stack."""
+    if options.launched:
+        for node in nodes:
+            node.arguments(folder)
+        return int(os.environ.get('ROS_DOMAIN_ID', '0')), NodeProcesses((), folder, 0)
+    domain = stack.enter_context(domain_id())
+    return domain, stack.enter_context(NodeProcesses(nodes, folder, domain))
 
 
 def _controller(seed: int, start: PlanarPose) -> EmulatedController:

@@ -13,7 +13,7 @@ from shirube_bags.errors import ShirubeBagsError
 from shirube_files import write_text
 from shirube_mission.building_files import write_building
 from shirube_mission.mission_error import MissionError
-from shirube_mission.mission_run import run_mission
+from shirube_mission.mission_run import RunOptions, run_mission
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 
@@ -26,7 +26,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         files = write_building((options.building or options.folder / 'building').absolute())
         folder, bag = options.folder.absolute(), options.record
         refuse_standing_bag(bag)
-        summary, record, _ = run_mission(options.seed, files, folder, print, bag)
+        extra = RunOptions(bag, options.launched)
+        summary, record, _ = run_mission(options.seed, files, folder, print_line, extra)
         write_text(options.folder / 'summary.json', json.dumps(summary, indent=2) + '\n')
         track = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in record.track)
         write_text(options.folder / 'track.csv', f't,x,y,yaw\n{track}')
@@ -51,7 +52,15 @@ def _parser() -> argparse.ArgumentParser:
         '--building', type=Path, help='folder of map, lamps and taught places (default: in the folder)'
     )
     parser.add_argument('--record', type=Path, metavar='BAG', help='folder of a bag to make of the mission')
+    parser.add_argument(
+        '--launched', action='store_true', help='somebody else starts the nodes, with the files of the folder'
+    )
     return parser
+
+
+def print_line(text: str) -> None:
+    """Print a line at once, also to a file or a pipe."""
+    print(text, flush=True)
 
 
 def refuse_standing_bag(bag: Path | None) -> None:
