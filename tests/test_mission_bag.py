@@ -66,9 +66,7 @@ def fused(bag: BagReader, shift: PlanarPose | None = None) -> dict[int, PlanarPo
         (xx, xy, xt), (_, yy, yt), (_, _, tt) = noise.tolist()
         told = shift @ pose if shift else pose
         number = TOPICS[message.topic]
-        assert (
-            arbiter.add_pose(number, stamp, told, (xx, xy, xt, yy, yt, tt), message.stamp_ns) is None
-        )
+        assert arbiter.add_pose(number, stamp, told, (xx, xy, xt, yy, yt, tt), message.stamp_ns) is None
     return poses
 
 

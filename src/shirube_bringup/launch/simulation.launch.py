@@ -1,6 +1,6 @@
 """Starts the mission's simulated room and the six nodes that drive a robot through it.
 
-Arguments: `folder` (takes the nodes' parameter files, summary.json and track.csv; it is made) and `seed` (of room, robot
+Arguments: `folder` (takes the parameter files of the nodes, summary.json and track.csv) and `seed` (of room, robot
 and noise). All nodes take their time from the room, which waits for them; when the mission is over, everything ends.
 `./shirube demo mission` does the same without ROS's launch system.
 """
@@ -12,7 +12,6 @@ from launch.actions import (
     DeclareLaunchArgument,
     EmitEvent,
     IncludeLaunchDescription,
-    OpaqueFunction,
     RegisterEventHandler,
 )
 from launch.event_handlers import OnProcessExit, OnProcessIO
@@ -43,7 +42,7 @@ def generate_launch_description() -> LaunchDescription:
             RegisterEventHandler(OnProcessIO(target_action=room, on_stdout=follow)),
             RegisterEventHandler(OnProcessExit(target_action=room, on_exit=[EmitEvent(event=Shutdown())])),
             # Last, so that nothing the room says is missed.
-            OpaqueFunction(function=lambda context: [room]),
+            room,
         ]
     )
 
@@ -81,6 +80,4 @@ def include(name: str, package: str, **arguments: Any) -> IncludeLaunchDescripti
     path = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'launch', f'{name}.launch.py'])
     arguments['params_file'] = PathJoinSubstitution([LaunchConfiguration('folder'), f'{package}.yaml'])
     arguments['use_sim_time'] = 'true'
-    return IncludeLaunchDescription(
-        PythonLaunchDescriptionSource(path), launch_arguments=arguments.items()
-    )
+    return IncludeLaunchDescription(PythonLaunchDescriptionSource(path), launch_arguments=arguments.items())

@@ -94,7 +94,7 @@ def test_the_simulation_gives_all_that_an_included_launch_file_demands() -> None
 def test_the_simulation_starts_the_room_with_words_that_it_knows() -> None:
     simulation = (PACKAGE / 'launch' / 'simulation.launch.py').read_text()
     mission = PACKAGE.parent / 'shirube_mission'
-    assert "room = {NAME}.commands.room:main" in (mission / 'setup.py').read_text()
+    assert 'room = {NAME}.commands.room:main' in (mission / 'setup.py').read_text()
     room = (mission / 'shirube_mission' / 'commands' / 'room.py').read_text()
     run = (mission / 'shirube_mission' / 'mission_run.py').read_text()
     for option in re.findall(r"'(--\w+)'", simulation):

@@ -148,7 +148,11 @@ class Mission:
 
 
 def run_mission(
-    seed: int, files: BuildingFiles, folder: Path, tell: Callable[[str], None], options: RunOptions = RunOptions()
+    seed: int,
+    files: BuildingFiles,
+    folder: Path,
+    tell: Callable[[str], None],
+    options: RunOptions = RunOptions(),
 ) -> tuple[dict[str, object], MissionRecord, MissionEars]:
     """Run a mission.
 
