@@ -11,6 +11,7 @@ from launch import LaunchDescription
 from launch.actions import (
     DeclareLaunchArgument,
     EmitEvent,
+    ExecuteProcess,
     IncludeLaunchDescription,
     RegisterEventHandler,
 )
@@ -19,8 +20,7 @@ from launch.events import Shutdown
 from launch.events.process import ProcessIO
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import Node
-from launch_ros.substitutions import FindPackageShare
+from launch_ros.substitutions import ExecutableInPackage, FindPackageShare
 
 WRITTEN = b'parameter files are written'
 """The room says so when the nodes can start."""
@@ -29,11 +29,14 @@ WRITTEN = b'parameter files are written'
 def generate_launch_description() -> LaunchDescription:
     """Return the room, and the nodes that follow it."""
     given = LaunchConfiguration
-    room = Node(
-        package='shirube_mission',
-        executable='room',
+    # No Node action: that would add --ros-args, which the room does not know.
+    room = ExecuteProcess(
+        cmd=[
+            ExecutableInPackage(package='shirube_mission', executable='room'),
+            given('folder'),
+            *('--seed', given('seed'), '--launched'),
+        ],
         output='screen',
-        arguments=[given('folder'), '--seed', given('seed'), '--launched'],
     )
     return LaunchDescription(
         [

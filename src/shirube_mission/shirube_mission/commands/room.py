@@ -22,10 +22,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     try:
+        refuse_standing_bag(options.record)
         options.folder.mkdir(parents=True, exist_ok=True)
         files = write_building((options.building or options.folder / 'building').absolute())
         folder, bag = options.folder.absolute(), options.record
-        refuse_standing_bag(bag)
         extra = RunOptions(bag, options.launched)
         summary, record, _ = run_mission(options.seed, files, folder, print_line, extra)
         write_text(options.folder / 'summary.json', json.dumps(summary, indent=2) + '\n')
