@@ -196,13 +196,19 @@ def run_mission(
             over = monotonic()
         if bag is not None:
             tell(f'recorded {bag.write()} messages in {bag.path}')
+    timing = {'start': ready - began, 'drive': over - ready, 'whole': monotonic() - began}
+    return _summary(mission, timing), record, ears
+
+
+def _summary(mission: Mission, timing: dict[str, float]) -> dict[str, object]:
+    """Return the figures of a mission that is over, with what took how long [s]."""
+    ears = mission.ears
     fixes = {name: [(told.time, told.pose) for told in poses] for name, poses in ears.fixes.items()}
     fixes['pose_arbiter'] = [(told.time, told.pose) for told in ears.fused]
-    timing = {'start': ready - began, 'drive': over - ready, 'whole': monotonic() - began}
-    summary = record.summary(len(sensors.layout.goals), fixes, ears.orders, timing)
-    summary['late_steps'] = steps.late_steps
-    summary['exit_codes'] = processes.exit_codes
-    return summary, record, ears
+    summary = mission.record.summary(len(mission.sensors.layout.goals), fixes, ears.orders, timing)
+    summary['late_steps'] = mission.steps.late_steps
+    summary['exit_codes'] = mission.processes.exit_codes
+    return summary
 
 
 def _nodes(
