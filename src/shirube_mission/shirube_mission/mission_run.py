@@ -190,10 +190,8 @@ def run_mission(
         _await_nodes(mission, executor)
         ready = monotonic()
         tell(f'all nodes are ready after {ready - began:.0f} s')
-        try:
-            mission.go(tell)
-        finally:
-            over = monotonic()
+        mission.go(tell)
+        over = monotonic()
         if bag is not None:
             tell(f'recorded {bag.write()} messages in {bag.path}')
     timing = {'start': ready - began, 'drive': over - ready, 'whole': monotonic() - began}
