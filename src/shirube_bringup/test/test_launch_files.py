@@ -61,8 +61,9 @@ def test_shown_topics_are_published_by_the_nodes(path: str) -> None:
         assert f"'~/{name}'" in source, topic
 
 
-def test_every_included_launch_file_is_there_and_takes_what_it_is_given() -> None:
-    tree = ast.parse((PACKAGE / 'launch' / 'robot.launch.py').read_text())
+@pytest.mark.parametrize('launch', ['robot', 'simulation'])
+def test_every_included_launch_file_is_there_and_takes_what_it_is_given(launch: str) -> None:
+    tree = ast.parse((PACKAGE / 'launch' / f'{launch}.launch.py').read_text())
     calls = [c for c in ast.walk(tree) if isinstance(c, ast.Call) and getattr(c.func, 'id', '') == 'include']
     assert len(calls) == 6
     for call in calls:
@@ -72,6 +73,38 @@ def test_every_included_launch_file_is_there_and_takes_what_it_is_given() -> Non
         given = {k.arg for k in call.keywords if k.arg} | {'params_file', 'use_sim_time'}
         for argument in given | ({'image', 'camera_info'} if name in {'floor', 'vlc'} else set()):
             assert re.search(rf"DeclareLaunchArgument\(\s*'{argument}'", included), (name, argument)
+
+
+def test_the_simulation_gives_all_that_an_included_launch_file_demands() -> None:
+    tree = ast.parse((PACKAGE / 'launch' / 'simulation.launch.py').read_text())
+    calls = [c for c in ast.walk(tree) if isinstance(c, ast.Call) and getattr(c.func, 'id', '') == 'include']
+    for call in calls:
+        included = ast.parse((PACKAGE / 'launch' / f'{call.args[0].value}.launch.py').read_text())
+        declared = (
+            c
+            for c in ast.walk(included)
+            if isinstance(c, ast.Call) and getattr(c.func, 'id', '') == 'DeclareLaunchArgument'
+        )
+        demanded = {
+            c.args[0].value for c in declared if not any(k.arg == 'default_value' for k in c.keywords)
+        }
+        assert demanded <= {k.arg for k in call.keywords}
+
+
+def test_the_simulation_starts_the_room_with_words_that_it_knows() -> None:
+    simulation = (PACKAGE / 'launch' / 'simulation.launch.py').read_text()
+    mission = PACKAGE.parent / 'shirube_mission'
+    assert 'room = {NAME}.commands.room:main' in (mission / 'setup.py').read_text()
+    room = (mission / 'shirube_mission' / 'commands' / 'room.py').read_text()
+    run = (mission / 'shirube_mission' / 'mission_run.py').read_text()
+    for option in re.findall(r"'(--\w+)'", simulation):
+        assert f"'{option}'" in room
+    (told,) = re.findall(r"^WRITTEN = b'(.+)'$", simulation, re.MULTILINE)
+    assert re.search(rf"^PARAMETERS_WRITTEN = '.*{told}", run, re.MULTILINE)
+    topics = re.findall(r"camera\('(\w+)'\)", simulation)
+    voice = (mission / 'shirube_mission' / 'mission_voice.py').read_text()
+    assert topics
+    assert all(f"'/{name}/image_raw'" in voice for name in topics)
 
 
 def test_one_driver_at_most_can_be_launched() -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import os
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,11 +11,8 @@ from threading import Lock
 from time import monotonic
 
 import numpy as np
-import rclpy
 from domain_coordinator import domain_id
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
@@ -26,14 +24,16 @@ from shirube_geometry import PlanarPose
 from shirube_mission.building_files import BuildingFiles
 from shirube_mission.lamp_programs import lamp_waveforms
 from shirube_mission.lock_step import LockStep
+from shirube_mission.mission_bag import MissionBag
 from shirube_mission.mission_ears import MissionEars
 from shirube_mission.mission_error import MissionError
 from shirube_mission.mission_record import GoalRecord, MissionRecord
 from shirube_mission.mission_traces import MissionTraces
-from shirube_mission.node_parameters import mission_nodes
+from shirube_mission.node_parameters import NodeSetup, mission_nodes
 from shirube_mission.node_processes import NodeProcesses
 from shirube_mission.render_worker import RenderWorker
 from shirube_mission.sensor_schedule import CAMERAS, STEP_MS
+from shirube_mission.simulation_graph import simulation_graph
 from shirube_mission.stopwatch import Stopwatch
 from shirube_mission.trace_ears import ODOMETRY, TraceEars
 from vlc_beacon.files.key_file import read_key
@@ -46,6 +46,23 @@ _STANDS = 1.0
 """A robot that has stood so long stands [s]."""
 _REACHED = 'goal reached'
 _WHEELS = 9
+
+
+PARAMETERS_WRITTEN = 'parameter files are written; waiting for the nodes'
+"""Told when nodes that somebody else starts can be started."""
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """What else can be wanted of a mission.
+
+    Attributes:
+        record_to: folder of a bag to make of it; none is made without.
+        launched: somebody else starts the nodes, on the usual ROS domain, with the parameter files that are written.
+    """
+
+    record_to: Path | None = None
+    launched: bool = False
 
 
 @dataclass
@@ -149,7 +166,13 @@ class MissionOutcome:
     traces: MissionTraces
 
 
-def run_mission(seed: int, files: BuildingFiles, folder: Path, tell: Callable[[str], None]) -> MissionOutcome:
+def run_mission(
+    seed: int,
+    files: BuildingFiles,
+    folder: Path,
+    tell: Callable[[str], None],
+    options: RunOptions = RunOptions(),
+) -> MissionOutcome:
     """Run a mission.
 
     Args:
@@ -157,6 +180,7 @@ def run_mission(seed: int, files: BuildingFiles, folder: Path, tell: Callable[[s
         files: what the robot knows of the building.
         folder: takes logs; it is there.
         tell: is told what happens, a line each time.
+        options: whether it is recorded, and who starts the nodes.
 
     Returns:
         what became of it.
@@ -164,6 +188,7 @@ def run_mission(seed: int, files: BuildingFiles, folder: Path, tell: Callable[[s
     Raises:
         MissionError: a node did not start, ended, or there is no pose.
         ReplayError: a node does not answer.
+        BagError: the bag stands there already, or cannot be written.
     """
     began = monotonic()
     waveforms = lamp_waveforms(read_key(files.key))
@@ -171,13 +196,15 @@ def run_mission(seed: int, files: BuildingFiles, folder: Path, tell: Callable[[s
     controller, lock = _controller(seed, sensors.layout.start), Lock()
     record = MissionRecord(seed)
     with ExitStack() as stack:
-        domain = stack.enter_context(domain_id())
         terminal = stack.enter_context(PseudoTerminal(controller, lock))
-        processes = stack.enter_context(NodeProcesses(mission_nodes(files, terminal.path), folder, domain))
+        domain, processes = _nodes(stack, mission_nodes(files, terminal.path), folder, options)
+        if options.launched:
+            tell(PARAMETERS_WRITTEN)
         worker = stack.enter_context(RenderWorker(seed, waveforms))
-        node, executor = _graph(stack, domain)
+        node, executor = simulation_graph(stack, domain)
         ears, traces = MissionEars(node), TraceEars(node)
         steps = LockStep(node, executor, controller, lock, sensors, worker, ears)
+        bag = MissionBag(node, options.record_to, lambda: steps.now) if options.record_to else None
         mission = Mission(sensors, controller, ears, steps, record, processes, Stopwatch(processes, worker))
         _await_nodes(mission, executor)
         ready = monotonic()
@@ -188,6 +215,8 @@ def run_mission(seed: int, files: BuildingFiles, folder: Path, tell: Callable[[s
         finally:
             over = monotonic()
         mission.stopwatch.stop()
+        if bag is not None:
+            tell(f'recorded {bag.write()} messages in {bag.path}')
     return _outcome(
         mission, traces, {'start': ready - began, 'drive': over - ready, 'whole': monotonic() - began}
     )
@@ -219,6 +248,18 @@ def _outcome(mission: Mission, heard: TraceEars, timing: Mapping[str, float]) ->
     return MissionOutcome(summary, traces)
 
 
+def _nodes(
+    stack: ExitStack, nodes: Sequence[NodeSetup], folder: Path, options: RunOptions
+) -> tuple[int, NodeProcesses]:
+    """Return the ROS domain and the nodes that were started there, which end with the stack."""
+    if options.launched:
+        for node in nodes:
+            node.arguments(folder)
+        return int(os.environ.get('ROS_DOMAIN_ID', '0')), NodeProcesses((), folder, 0)
+    domain = stack.enter_context(domain_id())
+    return domain, stack.enter_context(NodeProcesses(nodes, folder, domain))
+
+
 def _controller(seed: int, start: PlanarPose) -> EmulatedController:
     """Return a robot whose wheels are not quite what the bridge takes them for."""
     rng = np.random.default_rng((seed, _WHEELS))
@@ -228,19 +269,6 @@ def _controller(seed: int, start: PlanarPose) -> EmulatedController:
         wheel_radius=radius * nominal.wheel_radius, wheel_separation=separation * nominal.wheel_separation
     )
     return EmulatedController(settings, rng, start)
-
-
-def _graph(stack: ExitStack, domain: int) -> tuple[Node, SingleThreadedExecutor]:
-    """Return the simulation's node and its executor, both ended with the stack."""
-    context = rclpy.Context()
-    rclpy.init(context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-    stack.callback(context.try_shutdown)
-    node = Node('scene_simulator', context=context)
-    stack.callback(node.destroy_node)
-    executor = SingleThreadedExecutor(context=context)
-    stack.callback(executor.shutdown)
-    executor.add_node(node)
-    return node, executor
 
 
 def _await_nodes(mission: Mission, executor: SingleThreadedExecutor) -> None:

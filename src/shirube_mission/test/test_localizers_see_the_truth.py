@@ -22,6 +22,7 @@ from stereo_landmark.files.place_file import load_place
 SENSORS = MissionSensors(1, {name: steady_light() for name in LAMPS})
 
 
+@pytest.mark.timeout(300)  # with nothing compiled yet
 def test_the_floor_tells_where_the_robot_is_and_the_carpet_nothing():
     floor = surveyed_floor()
     localizer = FloorLocalizer(index_map(DotMap(floor.points, floor.diameters)), BELLY_MOUNT)

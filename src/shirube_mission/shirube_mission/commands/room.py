@@ -13,7 +13,7 @@ from shirube_bags.errors import ShirubeBagsError
 from shirube_files import write_text
 from shirube_mission.building_files import write_building
 from shirube_mission.mission_error import MissionError
-from shirube_mission.mission_run import run_mission
+from shirube_mission.mission_run import RunOptions, run_mission
 from shirube_mission.report.mission_report import write_report
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -23,9 +23,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     try:
+        refuse_standing_bag(options.record)
         options.folder.mkdir(parents=True, exist_ok=True)
         files = write_building((options.building or options.folder / 'building').absolute())
-        outcome = run_mission(options.seed, files, options.folder.absolute(), print)
+        extra = RunOptions(options.record, options.launched)
+        outcome = run_mission(options.seed, files, options.folder.absolute(), print_line, extra)
         summary, track = outcome.summary, outcome.traces.truth
         write_text(options.folder / 'summary.json', json.dumps(summary, indent=2) + '\n')
         lines = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in track)
@@ -54,7 +56,26 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         '--building', type=Path, help='folder of map, lamps and taught places (default: in the folder)'
     )
+    parser.add_argument('--record', type=Path, metavar='BAG', help='folder of a bag to make of the mission')
+    parser.add_argument(
+        '--launched', action='store_true', help='somebody else starts the nodes, with the files of the folder'
+    )
     return parser
+
+
+def print_line(text: str) -> None:
+    """Print a line at once, also to a file or a pipe."""
+    print(text, flush=True)
+
+
+def refuse_standing_bag(bag: Path | None) -> None:
+    """Look before the mission whether its bag can be made.
+
+    Raises:
+        MissionError: something stands there.
+    """
+    if bag is not None and bag.exists():
+        raise MissionError(f'{bag}: exists already; remove it or choose another name for the bag')
 
 
 if __name__ == '__main__':

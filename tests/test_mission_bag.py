@@ -1,0 +1,129 @@
+"""The recorded mission through the arbiter, alone and as a live node: no worse than when it was recorded."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from geometry_msgs.msg import PoseStamped
+from rclpy.node import Node
+
+from pose_arbiter.core.arbiter import Arbiter
+from pose_arbiter.core.arbiter_settings import ArbiterSettings
+from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.node import PoseArbiterNode
+from shirube_bags.bag_reader import BagReader
+from shirube_bags.bag_trajectory import header_stamp
+from shirube_bags.commands.check import main as check
+from shirube_bags.lockstep import replay_in_lockstep
+from shirube_bags.trajectory import make_trajectory
+from shirube_bags.tum_file import save_tum
+from shirube_geometry import PlanarPose, quaternion_from_yaw
+from shirube_ros.isolated_graph import isolated_graph
+from shirube_ros.pose_conversion import planar_pose, planar_pose_with_covariance
+from shirube_ros.quality_of_service import odometry_profile
+
+BAG = Path(__file__).parents[1] / 'bags' / 'mission'
+SOURCES = ('floor_localizer', 'stereo_landmark', 'vlc_beacon')
+TOPICS = {f'/{name}/pose_with_covariance': number for number, name in enumerate(SOURCES)}
+LIMITS = [
+    *('--max-position-median', '0.003', '--max-position-rms', '0.01', '--max-position-max', '0.05'),
+    *('--max-heading-rms', str(math.radians(0.5)), '--max-heading-max', str(math.radians(2.0))),
+    *('--min-coverage', '0.95'),
+]
+"""Of the fused pose, wherever the robot is [m, rad, share]."""
+AT_A_GOAL = 0.02
+"""How far the fused pose may be off where the robot stands at the end [m]."""
+
+
+def is_right(poses: dict[int, PlanarPose], folder: Path, *other_limits: str) -> bool:
+    """Return whether ``check`` finds the poses within the limits."""
+    stamps = sorted(poses)
+    places = [(poses[stamp].x, poses[stamp].y, 0.0) for stamp in stamps]
+    turns = [quaternion_from_yaw(poses[stamp].yaw) for stamp in stamps]
+    file = folder / 'fused.tum'
+    save_tum(file, make_trajectory(stamps, places, turns))
+    truth = ['--reference', str(BAG), '--reference-topic', '/ground_truth']
+    return check([str(file), *truth, *LIMITS, *other_limits]) == 0
+
+
+def fused(bag: BagReader, shift: PlanarPose | None = None) -> dict[int, PlanarPose]:
+    """Return the arbiter's poses by stamp [ns]; with a shift, what the localizers say is off by it."""
+    arbiter = Arbiter([SourceSettings()] * len(SOURCES), ArbiterSettings())
+    poses = {}
+    for message in bag.messages([*TOPICS, '/odom']):
+        stamp = header_stamp(message.raw)
+        decoded = bag.decode(message)
+        if message.topic == '/odom':
+            pose = planar_pose(decoded.pose.pose, message.topic)
+            assert arbiter.add_odometry(stamp, pose, message.stamp_ns) is None
+            estimate = arbiter.estimate_at(stamp)
+            if estimate is not None:
+                poses[stamp] = PlanarPose(estimate.x, estimate.y, estimate.yaw)
+            continue
+        pose, noise = planar_pose_with_covariance(decoded.pose, message.topic)
+        (xx, xy, xt), (_, yy, yt), (_, _, tt) = noise.tolist()
+        told = shift @ pose if shift else pose
+        number = TOPICS[message.topic]
+        assert arbiter.add_pose(number, stamp, told, (xx, xy, xt, yy, yt, tt), message.stamp_ns) is None
+    return poses
+
+
+def test_the_bag_is_small_and_holds_poses_odometry_grids_and_commands() -> None:
+    assert sum(file.stat().st_size for file in BAG.iterdir()) <= 25_000_000
+    with BagReader(BAG) as bag:
+        counts = {name: topic.message_count for name, topic in bag.topics.items()}
+        stamps = [message.stamp_ns for message in bag.messages(list(bag.topics))]
+    assert stamps == sorted(stamps)
+    assert counts['/goal_pose'] == 3
+    for topic in (*TOPICS, '/cmd_vel', '/reward_planner/map', '/vlc_beacon/command'):
+        assert counts[topic] > 0, topic
+    for topic in ('/odom', '/pose_arbiter/pose', '/ground_truth'):
+        assert counts[topic] > 0.95 * counts['/ground_truth'], topic
+
+
+def test_the_mission_was_good_as_it_was_recorded(tmp_path: Path) -> None:
+    with BagReader(BAG) as bag:
+        said = {
+            header_stamp(message.raw): planar_pose(bag.decode(message).pose, message.topic)
+            for message in bag.messages(['/pose_arbiter/pose'])
+        }
+    # Recorded: 2.29 degrees at most; the arbiter alone keeps 2 degrees.
+    assert is_right(said, tmp_path, '--max-heading-max', str(math.radians(2.5)))
+
+
+def test_the_arbiter_is_within_the_limits_and_right_at_the_last_goal(tmp_path: Path) -> None:
+    with BagReader(BAG) as bag:
+        poses = fused(bag)
+        truths = {
+            header_stamp(message.raw): planar_pose(bag.decode(message).pose, message.topic)
+            for message in bag.messages(['/ground_truth'])
+        }
+    assert is_right(poses, tmp_path)
+    last = max(poses.keys() & truths.keys())
+    assert poses[last].distance_to(truths[last]) < AT_A_GOAL
+
+
+@pytest.mark.parametrize('shift', [PlanarPose(0.015, 0.0, 0.0), PlanarPose(0.0, 0.0, math.radians(1.0))])
+def test_localizers_that_are_off_break_the_limits(shift: PlanarPose, tmp_path: Path) -> None:
+    with BagReader(BAG) as bag:
+        assert not is_right(fused(bag, shift), tmp_path)
+
+
+@pytest.mark.timeout(600)
+def test_the_live_node_is_within_the_limits_too(tmp_path: Path) -> None:
+    poses: dict[int, PlanarPose] = {}
+
+    def take(message: PoseStamped) -> None:
+        stamp = message.header.stamp
+        poses[stamp.sec * 1_000_000_000 + stamp.nanosec] = planar_pose(message.pose, 'pose')
+
+    with isolated_graph() as graph, BagReader(BAG) as bag:
+        graph.add(PoseArbiterNode, use_sim_time=True)
+        player = graph.add(lambda **options: Node('player', **options))
+        player.create_subscription(PoseStamped, '/pose_arbiter/pose', take, odometry_profile())
+        count = replay_in_lockstep(bag, player, graph._executor, [*TOPICS, '/odom'])
+        graph.spin_until(lambda: False, 0.5)
+    assert count > 0
+    assert is_right(poses, tmp_path)

@@ -1,0 +1,144 @@
+"""The recorded pictures of the mission through the localizers: each finds the robot, or says that it cannot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from floor_localizer.bag_localization import BagLocalization as FloorRun
+from floor_localizer.bag_localization import choose_topics as floor_topics
+from floor_localizer.core.constellation.indexed_map import index_map
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.fix import Fix
+from floor_localizer.core.localizer import FloorLocalizer
+from floor_localizer.core.tracker import FloorTracker
+from scene_simulator.lamp_bag import write_beacons
+from scene_simulator.mission_floor import BELLY_MOUNT, surveyed_floor
+from scene_simulator.mission_lamps import CEILING_CAMERA, CEILING_MOUNT, LAMP_RADIUS, LAMP_RATE, LAMPS
+from scene_simulator.mission_layout import CARPET
+from scene_simulator.mission_sensors import STEREO_RIG
+from shirube_bags.bag_reader import BagReader
+from shirube_bags.bag_trajectory import header_stamp
+from shirube_geometry import PlanarPose
+from shirube_mission.place_teaching import teach_places
+from shirube_ros.pose_conversion import planar_pose
+from stereo_landmark.bag_localization import BagLocalization as LandmarkRun
+from stereo_landmark.core.landmark_localizer import LandmarkSettings
+from stereo_landmark.core.pair.pair_stream import PairStream
+from stereo_landmark.core.pair.settings import PairSettings
+from stereo_landmark.files.place_file import load_places
+from stereo_landmark.pair_recording import choose_topics as pair_topics
+from vlc_beacon.commands.locate import locate as locate_lamps
+from vlc_beacon.commands.locate import make_parser as lamp_options
+
+BAG = Path(__file__).parents[1] / 'bags' / 'mission'
+Poses = dict[int, PlanarPose]
+
+
+@pytest.fixture(scope='module')
+def truth() -> Callable[[int], PlanarPose]:
+    """Where the robot truly was, by stamp [ns]; it is told every 20 ms."""
+    with BagReader(BAG) as bag:
+        known = {
+            header_stamp(message.raw): planar_pose(bag.decode(message).pose, message.topic)
+            for message in bag.messages(['/ground_truth'])
+        }
+    return known.__getitem__
+
+
+def errors(poses: Poses, truth: Callable[[int], PlanarPose]) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far poses are off [m], and how far turned [rad]."""
+    pairs = [(pose, truth(stamp)) for stamp, pose in poses.items()]
+    places = np.array([pose.distance_to(true) for pose, true in pairs])
+    return places, np.abs([true.turn_to(pose) for pose, true in pairs])
+
+
+@pytest.mark.timeout(300)
+def test_the_floor_is_read_to_a_tenth_of_a_millimetre_and_the_carpet_is_not(
+    truth: Callable[[int], PlanarPose],
+) -> None:
+    floor = surveyed_floor()
+    localizer = FloorLocalizer(index_map(DotMap(floor.points, floor.diameters)), BELLY_MOUNT)
+    with BagReader(BAG) as bag:
+        topics = floor_topics(bag, '/floor/image_raw/compressed', '/floor/camera_info', None)
+        images = list(FloorRun(bag, topics, lambda: FloorTracker(localizer)).run())
+    assert len(images) == 200
+    poses = {i.stamp_ns: i.result.T_map_base for i in images if isinstance(i.result, Fix)}
+    places, turns = errors(poses, truth)
+    assert places.max() < 3e-4
+    assert turns.max() < math.radians(0.3)
+    inside = {i.stamp_ns for i in images if is_on_the_carpet(truth(i.stamp_ns))}
+    assert inside
+    assert len(poses.keys() & inside) <= 0.1 * len(inside)
+    outside = [i.stamp_ns for i in images if is_clear_of_the_carpet(truth(i.stamp_ns))]
+    assert outside
+    assert len(poses.keys() & set(outside)) >= 0.95 * len(outside)
+
+
+def is_on_the_carpet(pose: PlanarPose) -> bool:
+    """Return whether the belly camera sees nothing but carpet."""
+    (left, low), (right, high) = CARPET.low, CARPET.high
+    return left + 0.3 < pose.x < right - 0.3 and low + 0.3 < pose.y < high - 0.3
+
+
+def is_clear_of_the_carpet(pose: PlanarPose) -> bool:
+    """Return whether the belly camera sees no carpet."""
+    (left, low), (right, high) = CARPET.low, CARPET.high
+    return not (left - 0.3 < pose.x < right + 0.3 and low - 0.3 < pose.y < high + 0.3)
+
+
+@pytest.mark.timeout(300)
+def test_lamps_tell_the_pose_to_centimetres(truth: Callable[[int], PlanarPose], tmp_path: Path) -> None:
+    beacons = tmp_path / 'beacons.yaml'
+    write_beacons(list(LAMPS.items()), LAMP_RADIUS, beacons)
+    shutter, mount = CEILING_CAMERA.shutter, CEILING_MOUNT
+    words = [
+        *('--beacons', str(beacons), '--bag', str(BAG), '--out', str(tmp_path)),
+        *('--topic', '/ceiling/image_raw/compressed', '--camera-info-topic', '/ceiling/camera_info'),
+        *('--camera-xyz', *map(str, mount.xyz), '--camera-rpy', *map(str, mount.rpy)),
+        *(
+            '--shutter',
+            'rolling',
+            '--exposure-time',
+            str(shutter.exposure),
+            '--row-time',
+            str(shutter.row_time),
+        ),
+        *('--lamp-frame-rate', str(LAMP_RATE), '--camera-height-known'),
+    ]
+    images = locate_lamps(lamp_options().parse_args(words))
+    assert len(images) == 500
+    poses = {image.stamp_ns: image.fix.T_map_base for image in images if image.fix is not None}
+    assert len(poses) > 0.7 * len(images)
+    places, turns = errors(poses, truth)
+    assert np.median(places) < 0.01
+    assert places.max() < 0.08
+    assert turns.max() < math.radians(2.0)
+
+
+@pytest.mark.timeout(600)
+def test_landmarks_tell_the_pose_to_a_centimetre(truth: Callable[[int], PlanarPose], tmp_path: Path) -> None:
+    teach_places(tmp_path)
+    places = list(load_places(tmp_path))
+    with BagReader(BAG) as bag:
+        frames = list(
+            LandmarkRun(
+                bag,
+                pair_topics(bag, {}, is_raw=False),
+                lambda: PairStream(places, STEREO_RIG.mount, PairSettings(), LandmarkSettings()),
+            ).run()
+        )
+    assert len(frames) == 20
+    poses = {
+        frame.stamp_ns: frame.fix.T_map_base
+        for frame in frames
+        if frame.fix is not None and frame.fix.T_map_base is not None
+    }
+    assert len(poses) >= 5
+    off, turns = errors(poses, truth)
+    assert off.max() < 0.02
+    assert turns.max() < math.radians(0.5)
