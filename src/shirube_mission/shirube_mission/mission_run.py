@@ -197,9 +197,7 @@ def run_mission(
     record = MissionRecord(seed)
     with ExitStack() as stack:
         terminal = stack.enter_context(PseudoTerminal(controller, lock))
-        domain, processes = _nodes(stack, mission_nodes(files, terminal.path), folder, options)
-        if options.launched:
-            tell(PARAMETERS_WRITTEN)
+        domain, processes = _nodes(stack, mission_nodes(files, terminal.path), folder, options, tell)
         worker = stack.enter_context(RenderWorker(seed, waveforms))
         node, executor = simulation_graph(stack, domain)
         ears, traces = MissionEars(node), TraceEars(node)
@@ -210,10 +208,8 @@ def run_mission(
         ready = monotonic()
         mission.stopwatch.start()
         tell(f'all nodes are ready after {ready - began:.0f} s')
-        try:
-            mission.go(tell)
-        finally:
-            over = monotonic()
+        mission.go(tell)
+        over = monotonic()
         mission.stopwatch.stop()
         if bag is not None:
             tell(f'recorded {bag.write()} messages in {bag.path}')
@@ -249,12 +245,17 @@ def _outcome(mission: Mission, heard: TraceEars, timing: Mapping[str, float]) ->
 
 
 def _nodes(
-    stack: ExitStack, nodes: Sequence[NodeSetup], folder: Path, options: RunOptions
+    stack: ExitStack,
+    nodes: Sequence[NodeSetup],
+    folder: Path,
+    options: RunOptions,
+    tell: Callable[[str], None],
 ) -> tuple[int, NodeProcesses]:
     """Return the ROS domain and the nodes that were started there, which end with the stack."""
     if options.launched:
         for node in nodes:
             node.arguments(folder)
+        tell(PARAMETERS_WRITTEN)
         return int(os.environ.get('ROS_DOMAIN_ID', '0')), NodeProcesses((), folder, 0)
     domain = stack.enter_context(domain_id())
     return domain, stack.enter_context(NodeProcesses(nodes, folder, domain))
