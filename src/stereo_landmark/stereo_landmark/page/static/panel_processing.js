@@ -7,7 +7,7 @@ import { stage } from './stage.js';
 
 const TITLES = {
   'edges.filter_sigma': 'Smoothing', 'edges.threshold': 'Threshold', 'edges.continuation': 'Continuation',
-  'edges.length_min': 'Shortest segment', 'edges.bend_tolerance': 'Bend tolerance', 'edges.neighbour_distance': 'Neighbour distance',
+  'edges.length_min': 'Shortest segment', 'edges.bend_tolerance': 'Bend tolerance',
 };
 const STEPS = 400;
 const GROUPS = [['edges', 'Edges', true], ['primitives', 'Shapes', false], ['tolerances', 'Tolerances when searching', false]];
