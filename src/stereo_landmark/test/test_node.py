@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
-from located_pairs import with_fix, without_fix
 from landmark_robot import Robot, header, info
+from located_pairs import with_fix, without_fix
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_srvs.srv import Trigger
