@@ -33,9 +33,10 @@ def test_velocities_drive_and_odometry_tells_where(robot):
     robot.drive(2.5, 0.3, 0.6)
     assert robot.controller.T_world_base.x > 0.2
     assert robot.controller.T_world_base.yaw > 0.5
-    driven = robot.odometry[-1]
-    assert driven.twist.twist.linear.x == pytest.approx(0.91 * 0.3, rel=0.15)
-    assert driven.twist.twist.angular.z == pytest.approx(0.91 * 0.6, rel=0.3)
+    # Over a second: between two reads the controller may have stood still, on a machine that is busy.
+    driven = [message.twist.twist for message in robot.odometry[-30:]]
+    assert np.median([twist.linear.x for twist in driven]) == pytest.approx(0.91 * 0.3, rel=0.15)
+    assert np.median([twist.angular.z for twist in driven]) == pytest.approx(0.91 * 0.6, rel=0.3)
     assert error(robot) < 2e-3
     last = robot.odometry[-1]
     assert (last.header.frame_id, last.child_frame_id) == ('odom', 'base_link')
@@ -82,7 +83,7 @@ def test_the_robot_goes_on_after_a_fault_and_odometry_stays_right(robot, fault):
 
 def test_the_robot_goes_on_when_it_is_plugged_in_again(robot):
     robot.drive(1.5, 0.3)
-    robot.fault('unplug', 0.3)
+    robot.fault('unplug', 2.5)  # longer than from one report to the next
     robot.until(lambda: not robot.report.is_connected)
     assert 'plug the controller in' in robot.message().message
     robot.until(lambda: robot.report.is_connected)
