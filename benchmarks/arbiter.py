@@ -57,7 +57,7 @@ def print_bags(drives: list[RecordedDrive]) -> None:
     for drive in drives:
         best, count = drive.best, len(drive.sources)
         source = drive.errors_of(drive.sources[best])
-        estimates = fused(messages_of(drive.sources, drive.odometry), count, lambda m: m[1] == best)
+        estimates = fused(messages_of(drive.sources, drive.odometry), count, best)
         ours = drive.errors_at([s for s, _ in estimates], [pose_of(e) for _, e in estimates])
         newest = smoothed(drive.sources, drive.odometry, best)
         theirs = drive.errors_at(*map(list, zip(*newest, strict=True)))
