@@ -15,10 +15,11 @@ from floor_localizer.commands.locate import make_parser as floor_parser
 from floor_localizer.core.fix import Fix
 from pose_arbiter.core.covariance import Covariance, diagonal
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_trajectory import load_bag_trajectory
+from shirube_bags.bag_trajectory import header_stamp, load_bag_trajectory
 from shirube_bags.error_table import planar_poses
 from shirube_bags.trajectory import Trajectory, can_interpolate, interpolate
 from shirube_geometry import PlanarPose
+from shirube_ros.pose_conversion import planar_pose_with_covariance
 from stereo_landmark.commands.locate import locate as locate_landmarks
 from stereo_landmark.commands.locate import make_parser as landmark_parser
 from stereo_landmark.commands.teach import main as teach
@@ -26,8 +27,11 @@ from vlc_beacon.commands.locate import locate as locate_lamps
 from vlc_beacon.commands.locate import make_parser as lamp_parser
 
 BAGS = Path(__file__).parents[1] / 'bags'
-CORRIDORS = ('left', 'right', 'light', 'hidden', 'moved')
+CORRIDORS = ('teach', 'left', 'right', 'light', 'hidden', 'moved')
 _LONGEST_GAP = 400_000_000  # between true poses [ns]
+_MISSION_TOPICS = tuple(
+    f'/{name}/pose_with_covariance' for name in ('floor_localizer', 'vlc_beacon', 'stereo_landmark')
+)
 _POSE_SIGMAS = 0.003, 0.002  # of the poses in room_drive, by its README [m, rad]
 
 
@@ -46,15 +50,25 @@ class RecordedDrive:
 
     Attributes:
         name: of the bag.
-        opinions: of its source, in the order of their stamps.
+        sources: what each source says, in the order of its stamps.
         odometry: stamps [ns] and ``T_odom_base``.
         truth: the true poses.
     """
 
     name: str
-    opinions: list[Opinion]
+    sources: list[list[Opinion]]
     odometry: list[tuple[int, PlanarPose]]
     truth: Trajectory
+
+    @property
+    def best(self) -> int:
+        """The source whose positions have the least root mean square error."""
+        squares = [np.nanmean(self.errors_of(source)[:, 0] ** 2) for source in self.sources]
+        return int(np.argmin(squares))
+
+    def errors_of(self, source: Sequence[Opinion]) -> NDArray[np.float64]:
+        """Return the errors of what a source says, as `errors_at` does."""
+        return self.errors_at([o.stamp for o in source], [o.pose for o in source])
 
     def errors_at(self, stamps: Sequence[int], poses: Sequence[PlanarPose]) -> NDArray[np.float64]:
         """Return the errors of poses, shape (n, 2): distance [m] and turn [rad]; NaN where the truth is not known."""
@@ -71,13 +85,14 @@ class RecordedDrive:
 
 def recorded_drives(names: Sequence[str] = ()) -> list[RecordedDrive]:
     """Return the drives of the bags, all or the named ones."""
-    makers: dict[str, Callable[[], list[Opinion]]] = {
-        'floor_drive': lambda: _floor(BAGS / 'floor_drive'),
-        'lamp_drive': lambda: _lamps(BAGS / 'lamp_drive', []),
-        'lamp_drive_rolling': lambda: _lamps(
-            BAGS / 'lamp_drive_rolling', ['--shutter', 'rolling', '--exposure-time', '0.00006']
-        ),
-        'room_drive': lambda: _room(BAGS / 'room_drive'),
+    makers: dict[str, Callable[[], list[list[Opinion]]]] = {
+        'floor_drive': lambda: [_floor(BAGS / 'floor_drive')],
+        'lamp_drive': lambda: [_lamps(BAGS / 'lamp_drive', [])],
+        'lamp_drive_rolling': lambda: [
+            _lamps(BAGS / 'lamp_drive_rolling', ['--shutter', 'rolling', '--exposure-time', '0.00006'])
+        ],
+        'room_drive': lambda: [_room(BAGS / 'room_drive')],
+        'mission': lambda: _mission(BAGS / 'mission'),
     }
     drives = [_drive(name, make()) for name, make in makers.items() if not names or name in names]
     corridors = [k for k in CORRIDORS if not names or f'corridor_{k}' in names]
@@ -85,16 +100,16 @@ def recorded_drives(names: Sequence[str] = ()) -> list[RecordedDrive]:
         with tempfile.TemporaryDirectory() as folder:
             teach(['--batch', str(BAGS / 'corridor_teach/lesson.yaml'), '--places', folder])
             drives += [
-                _drive(f'corridor_{k}', _corridor(BAGS / f'corridor_{k}', Path(folder))) for k in corridors
+                _drive(f'corridor_{k}', [_corridor(BAGS / f'corridor_{k}', Path(folder))]) for k in corridors
             ]
     return drives
 
 
-def _drive(name: str, opinions: list[Opinion]) -> RecordedDrive:
+def _drive(name: str, sources: list[list[Opinion]]) -> RecordedDrive:
     with BagReader(BAGS / name) as bag:
         truth, odometry = load_bag_trajectory(bag, '/ground_truth'), load_bag_trajectory(bag, '/odom')
     poses = [PlanarPose(*map(float, pose)) for pose in planar_poses(odometry)]
-    return RecordedDrive(name, opinions, list(zip(odometry.stamps_ns.tolist(), poses, strict=True)), truth)
+    return RecordedDrive(name, sources, list(zip(odometry.stamps_ns.tolist(), poses, strict=True)), truth)
 
 
 def _floor(bag: Path) -> list[Opinion]:
@@ -135,6 +150,20 @@ def _room(bag: Path) -> list[Opinion]:
         Opinion(stamp, PlanarPose(*map(float, pose)), noise)
         for stamp, pose in zip(poses.stamps_ns.tolist(), planar_poses(poses), strict=True)
     ]
+
+
+def _mission(bag: Path) -> list[list[Opinion]]:
+    """Return what the localizers said while it was recorded."""
+    sources = []
+    with BagReader(bag) as reader:
+        for topic in _MISSION_TOPICS:
+            said = []
+            for raw in reader.messages([topic]):
+                message = reader.decode(raw)
+                pose, noise = planar_pose_with_covariance(message.pose, topic)
+                said.append(Opinion(header_stamp(raw.raw), pose, _six(noise)))
+            sources.append(sorted(said, key=lambda opinion: opinion.stamp))
+    return sources
 
 
 def _six(covariance: NDArray[np.float64]) -> Covariance:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from _arbiter_bags import Opinion
 
@@ -46,14 +46,12 @@ def tell(arbiter: Arbiter, message: Message, now: int) -> None:
         raise ValueError(f'{source} at {stamp}: {refusal.value}')
 
 
-def fused(
-    messages: Sequence[Message], sources: int, wants: Callable[[Message], bool]
-) -> list[tuple[int, Estimate]]:
-    """Return stamp and pose right after each wanted message, where there is one."""
+def fused(messages: Sequence[Message], sources: int, wanted: int) -> list[tuple[int, Estimate]]:
+    """Return stamp and pose right after each message of the wanted source, where there is one."""
     arbiter, poses = new_arbiter(sources), []
     for message in messages:
         tell(arbiter, message, message[0])
-        if wants(message) and (estimate := arbiter.estimate_at(message[0])) is not None:
+        if message[1] == wanted and (estimate := arbiter.estimate_at(message[0])) is not None:
             poses.append((message[0], estimate))
     return poses
 

@@ -14,13 +14,17 @@ from pose_arbiter.core.odometry_trail import OdometryTrail
 from shirube_geometry import PlanarPose
 
 _LAG = 2.0  # as history_seconds of the arbiter [s]
+_LEAST = 1e-5  # a robot that stands is no certainty: gtsam could not invert it [m, rad]
 
 
 def smoothed(
-    opinions: Sequence[Opinion], odometry: Sequence[tuple[int, PlanarPose]]
+    sources: Sequence[Sequence[Opinion]], odometry: Sequence[tuple[int, PlanarPose]], wanted: int
 ) -> list[tuple[int, PlanarPose]]:
-    """Return the newest state after each opinion of one source, with the noise of odometry that the arbiter takes."""
-    settings = ArbiterSettings()
+    """Return the newest state after each opinion of one of the sources, with the noise of odometry of the arbiter."""
+    said = sorted(
+        ((o, number) for number, source in enumerate(sources) for o in source), key=lambda s: s[0].stamp
+    )
+    opinions, settings = [opinion for opinion, _ in said], ArbiterSettings()
     trail = OdometryTrail(settings)
     for stamp, pose in odometry:
         trail.add(stamp, pose)
@@ -36,7 +40,7 @@ def smoothed(
             # From the origin of the odometry's frame, so that the step and its noise are in the robot's own frame.
             origin = Estimate(mark, 0.0, 0.0, 0.0, (0.0,) * 6)
             step = moved_on(origin, trail.mark_at(opinion.stamp), settings)
-            noise = gtsam.noiseModel.Gaussian.Covariance(_turned_back(step))
+            noise = gtsam.noiseModel.Gaussian.Covariance(_turned_back(step) + _LEAST**2 * np.eye(3))
             between = gtsam.Pose2(step.x, step.y, step.yaw)
             graph.add(gtsam.BetweenFactorPose2(number - 1, number, between, noise))
             start = _pose2(pose).compose(between)
@@ -45,7 +49,7 @@ def smoothed(
         smoother.update(graph, guess, {number: seconds})
         newest = smoother.calculateEstimatePose2(number)
         states.append((opinion.stamp, PlanarPose(newest.x(), newest.y(), newest.theta())))
-    return states
+    return [state for state, (_, number) in zip(states, said, strict=True) if number == wanted]
 
 
 def _pose2(pose: PlanarPose) -> gtsam.Pose2:

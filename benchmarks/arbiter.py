@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 from _arbiter_bags import Opinion, RecordedDrive, recorded_drives
-from _arbiter_fusion import ODOMETRY, fused, messages_of, new_arbiter, pose_of, tell
+from _arbiter_fusion import fused, messages_of, new_arbiter, pose_of, tell
 from _arbiter_lies import CREWS, LIES, wrong_poses
 from _arbiter_load import filter_share, node_share
 from _arbiter_smoother import smoothed
@@ -55,10 +55,12 @@ def print_bags(drives: list[RecordedDrive]) -> None:
     )
     print('|---|---|---|---|---|---|---|---|---|')
     for drive in drives:
-        source = drive.errors_at([o.stamp for o in drive.opinions], [o.pose for o in drive.opinions])
-        estimates = fused(messages_of([drive.opinions], drive.odometry), 1, lambda m: m[1] != ODOMETRY)
+        best, count = drive.best, len(drive.sources)
+        source = drive.errors_of(drive.sources[best])
+        estimates = fused(messages_of(drive.sources, drive.odometry), count, best)
         ours = drive.errors_at([s for s, _ in estimates], [pose_of(e) for _, e in estimates])
-        theirs = drive.errors_at(*map(list, zip(*smoothed(drive.opinions, drive.odometry), strict=True)))
+        newest = smoothed(drive.sources, drive.odometry, best)
+        theirs = drive.errors_at(*map(list, zip(*newest, strict=True)))
         a, b, c = rms(source), rms(ours), rms(theirs)
         d, e = (rms(errors) for errors in outage_errors(drive))
         ratios = (f'{b[0] / x[0]:.3f}, {b[1] / x[1]:.3f}' for x in (a, c))
@@ -68,12 +70,13 @@ def print_bags(drives: list[RecordedDrive]) -> None:
 
 def outage_errors(drive: RecordedDrive) -> tuple[np.ndarray, np.ndarray]:
     """Return the errors, shape (n, 2), through an outage: of the arbiter, and of odometry since the first pose."""
-    first, last = drive.opinions[0].stamp, drive.opinions[-1].stamp
+    opinions = sorted((o for source in drive.sources for o in source), key=lambda o: o.stamp)
+    first, last = opinions[0].stamp, opinions[-1].stamp
     begin, end = (round(first + part * (last - first)) for part in (OUTAGE_FROM, OUTAGE_TO))
-    heard = [o for o in drive.opinions if not begin < o.stamp <= end]
-    silent = {o.stamp for o in drive.opinions if begin < o.stamp <= end}
-    at_end = messages_of([heard], [pair for pair in drive.odometry if pair[0] <= end])
-    arbiter, poses = new_arbiter(1), []
+    heard = [[o for o in source if not begin < o.stamp <= end] for source in drive.sources]
+    silent = {o.stamp for o in opinions if begin < o.stamp <= end}
+    at_end = messages_of(heard, [pair for pair in drive.odometry if pair[0] <= end])
+    arbiter, poses = new_arbiter(len(heard)), []
     waiting = sorted(silent)
     for message in at_end:
         while waiting and message[0] >= waiting[0]:
@@ -84,9 +87,7 @@ def outage_errors(drive: RecordedDrive) -> tuple[np.ndarray, np.ndarray]:
         tell(arbiter, message, message[0])
     stamps = np.array([stamp for stamp, _ in drive.odometry])
     said = [pose for _, pose in drive.odometry]
-    origin = (
-        drive.opinions[0].pose @ said[int(np.searchsorted(stamps, first).clip(0, len(said) - 1))].inverse()
-    )
+    origin = opinions[0].pose @ said[int(np.searchsorted(stamps, first).clip(0, len(said) - 1))].inverse()
     nearest = [said[int(np.searchsorted(stamps, s).clip(0, len(said) - 1))] for s, _ in poses]
     ours = drive.errors_at([s for s, _ in poses], [p for _, p in poses])
     return ours, drive.errors_at([s for s, _ in poses], [origin @ p for p in nearest])
@@ -106,7 +107,8 @@ def print_lies(seeds: int) -> None:
 
 def largest_difference(drive: RecordedDrive, shuffles: int = 5) -> float:
     """Return how far the last poses of shuffled drives differ from that of the drive in order."""
-    messages = messages_of([drive.opinions[::2], drive.opinions[1::2]], drive.odometry)
+    (opinions,) = drive.sources
+    messages = messages_of([opinions[::2], opinions[1::2]], drive.odometry)
     settings, now = ArbiterSettings(history_seconds=30.0), messages[-1][0]
     ends = []
     for seed in range(shuffles + 1):
@@ -122,7 +124,7 @@ def largest_difference(drive: RecordedDrive, shuffles: int = 5) -> float:
 
 def difference_by_bad_messages(drive: RecordedDrive) -> float:
     """Return how far the poses differ with many random bad messages in between."""
-    rng, messages = random.Random(1), messages_of([drive.opinions], drive.odometry)  # noqa: S311
+    rng, messages = random.Random(1), messages_of(drive.sources, drive.odometry)  # noqa: S311
     plain, disturbed, worst = new_arbiter(1), new_arbiter(1), 0.0
     each = BAD_MESSAGES // len(messages) + 1
     for message in messages:

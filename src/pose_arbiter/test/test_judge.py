@@ -105,6 +105,20 @@ def test_a_newcomer_moves_nothing_while_a_source_stands_by_the_pose():
     assert arbiter.counts()[1, Verdict.RESET] == 0
 
 
+@pytest.mark.parametrize('is_other_there', [True, False])
+def test_who_was_refused_must_be_near_for_a_second_while_another_stands_by(is_other_there):
+    def wrong_at_first(seconds):
+        return true_pose(seconds) if seconds < 1.0 or seconds > 4.0 else elsewhere(seconds)
+
+    other = noisy(1) if is_other_there else until(noisy(1), 3.9)
+    arbiter = run(8.0, [other, wrong_at_first])
+    assert arbiter.counts()[1, Verdict.GATED] > 20
+    probation = arbiter.counts()[1, Verdict.PROBATION]
+    assert 19 <= probation <= 21 if is_other_there else probation < 15
+    assert arbiter.belief_at(BEGIN + 8 * SECOND).records[1].verdict is Verdict.USED
+    assert max(errors(arbiter, 8.0)) < 0.02
+
+
 def test_two_who_agree_outvote_one_that_crept_away():
     def creeping(seconds):
         return beside(true_pose(seconds), 0.03 * max(seconds - 1.0, 0.0))

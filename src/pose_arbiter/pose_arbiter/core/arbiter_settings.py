@@ -21,10 +21,10 @@ class ArbiterSettings:
         maximum=0.999999,
     )
     way_noise: float = setting(
-        0.03, 'error of odometry along x and y after a metre', unit='m', minimum=1e-4, maximum=1.0
+        0.05, 'error of odometry along x and y after a metre', unit='m', minimum=1e-4, maximum=1.0
     )
     turn_noise: float = setting(
-        0.03, 'error of its heading after a metre, and after a radian', unit='rad', minimum=1e-4, maximum=1.0
+        0.04, 'error of its heading after a metre, and after a radian', unit='rad', minimum=1e-4, maximum=1.0
     )
     way_bias: float = setting(
         0.05,

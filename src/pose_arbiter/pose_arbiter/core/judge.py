@@ -53,6 +53,7 @@ class Judge:
         self._timeouts = tuple(round(source.timeout * 1e9) for source in sources)
         # Quantile of the chi-square distribution with 3 degrees of freedom.
         self._gate = float(2.0 * gammaincinv(1.5, settings.gate_probability))
+        self._probation = round(settings.witness_seconds * 1e9)
         self._start_wait = round(settings.start_seconds * 1e9)
         self._slack = diagonal(settings.slack_xy**2, settings.slack_yaw**2)
 
@@ -128,10 +129,25 @@ class Judge:
         difference = residual(expected, pose.x, pose.y, pose.yaw)
         innovation = added(added(expected.covariance, pose.noise), self._slack)
         if distance_squared(difference, inverse(innovation)) <= self._gate:
+            if self._is_on_probation(belief, pose):
+                return Verdict.PROBATION, belief.estimate
             return Verdict.USED, mended(expected, difference, pose.noise, self._settings.lasting_share)
         if self._outweighs(belief, pose, seen):
             return Verdict.RESET, _set_to(pose, seen.mark, _INFLATION)
         return Verdict.GATED, belief.estimate
+
+    def _is_on_probation(self, belief: Belief, pose: Observation) -> bool:
+        """Return whether a source that was refused must go on being near before it is used again.
+
+        One that drifts away from those who stand by the pose passes the gate now and then. Were it used at once, it
+        would take the pose along in the first moment in which the others are silent.
+        """
+        record = belief.records[pose.source]
+        if record.gated < self._settings.reset_count:
+            return False
+        is_short = record.near_since == NEVER or pose.stamp - record.near_since < self._probation
+        others = (k for k in range(len(belief.records)) if k != pose.source)
+        return is_short and any(belief.records[k].stands_by(pose.stamp, self._timeouts[k]) for k in others)
 
     def _without_odometry(self, expected: Estimate, nanoseconds: int) -> Estimate:
         """Return the estimate as unsure as if there were no odometry."""

@@ -23,7 +23,8 @@ class SourceRecord(NamedTuple):
         rival: first of the poses that odometry does not lead to from the anchor.
         rivals: how many poses agree with the rival, since it came.
         chain: how many poses agree with each other, by odometry.
-        gated: how many in turn were too far from the pose.
+        gated: how many were too far from the pose since the last one that was used.
+        near_since: stamp of the first pose since then from which on none was too far [ns].
         standing: how many were used since it was last found wrong.
         used_stamp: of the latest that was used [ns].
         verdict: of the latest.
@@ -36,6 +37,7 @@ class SourceRecord(NamedTuple):
     rivals: int = 0
     chain: int = 0
     gated: int = 0
+    near_since: int = NEVER
     standing: int = 0
     used_stamp: int = NEVER
     verdict: Verdict | None = None
@@ -52,9 +54,13 @@ class SourceRecord(NamedTuple):
         """Return the record after a judgement of a pose with a stamp [ns]."""
         if verdict in (Verdict.USED, Verdict.RESET):
             standing = min(self.standing + 1, _STANDING_MAX)
-            return self._replace(verdict=verdict, gated=0, standing=standing, used_stamp=stamp)
+            return self._replace(
+                verdict=verdict, gated=0, near_since=NEVER, standing=standing, used_stamp=stamp
+            )
         if verdict is Verdict.GATED:
-            return self._replace(verdict=verdict, gated=self.gated + 1)
+            return self._replace(verdict=verdict, gated=self.gated + 1, near_since=NEVER)
+        if verdict is Verdict.PROBATION and self.near_since == NEVER:
+            return self._replace(verdict=verdict, near_since=stamp)
         return self._replace(verdict=verdict)
 
 

@@ -12,6 +12,7 @@ class Verdict(Enum):
     RESET = 'the pose was set to it'
     WAITS = 'waits for a second opinion at the start'
     GATED = 'too far from the pose'
+    PROBATION = 'near again, on probation'
     MOVES_OTHERWISE = 'moves otherwise than odometry'
 
 
