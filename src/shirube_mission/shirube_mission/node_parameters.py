@@ -76,7 +76,7 @@ def mission_nodes(files: BuildingFiles, port: str) -> tuple[NodeSetup, ...]:
                 'camera_height_known': True,
                 'zone_radius': ORDERS_REACH,
                 # In the dark it shall fall silent instead of telling what the wheels say.
-                'odometry.position_sigma_max': 0.05,
+                'odometry.gap_way': 0.5,
             },
         ),
         NodeSetup(
