@@ -62,7 +62,7 @@ def verdicts(*goals: GoalRecord, touch_at: float = math.inf) -> list[str]:
 @pytest.mark.parametrize('bad', [LATE, FAR, WRONG])
 def test_a_goal_outside_any_limit_is_shown_as_failed(bad):
     assert verdicts(GOOD, GOOD, GOOD) == ['pass', 'pass', 'pass']
-    assert verdicts(GOOD, bad) == ['pass', 'FAIL', 'FAIL']  # the last one was never given
+    assert verdicts(GOOD, bad) == ['pass', 'FAIL', 'FAIL']  # the mission never came to the last one
     shown = page(*mission(GOOD, bad, GOOD))
     assert 'class="failed"><strong>Failure' in shown
     assert 'goal 2' in shown.split('</strong>')[0]
@@ -91,7 +91,7 @@ def test_a_mission_without_map_and_without_goals_has_a_report(tmp_path):
     summary, traces = mission(GOOD)
     summary['goals'], summary['orders'] = [], []
     bare = MissionTraces(traces.layout, (), traces.truth, traces.clearance, traces.poses, [])
-    assert 'not given' in write_report(tmp_path, summary, bare).read_text()
+    assert 'not reached' in write_report(tmp_path, summary, bare).read_text()
 
 
 def test_errors_are_those_of_the_time_of_the_pose():
