@@ -94,6 +94,18 @@ def test_a_mission_without_map_and_without_goals_has_a_report(tmp_path):
     assert 'not reached' in write_report(tmp_path, summary, bare).read_text()
 
 
+@pytest.mark.parametrize('steps', [1, 2, 12])
+def test_a_mission_that_broke_off_at_once_has_a_report_with_the_reason(tmp_path, steps):
+    summary, whole = mission(GOOD)
+    summary['goals'], summary['success'] = [], False
+    summary['ended'] = 'vlc_beacon ended with exit code -9'
+    nothing = {name: [] for name in ('pose_arbiter', 'odometry', 'vlc_beacon')}
+    broken = MissionTraces(whole.layout, whole.boxes, whole.truth[:steps], whole.clearance[:steps], nothing, [])
+    shown = write_report(tmp_path, summary, broken).read_text()
+    assert 'Failure: vlc_beacon ended with exit code -9' in shown
+    assert shown.count('>FAIL<') == 3
+
+
 def test_errors_are_those_of_the_time_of_the_pose():
     truth = np.array([[0.0, 0.0, 0.0, 3.1], [1.0, 2.0, 0.0, -3.1]])
     times, off, turn = errors_of(np.array([[-1.0, 0, 0, 0], [0.5, 1.0, 0.03, math.pi]]), truth)
