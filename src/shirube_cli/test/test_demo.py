@@ -9,7 +9,9 @@ from shirube_cli import demo, floor_demo, mission_demo
     ('arguments', 'wanted'), [([], 'mission'), (['mission'], 'mission'), (['floor'], 'floor')]
 )
 @pytest.mark.parametrize('code', [0, 1])
-def test_the_mission_is_the_demo_unless_the_floor_is_asked_for(arguments, wanted, code, monkeypatch, tmp_path):
+def test_the_mission_is_the_demo_unless_the_floor_is_asked_for(
+    arguments, wanted, code, monkeypatch, tmp_path
+):
     ran = []
 
     def stand_in(name):

@@ -100,7 +100,9 @@ def test_a_mission_that_broke_off_at_once_has_a_report_with_the_reason(tmp_path,
     summary['goals'], summary['success'] = [], False
     summary['ended'] = 'vlc_beacon ended with exit code -9'
     nothing = {name: [] for name in ('pose_arbiter', 'odometry', 'vlc_beacon')}
-    broken = MissionTraces(whole.layout, whole.boxes, whole.truth[:steps], whole.clearance[:steps], nothing, [])
+    broken = MissionTraces(
+        whole.layout, whole.boxes, whole.truth[:steps], whole.clearance[:steps], nothing, []
+    )
     shown = write_report(tmp_path, summary, broken).read_text()
     assert 'Failure: vlc_beacon ended with exit code -9' in shown
     assert shown.count('>FAIL<') == 3

@@ -11,8 +11,8 @@ from shirube_settings import setting
 class OdometrySettings:
     """Errors of the odometry, and how long it bridges gaps between lamps.
 
-    The lasting errors are learned while lamps are in view. The random ones are those of a small robot whose wheels slip,
-    0.2 m apart with 5 mm after a metre each: stated too small, they make every pose behind a gap surer than it is.
+    The lasting errors are learned while lamps are in view. The random ones are those of a small robot whose wheels are
+    0.2 m apart and slip by 5 mm after a metre: stated too small, they make each pose after a gap surer than it is.
     """
 
     scale_error: float = setting(
