@@ -54,7 +54,9 @@ def test_one_lamp_and_odometry_carry_on_over_gaps(seed):
 @pytest.mark.parametrize('seed', [1, 2, 3])
 def test_errors_behind_slipping_wheels_are_as_large_as_the_covariance_says(seed):
     rng = np.random.default_rng(seed)
-    tracker, odometry, before, normalised = BeaconTracker(BEACONS, MOUNT), PlanarPose(0.0, 0.0, 0.0), None, []
+    settings = OdometrySettings(slip=0.004, turn_slip=0.035)
+    tracker = BeaconTracker(BEACONS, MOUNT, odometry_settings=settings)
+    odometry, before, normalised = PlanarPose(0.0, 0.0, 0.0), None, []
     for k, (pose, _) in enumerate(drive(900, seed)):
         motion = PlanarPose(0.0, 0.0, 0.0) if before is None else before.inverse() @ pose
         before = pose

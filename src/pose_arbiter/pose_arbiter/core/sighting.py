@@ -54,7 +54,8 @@ def sighting_of(observation: Observation, mark: OdometryMark) -> Sighting:
 def same_robot(a: Sighting, b: Sighting, gate: float, settings: ArbiterSettings) -> bool:
     """Return whether b is where odometry takes a, as far as their variances and the errors of odometry allow.
 
-    Of odometry both count: errors that last, and those by chance, which are the larger ones on a short way.
+    Of the heading of odometry both count: the error that lasts, and that by chance, which is larger on a short way. Of
+    its way the lasting one is the larger one, and a source that stands still while the robot creeps must be seen.
     """
     if b.mark.stamp < a.mark.stamp:
         a, b = b, a
@@ -66,9 +67,8 @@ def same_robot(a: Sighting, b: Sighting, gate: float, settings: ArbiterSettings)
     yaw = math.remainder(b.yaw - a.yaw - motion.yaw, math.tau)
     chord2 = motion.x * motion.x + motion.y * motion.y
     swept = settings.way_bias * (motion.way + motion.turn)
-    by_chance = motion.covariance
     turn_var = swept * swept + (settings.drift_turn_rate * motion.blind) ** 2
-    var_yaw = a.var_yaw + b.var_yaw + settings.slack_yaw**2 + turn_var + by_chance[5]
+    var_yaw = a.var_yaw + b.var_yaw + settings.slack_yaw**2 + turn_var + motion.covariance[5]
     var_xy = (
         a.var_xy
         + b.var_xy
@@ -76,6 +76,5 @@ def same_robot(a: Sighting, b: Sighting, gate: float, settings: ArbiterSettings)
         + (settings.way_bias * motion.way) ** 2
         + (settings.drift_speed * motion.blind) ** 2
         + chord2 * (a.var_yaw + turn_var)
-        + max(by_chance[0], by_chance[3])
     )
     return (x * x + y * y) / var_xy + yaw * yaw / var_yaw <= gate

@@ -11,8 +11,9 @@ from shirube_settings import setting
 class OdometrySettings:
     """Errors of the odometry, and how long it bridges gaps between lamps.
 
-    The lasting errors are learned while lamps are in view. The random ones are those of a small robot whose wheels are
-    0.2 m apart and slip by 5 mm after a metre: stated too small, they make each pose after a gap surer than it is.
+    The lasting errors are learned while lamps are in view. The random ones are those of good wheels far apart; wheels
+    that slip by s after a metre, b apart, turn a robot by s sqrt(2) / b. Stated too small, they make each pose after a
+    gap surer than it is.
     """
 
     scale_error: float = setting(
@@ -22,14 +23,14 @@ class OdometrySettings:
         0.0035, 'lasting turn for each metre driven', unit='rad/m', minimum=0.0, maximum=0.5
     )
     slip: float = setting(
-        0.005,
+        0.002,
         'random error of the way after one metre, it grows with the root of the way',
         unit='m',
         minimum=0.0,
         maximum=1.0,
     )
     turn_slip: float = setting(
-        0.03,
+        0.005,
         'random error of the heading after one metre or one radian',
         unit='rad',
         minimum=0.0,
