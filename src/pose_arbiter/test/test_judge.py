@@ -194,13 +194,12 @@ def test_after_a_reset_nothing_is_known():
 
 
 @pytest.mark.parametrize('seed', [1, 2, 3])
-def test_an_exact_source_is_believed_although_the_wheels_slip_as_the_settings_say(seed):
+def test_an_exact_source_is_believed_although_the_heading_slips_as_the_settings_say(seed):
     settings, rng = ArbiterSettings(), random.Random(seed)
     arbiter, robot, odometry = new_arbiter(1, [SourceSettings(sigma_xy=1e-4, sigma_yaw=1e-4)]), ORIGIN, ORIGIN
     step = 0.15 / 50.0  # slowly: what is by chance is the larger part of the error then
     for k in range(2000):
-        slips = settings.way_noise, settings.way_noise, settings.turn_noise
-        slip = PlanarPose(*(noise * math.sqrt(step) * rng.gauss(0.0, 1.0) for noise in slips))
+        slip = PlanarPose(0.0, 0.0, settings.turn_noise * math.sqrt(step) * rng.gauss(0.0, 1.0))
         robot, odometry = robot @ PlanarPose(step, 0.0, 0.0), odometry @ PlanarPose(step, 0.0, 0.0) @ slip
         stamp = BEGIN + k * SECOND // 50
         tell(arbiter, [(stamp, ODOMETRY, odometry), *([(stamp, 0, robot)] if k % 5 == 0 else [])])
