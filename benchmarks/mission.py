@@ -1,21 +1,27 @@
-"""The mission from several seeds, one after the other: `./shirube bench mission [--seeds 20] [--first 0]`.
+"""The mission from several seeds, one after the other: `./shirube bench mission [--seeds 20] [--first 0] [--resume]`.
 
-Prints a row for each: the three goals, the errors there, the room to the nearest thing, collisions, way and times. A
-mission that ended before its end has a row, too, and its reason below. Logs and summaries stay in a folder.
+Prints a row for each: the three goals, the errors there, the largest error of the fused pose on the way, the room to
+the nearest thing, collisions, way and times; below them median and worst. A mission that ended before its end has a
+row, too, and its reason below. Logs and figures stay in a folder, written as each mission ends: what was interrupted
+goes on with `--resume`, which drives only the missions that have no figures there.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import statistics
 import subprocess
 import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+Summary = dict[str, Any]
+
 HEADER = (
-    '| seed | goals | true pose off mm | fused pose off mm | rms of the fused pose mm | least room mm | collisions '
-    '| way m | simulated s | wall s: start, drive |'
+    '| seed | goals | true pose off at them mm | fused pose off at them mm | rms of the fused pose mm '
+    '| its largest error mm | least room mm | collisions | way m | simulated s | wall s: start, drive |'
 )
 
 
@@ -25,17 +31,24 @@ def main() -> int:
     parser.add_argument('--seeds', type=int, default=20, help='how many (default: %(default)s)')
     parser.add_argument('--first', type=int, default=0, help='the first one (default: %(default)s)')
     parser.add_argument('--folder', type=Path, default=Path('out/missions'), help='default: %(default)s')
+    parser.add_argument('--resume', action='store_true', help='keep the figures that stand in the folder')
     options = parser.parse_args()
+    seeds = range(options.first, options.first + options.seeds)
+    if not options.resume:
+        for seed in seeds:
+            (options.folder / str(seed) / 'summary.json').unlink(missing_ok=True)
     print(f'{HEADER}\n{"|---" * (HEADER.count("|") - 1)}|', flush=True)
-    failures = {}
-    for seed in range(options.first, options.first + options.seeds):
-        fault = run(seed, options.folder)
+    summaries, failures = list[Summary](), dict[int, str]()
+    for seed in seeds:
+        fault = '' if read_summary(options.folder / str(seed)) else run(seed, options.folder)
         summary = read_summary(options.folder / str(seed))
         if summary is not None:
             print(row(summary), flush=True)
+            summaries.append(summary)
         if summary is None or not summary['success']:
             failures[seed] = fault if summary is None else reason(summary)
-    print(f'\n{options.seeds - len(failures)} of {options.seeds} succeeded.')
+    print_sums(summaries)
+    print(f'\n{len(seeds) - len(failures)} of {len(seeds)} succeeded.')
     for seed, why in failures.items():
         print(f'Seed {seed}: {why}')
     return 1 if failures else 0
@@ -43,39 +56,38 @@ def main() -> int:
 
 def run(seed: int, folder: Path) -> str:
     """Run one mission; return what it said last."""
-    place = folder / str(seed)
-    (place / 'summary.json').unlink(missing_ok=True)
-    command = [sys.executable, '-m', 'shirube_mission.commands.room', str(place), '--seed', str(seed)]
-    command += ['--building', str(folder / 'building')]
+    command = [sys.executable, '-m', 'shirube_mission.commands.room', str(folder / str(seed))]
+    command += ['--seed', str(seed), '--building', str(folder / 'building')]
     said = subprocess.run(command, check=False, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     return said.stdout.strip().rpartition('\n')[2]
 
 
-def read_summary(folder: Path) -> dict[str, Any] | None:
-    """Return the summary of a mission, None if it did not come to its end."""
+def read_summary(folder: Path) -> Summary | None:
+    """Return the summary of a mission, None where there is none."""
     path = folder / 'summary.json'
     if not path.exists():
         return None
-    summary: dict[str, Any] = json.loads(path.read_text())
+    summary: Summary = json.loads(path.read_text())
     return summary
 
 
-def reason(summary: dict[str, Any]) -> str:
+def reason(summary: Summary) -> str:
     """Return why a mission is no success."""
     bad = [str(number) for number, goal in enumerate(summary['goals'], start=1) if not goal['good']]
     touched = f'; {summary["collisions"]} collisions' if summary['collisions'] else ''
     return f'{summary["ended"]}{"; not good: goal " + ", ".join(bad) if bad else ""}{touched}'
 
 
-def row(summary: dict[str, Any]) -> str:
+def row(summary: Summary) -> str:
     """Return a mission's row of the table."""
-    goals, timing = summary['goals'], summary['timing']
+    goals, timing, fused = summary['goals'], summary['timing'], summary['poses']['pose_arbiter']
     cells = [
         str(summary['seed']),
         f'{sum(goal["good"] for goal in goals)} of 3',
         ' / '.join(f'{1e3 * goal["true_error"]:.1f}' for goal in goals),
         ' / '.join(f'{1e3 * goal["fused_error"]:.1f}' for goal in goals),
-        f'{1e3 * summary["poses"]["pose_arbiter"]["rmse"]:.1f}',
+        f'{1e3 * fused["rmse"]:.1f}' if fused['count'] else '–',
+        f'{1e3 * fused["worst"]:.1f}' if fused['count'] else '–',
         f'{1e3 * summary["least_clearance"]:.0f}',
         str(summary['collisions']),
         f'{summary["path_length"]:.1f}',
@@ -83,6 +95,36 @@ def row(summary: dict[str, Any]) -> str:
         f'{timing["start"]:.0f}, {timing["drive"]:.0f}',
     ]
     return f'| {" | ".join(cells)} |'
+
+
+def print_sums(summaries: Sequence[Summary]) -> None:
+    """Print median and worst of all missions that have figures."""
+    told = [summary for summary in summaries if summary['poses']['pose_arbiter']['count']]
+    if not told:
+        return
+
+    def line(name: str, of: Callable[[list[float]], float], least: Callable[[list[float]], float]) -> str:
+        goals = [goal for summary in told for goal in summary['goals']] or [
+            {'true_error': 0.0, 'fused_error': 0.0}
+        ]
+        fused = [summary['poses']['pose_arbiter'] for summary in told]
+        cells = [
+            name,
+            '',
+            *(f'{1e3 * of([goal[key] for goal in goals]):.1f}' for key in ('true_error', 'fused_error')),
+            *(f'{1e3 * of([pose[key] for pose in fused]):.1f}' for key in ('rmse', 'worst')),
+            f'{1e3 * least([summary["least_clearance"] for summary in told]):.0f}',
+            f'{of([summary["collisions"] for summary in told]):.0f}',
+            f'{of([summary["path_length"] for summary in told]):.1f}',
+            f'{of([summary["seconds"] for summary in told]):.0f}',
+            ', '.join(
+                f'{of([summary["timing"][key] for summary in told]):.0f}' for key in ('start', 'drive')
+            ),
+        ]
+        return f'| {" | ".join(cells)} |'
+
+    print(line('median', statistics.median, statistics.median))
+    print(line('worst', max, min))
 
 
 if __name__ == '__main__':

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import random
+
 import pytest
 from short_drive import (
     BEGIN,
@@ -24,6 +27,8 @@ from pose_arbiter.core.source_settings import SourceSettings
 from pose_arbiter.core.standing import Standing, standing_of
 from pose_arbiter.core.verdict import Verdict
 from shirube_geometry import PlanarPose
+
+ORIGIN = PlanarPose(0.0, 0.0, 0.0)
 
 
 def until(look, end):
@@ -186,3 +191,18 @@ def test_after_a_reset_nothing_is_known():
     assert not arbiter.counts()
     tell(arbiter, messages(0.2, [noisy(1)]))
     assert max(errors(arbiter, 0.2)) < 0.02
+
+
+@pytest.mark.parametrize('seed', [1, 2, 3])
+def test_an_exact_source_is_believed_although_the_heading_slips_as_the_settings_say(seed):
+    settings, rng = ArbiterSettings(), random.Random(seed)
+    arbiter, robot, odometry = new_arbiter(1, [SourceSettings(sigma_xy=1e-4, sigma_yaw=1e-4)]), ORIGIN, ORIGIN
+    step = 0.15 / 50.0  # slowly: what is by chance is the larger part of the error then
+    for k in range(2000):
+        slip = PlanarPose(0.0, 0.0, settings.turn_noise * math.sqrt(step) * rng.gauss(0.0, 1.0))
+        robot, odometry = robot @ PlanarPose(step, 0.0, 0.0), odometry @ PlanarPose(step, 0.0, 0.0) @ slip
+        stamp = BEGIN + k * SECOND // 50
+        tell(arbiter, [(stamp, ODOMETRY, odometry), *([(stamp, 0, robot)] if k % 5 == 0 else [])])
+    counts = arbiter.counts()
+    assert counts[0, Verdict.USED] >= 0.99 * 400
+    assert counts.get((0, Verdict.MOVES_OTHERWISE), 0) <= 4

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from threading import Lock
 from time import monotonic
 
@@ -47,6 +48,7 @@ class LockStep:
         sensors: MissionSensors,
         worker: RenderWorker,
         ears: MissionEars,
+        has_ended: Callable[[], bool] = lambda: False,
     ) -> None:
         """Prepare.
 
@@ -58,6 +60,7 @@ class LockStep:
             sensors: of the robot; the cheap ones are read here.
             worker: renders the others.
             ears: hear odometry.
+            has_ended: tells whether a node has; then no answer is waited for.
         """
         self.now = 0
         self.late_steps = 0
@@ -65,7 +68,7 @@ class LockStep:
         self.voice = MissionVoice(node)
         self._executor, self._controller, self._lock = executor, controller, lock
         self._sensors, self._worker, self._ears = sensors, worker, ears
-        self._questions = NodeQuestions(node, executor, lambda: False)
+        self._questions = NodeQuestions(node, executor, has_ended)
 
     def step(self) -> None:
         """Let one step of time pass.

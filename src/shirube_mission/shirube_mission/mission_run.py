@@ -12,27 +12,26 @@ from time import monotonic
 
 import numpy as np
 from domain_coordinator import domain_id
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import Executor
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
-from scene_simulator.disc_clearance import disc_clearance
-from scene_simulator.mission_layout import ROBOT_HEIGHT, ROBOT_RADIUS
 from scene_simulator.mission_sensors import MissionSensors
 from shirube_geometry import PlanarPose
 from shirube_mission.building_files import BuildingFiles
 from shirube_mission.lamp_programs import lamp_waveforms
 from shirube_mission.lock_step import LockStep
+from shirube_mission.mission import Mission
 from shirube_mission.mission_bag import MissionBag
 from shirube_mission.mission_ears import MissionEars
 from shirube_mission.mission_error import MissionError
-from shirube_mission.mission_record import GoalRecord, MissionRecord
+from shirube_mission.mission_record import MissionRecord
 from shirube_mission.mission_traces import MissionTraces
 from shirube_mission.node_parameters import NodeSetup, mission_nodes
 from shirube_mission.node_processes import NodeProcesses
 from shirube_mission.render_worker import RenderWorker
-from shirube_mission.sensor_schedule import CAMERAS, STEP_MS
+from shirube_mission.sensor_schedule import CAMERAS
 from shirube_mission.simulation_graph import simulation_graph
 from shirube_mission.stopwatch import Stopwatch
 from shirube_mission.trace_ears import ODOMETRY, TraceEars
@@ -40,11 +39,6 @@ from vlc_beacon.files.key_file import read_key
 
 _START_TIMEOUT = 600.0
 """Nodes load maps and, at the very first start, compile their loops [s]."""
-_FIRST_POSE, _GOAL_TIME = 10.0, 90.0
-"""Longest times until the first pose and from goal to goal, of the mission's time [s]."""
-_STANDS = 1.0
-"""A robot that has stood so long stands [s]."""
-_REACHED = 'goal reached'
 _WHEELS = 9
 
 
@@ -63,94 +57,6 @@ class RunOptions:
 
     record_to: Path | None = None
     launched: bool = False
-
-
-@dataclass
-class Mission:
-    """A mission that runs.
-
-    Attributes:
-        sensors: and the room.
-        controller: that moves the robot.
-        ears: what the nodes said.
-        steps: of time.
-        record: what became of it so far.
-        processes: of the nodes.
-        stopwatch: what the drive costs.
-    """
-
-    sensors: MissionSensors
-    controller: EmulatedController
-    ears: MissionEars
-    steps: LockStep
-    record: MissionRecord
-    processes: NodeProcesses
-    stopwatch: Stopwatch
-
-    def go(self, tell: Callable[[str], None]) -> None:
-        """Drive to all goals.
-
-        Args:
-            tell: is told what happens, a line each time.
-
-        Raises:
-            MissionError: a node has ended, or there is no pose.
-            ReplayError: a node does not answer.
-        """
-        self._until(lambda: len(self.ears.fused) > 0, _FIRST_POSE)
-        if not self.ears.fused:
-            raise MissionError(f'there is no fused pose after {_FIRST_POSE:g} s; see the logs of the nodes')
-        self._until(lambda: False, _STANDS)
-        for number, goal in enumerate(self.sensors.layout.goals, start=1):
-            given = self.steps.now
-            record = self._drive_to(goal)
-            self.record.goals.append(record)
-            self.record.legs.append((1e-3 * given, 1e-3 * self.steps.now))
-            tell(
-                f'goal {number} {"reached" if record.reached else "NOT reached"} after {record.seconds:.1f} s: true '
-                f'pose {1e3 * record.true_error:.1f} mm off, fused pose {1e3 * record.fused_error:.1f} mm'
-            )
-            if not record.reached:
-                self.record.ended = f'goal {number} was not reached: {self.ears.planner[1]}'
-                return
-        self.record.ended = 'all goals were reached'
-
-    def _drive_to(self, goal: PlanarPose) -> GoalRecord:
-        start = self.steps.now
-        self.steps.voice.send_to(start, goal)
-        stood = 0
-
-        def is_there() -> bool:
-            nonlocal stood
-            stood = stood + STEP_MS if self.controller.is_stopped else 0
-            heard, does = self.ears.planner
-            return does == _REACHED and heard > 1e-3 * start + 0.5 and stood >= 1e3 * _STANDS
-
-        reached = self._until(is_there, _GOAL_TIME)
-        truth = self.controller.T_world_base
-        fused = self.ears.fused[-1]
-        then = self.controller.pose_at(fused.time)
-        return GoalRecord(
-            reached,
-            1e-3 * (self.steps.now - start),
-            truth.distance_to(goal),
-            abs(truth.turn_to(goal)),
-            fused.pose.distance_to(then),
-        )
-
-    def _until(self, is_over: Callable[[], bool], seconds: float) -> bool:
-        """Let time pass until something is so; return whether it is, after so long at most [s]."""
-        end = self.steps.now + round(1e3 * seconds)
-        while self.steps.now < end:
-            self.steps.step()
-            self.processes.check()
-            pose = self.controller.T_world_base
-            room = disc_clearance(self.sensors.room.boxes, pose.x, pose.y, ROBOT_RADIUS, ROBOT_HEIGHT)
-            self.record.add_step(1e-3 * self.steps.now, pose, room)
-            self.stopwatch.look(1e-3 * self.steps.now)
-            if is_over():
-                return True
-        return False
 
 
 @dataclass(frozen=True)
@@ -186,8 +92,8 @@ def run_mission(
         what became of it.
 
     Raises:
-        MissionError: a node did not start, ended, or there is no pose.
-        ReplayError: a node does not answer.
+        MissionError: a node did not start.
+        ReplayError: a node does not answer from the beginning.
         BagError: the bag stands there already, or cannot be written.
     """
     began = monotonic()
@@ -201,7 +107,7 @@ def run_mission(
         worker = stack.enter_context(RenderWorker(seed, waveforms))
         node, executor = simulation_graph(stack, domain)
         ears, traces = MissionEars(node), TraceEars(node)
-        steps = LockStep(node, executor, controller, lock, sensors, worker, ears)
+        steps = LockStep(node, executor, controller, lock, sensors, worker, ears, processes.has_ended)
         bag = MissionBag(node, options.record_to, lambda: steps.now) if options.record_to else None
         mission = Mission(sensors, controller, ears, steps, record, processes, Stopwatch(processes, worker))
         _await_nodes(mission, executor)
@@ -272,7 +178,7 @@ def _controller(seed: int, start: PlanarPose) -> EmulatedController:
     return EmulatedController(settings, rng, start)
 
 
-def _await_nodes(mission: Mission, executor: SingleThreadedExecutor) -> None:
+def _await_nodes(mission: Mission, executor: Executor) -> None:
     """Wait until every node listens and answers.
 
     Raises:

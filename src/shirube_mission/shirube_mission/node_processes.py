@@ -75,12 +75,18 @@ class NodeProcesses:
                 self.exit_codes[name] = process.wait()
 
     def processor_times(self) -> dict[str, float]:
-        """Return how long each node that runs has worked so far [s], by name."""
+        """Return how long each node that still runs has worked so far [s], by name."""
         times = {}
         for name, process in self._running.items():
+            if process.poll() is not None:
+                continue
             fields = Path(f'/proc/{process.pid}/stat').read_text().rpartition(')')[2].split()
             times[name] = (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
         return times
+
+    def has_ended(self) -> bool:
+        """Return whether a node has ended, which none should."""
+        return any(process.poll() is not None for process in self._running.values())
 
     def check(self) -> None:
         """Raise if a node has ended.

@@ -62,7 +62,7 @@ def verdicts(*goals: GoalRecord, touch_at: float = math.inf) -> list[str]:
 @pytest.mark.parametrize('bad', [LATE, FAR, WRONG])
 def test_a_goal_outside_any_limit_is_shown_as_failed(bad):
     assert verdicts(GOOD, GOOD, GOOD) == ['pass', 'pass', 'pass']
-    assert verdicts(GOOD, bad) == ['pass', 'FAIL', 'FAIL']  # the last one was never given
+    assert verdicts(GOOD, bad) == ['pass', 'FAIL', 'FAIL']  # the mission never came to the last one
     shown = page(*mission(GOOD, bad, GOOD))
     assert 'class="failed"><strong>Failure' in shown
     assert 'goal 2' in shown.split('</strong>')[0]
@@ -91,7 +91,21 @@ def test_a_mission_without_map_and_without_goals_has_a_report(tmp_path):
     summary, traces = mission(GOOD)
     summary['goals'], summary['orders'] = [], []
     bare = MissionTraces(traces.layout, (), traces.truth, traces.clearance, traces.poses, [])
-    assert 'not given' in write_report(tmp_path, summary, bare).read_text()
+    assert 'not reached' in write_report(tmp_path, summary, bare).read_text()
+
+
+@pytest.mark.parametrize('steps', [1, 2, 12])
+def test_a_mission_that_broke_off_at_once_has_a_report_with_the_reason(tmp_path, steps):
+    summary, whole = mission(GOOD)
+    summary['goals'], summary['success'] = [], False
+    summary['ended'] = 'vlc_beacon ended with exit code -9'
+    nothing = {name: [] for name in ('pose_arbiter', 'odometry', 'vlc_beacon')}
+    broken = MissionTraces(
+        whole.layout, whole.boxes, whole.truth[:steps], whole.clearance[:steps], nothing, []
+    )
+    shown = write_report(tmp_path, summary, broken).read_text()
+    assert 'Failure: vlc_beacon ended with exit code -9' in shown
+    assert shown.count('>FAIL<') == 3
 
 
 def test_errors_are_those_of_the_time_of_the_pose():

@@ -33,3 +33,11 @@ def test_a_bad_parameter_shows_as_the_nodes_own_line(tmp_path):
     with nodes, pytest.raises(MissionError, match='motor_bridge ended with exit code 1'):
         check_until_it_ends(nodes)
     assert 'wheel_radius' in (tmp_path / 'motor_bridge.log').read_text()
+
+
+def test_a_node_that_has_ended_is_seen_and_works_no_more(tmp_path):
+    nodes = NodeProcesses([NodeSetup('no_such_package', {}, {})], tmp_path, 77)
+    with nodes:
+        while not nodes.has_ended():
+            time.sleep(0.05)
+        assert nodes.processor_times() == {}

@@ -14,11 +14,12 @@ from typing import Protocol, Self, runtime_checkable
 import rclpy
 from rclpy._rclpy_pybind11 import InvalidHandle, RCLError
 from rclpy.exceptions import NameValidationException, ParameterException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import Executor, ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos_overriding_options import InvalidQosOverridesError
 from rclpy.signals import SignalHandlerOptions
 
+from shirube_ros.node_executor import node_executor
 from shirube_settings import SettingsError
 
 # What a user can get wrong on the command line, in a parameter file or in the files that parameters name.
@@ -105,7 +106,7 @@ class _EndSignals:
 
 
 @contextmanager
-def _woken_by_signals(executor: SingleThreadedExecutor) -> Iterator[None]:
+def _woken_by_signals(executor: Executor) -> Iterator[None]:
     """Let a signal end the executor's wait, after which Python calls the handler."""
     heard, told = socket.socketpair()
     told.setblocking(False)
@@ -129,7 +130,7 @@ def _woken_by_signals(executor: SingleThreadedExecutor) -> Iterator[None]:
 def _spin(node: Node, signals: _EndSignals) -> None:
     signals.may_interrupt = False
     try:
-        executor = SingleThreadedExecutor()
+        executor = node_executor()
         executor.add_node(node)
         with _woken_by_signals(executor):
             while not signals.received and rclpy.ok():

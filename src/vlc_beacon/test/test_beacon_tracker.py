@@ -9,6 +9,7 @@ from shirube_geometry import PlanarPose, wrap_angle
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_tracker import LOST_IMAGES, BeaconTracker
 from vlc_beacon.core.pose.known_states import KnownStates
+from vlc_beacon.core.pose.odometry_settings import OdometrySettings
 from vlc_beacon.core.pose.pose_fix import BeaconFix, DoubtKind, NoBeaconFix
 
 STEP = 0.4 / 20.0
@@ -48,6 +49,48 @@ def test_one_lamp_and_odometry_carry_on_over_gaps(seed):
         normalised.append(error @ np.linalg.solve(fix.covariance[:2, :2], error) / 2.0)
     assert max(errors) < 0.03
     assert np.mean(normalised) < 1.5
+
+
+@pytest.mark.parametrize('seed', [1, 2, 3])
+def test_errors_behind_slipping_wheels_are_as_large_as_the_covariance_says(seed):
+    rng = np.random.default_rng(seed)
+    settings = OdometrySettings(slip=0.004, turn_slip=0.035)
+    tracker = BeaconTracker(BEACONS, MOUNT, odometry_settings=settings)
+    odometry, before, normalised = PlanarPose(0.0, 0.0, 0.0), None, []
+    for k, (pose, _) in enumerate(drive(900, seed)):
+        motion = PlanarPose(0.0, 0.0, 0.0) if before is None else before.inverse() @ pose
+        before = pose
+        # Wheels 0.2 m apart slip by 5 mm after a metre, each by itself.
+        left, right = 0.005 * math.sqrt(STEP) * rng.normal(size=2)
+        slip = PlanarPose(0.5 * (left + right), 0.0, (right - left) / 0.2)
+        odometry = odometry @ (motion @ slip)
+        tracker.add_odometry(odometry)
+        hung = BEACONS[k // 120 % 4 :][:2] if k // 40 % 2 == 0 else []
+        fix = tracker.track(rays_of(tracker, pose, hung, rng))
+        if isinstance(fix, BeaconFix):
+            error = np.array(
+                [
+                    fix.T_map_base.x - pose.x,
+                    fix.T_map_base.y - pose.y,
+                    wrap_angle(fix.T_map_base.yaw - pose.yaw),
+                ]
+            )
+            normalised.append(error @ np.linalg.solve(fix.planar_covariance, error) / 3.0)
+    assert len(normalised) > 700
+    assert np.mean(normalised) < 1.5
+
+
+def test_a_pose_is_not_carried_on_for_ever_by_wheels_that_are_trusted():
+    rng = np.random.default_rng(8)
+    settings = OdometrySettings(gap_way=0.5)
+    tracker, way = BeaconTracker(BEACONS, MOUNT, odometry_settings=settings), 0.0
+    last = None
+    for k, (pose, odometry) in enumerate(drive(120)):
+        tracker.add_odometry(odometry)
+        fix = tracker.track(rays_of(tracker, pose, BEACONS if k < 20 or k == 119 else [], rng))
+        way = 0.0 if k < 20 or last is None else way + SCALE * STEP + 0.3 * abs(last.turn_to(odometry))
+        last = odometry
+        assert isinstance(fix, BeaconFix) == (way <= 0.5 or k == 119)
 
 
 def test_one_noisy_image_does_not_throw_the_pose_about():

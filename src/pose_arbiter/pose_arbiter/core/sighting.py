@@ -52,7 +52,11 @@ def sighting_of(observation: Observation, mark: OdometryMark) -> Sighting:
 
 
 def same_robot(a: Sighting, b: Sighting, gate: float, settings: ArbiterSettings) -> bool:
-    """Return whether b is where odometry takes a, as far as their variances and lasting errors of odometry allow."""
+    """Return whether b is where odometry takes a, as far as their variances and the errors of odometry allow.
+
+    Of the heading of odometry both count: the error that lasts, and that by chance, which is larger on a short way. Of
+    its way the lasting one is the larger one, and a source that stands still while the robot creeps must be seen.
+    """
     if b.mark.stamp < a.mark.stamp:
         a, b = b, a
     motion = motion_between(a.mark, b.mark)
@@ -64,7 +68,7 @@ def same_robot(a: Sighting, b: Sighting, gate: float, settings: ArbiterSettings)
     chord2 = motion.x * motion.x + motion.y * motion.y
     swept = settings.way_bias * (motion.way + motion.turn)
     turn_var = swept * swept + (settings.drift_turn_rate * motion.blind) ** 2
-    var_yaw = a.var_yaw + b.var_yaw + settings.slack_yaw**2 + turn_var
+    var_yaw = a.var_yaw + b.var_yaw + settings.slack_yaw**2 + turn_var + motion.covariance[5]
     var_xy = (
         a.var_xy
         + b.var_xy

@@ -91,11 +91,11 @@ def verdict_sentence(summary: Mapping[str, Any]) -> str:
 
 
 def goal_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
-    """Return the table of all goals, those that were never given included."""
+    """Return the table of all goals, also of those that a mission which ended early did not come to."""
     rows = []
     for number in range(len(traces.layout.goals)):
         if number >= len(summary['goals']):
-            rows.append([f'goal {number + 1}', 'not given', *['–'] * 6, 'FAIL'])
+            rows.append([f'goal {number + 1}', 'not reached', *['–'] * 6, 'FAIL'])
             continue
         goal = summary['goals'][number]
         room = _clearance_during(traces, traces.legs[number])

@@ -67,7 +67,8 @@ def draw_trust(path: Path, traces: MissionTraces) -> None:
             for axes in rows
             for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
         }
-        figure.legend(handles.values(), handles.keys(), loc='outside right upper', fontsize='small')
+        if handles:
+            figure.legend(handles.values(), handles.keys(), loc='outside right upper', fontsize='small')
 
 
 def _draw_bars(axes: Axes, traces: MissionTraces, source: str, colours: dict[str, str]) -> None:
@@ -141,4 +142,4 @@ def _finish(axes: Axes, traces: MissionTraces) -> None:
     shade_zones(axes, as_array(traces.truth))
     mark_goals(axes, [end for _, end in traces.legs])
     axes.grid(alpha=0.3)
-    axes.set_xlim(0.0, traces.truth[-1][0])
+    axes.set_xlim(0.0, max(traces.truth[-1][0], 1.0))

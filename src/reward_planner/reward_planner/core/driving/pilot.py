@@ -225,7 +225,9 @@ class Pilot:
         rim = self._modes[0].robot_radius
         reach = max(settings.lookahead, 2.0 * self._ramp.braking_distance())
         free, clearance = free_ahead(area, robot, rim + _EDGE * area.frame.resolution, reach)
-        to_goal = length_of(keeper.points_map) + math.hypot(*(keeper.points_map[0] - (robot.x, robot.y)))
+        # The first point is the nearest one, which may lie behind; the next one lies ahead.
+        ahead = keeper.points_map[min(1, len(keeper.points_map) - 1) :]
+        to_goal = length_of(ahead) + math.hypot(*(ahead[0] - (robot.x, robot.y)))
         return min(
             self.orders.speed,
             speed_near_obstacles(clearance - rim, settings),

@@ -8,7 +8,8 @@ from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.velocity_ramp import Velocity
 
 _STEER_TIME = 0.4  # deviations of the heading are made up for in about this time [s]
-_BRAKE_SHARE = 0.5  # of the acceleration is used to stop in time; the pose is a little old
+_BRAKE_SHARE = 0.5  # of the acceleration is used to stop in time
+_RESPONSE = 0.15  # from a pose, a little old, until the wheels do what was made of it [s]
 _DRIVE_WITHIN = 0.6  # with a larger deviation the robot turns on the spot [rad]
 _SLOWEST_SHARE = 0.25  # of the greatest speed, close to obstacles
 _SLOWEST = 0.1  # fast enough there for any robot [m/s]
@@ -36,7 +37,7 @@ def drive_towards(bearing: float, speed: float, settings: DrivingSettings) -> Ve
 def speed_for_stop(distance: float, settings: DrivingSettings) -> float:
     """Return the speed from which the robot can stop within a distance [m]: [m/s]."""
     acceleration = _BRAKE_SHARE * settings.max_linear_acceleration
-    delay = settings.max_linear_acceleration / settings.max_linear_jerk
+    delay = settings.max_linear_acceleration / settings.max_linear_jerk + _RESPONSE
     # v delay + v^2 / (2 a) = distance
     return acceleration * (math.sqrt(delay**2 + 2.0 * max(distance, 0.0) / acceleration) - delay)
 

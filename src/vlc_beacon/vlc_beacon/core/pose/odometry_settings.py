@@ -9,7 +9,12 @@ from shirube_settings import setting
 
 @dataclass(frozen=True)
 class OdometrySettings:
-    """Errors of the odometry, which the filter learns while lamps are in view."""
+    """Errors of the odometry, and how long it bridges gaps between lamps.
+
+    The lasting errors are learned while lamps are in view. The random ones are those of good wheels far apart; wheels
+    that slip by s after a metre, b apart, turn a robot by s sqrt(2) / b. Stated too small, they make each pose after a
+    gap surer than it is.
+    """
 
     scale_error: float = setting(
         0.02, 'lasting error of the way and of turns, as a share', minimum=0.0, maximum=0.5
@@ -36,4 +41,11 @@ class OdometrySettings:
     )
     position_sigma_max: float = setting(
         0.3, 'a pose that is less certain than this is given up', unit='m', minimum=0.01, maximum=10.0
+    )
+    gap_way: float = setting(
+        3.0,
+        'a pose that was carried on so far without a lamp is given up; a turn by a radian counts as 0.3 m',
+        unit='m',
+        minimum=0.0,
+        maximum=1000.0,
     )

@@ -61,6 +61,7 @@ class PoseFilter:
         self._P[range(4, 7), range(4, 7)] = self._lasting
         self._height_walk = HEIGHT_WALK if covariance[2, 2] > 0.0 else 0.0
         self._way = math.inf
+        self._gap_way = 0.0
         self._place_way = 0.0
         self._place_images = 0
         self._place_lamps: set[int] = set()
@@ -87,9 +88,10 @@ class PoseFilter:
 
     @property
     def is_certain(self) -> bool:
-        """Whether the position is known as well as the settings ask for."""
+        """Whether the position is known as well as the settings ask for, and not by the wheels for too long."""
         spread = float(np.linalg.eigvalsh(self._P[:2, :2])[-1])
-        return math.sqrt(max(spread, 0.0)) <= self._settings.position_sigma_max
+        is_known = math.sqrt(max(spread, 0.0)) <= self._settings.position_sigma_max
+        return is_known and self._gap_way <= self._settings.gap_way
 
     def expected(self) -> ExpectedPose:
         """Return where the robot is, for `BeaconLocator.locate`."""
@@ -100,7 +102,9 @@ class PoseFilter:
         """Take the robot's motion since the last call from the odometry, in the base frame of before."""
         way = math.hypot(T_before_after.x, T_before_after.y)
         turn = T_before_after.yaw
-        self._way += way + TURN_WAY * abs(turn)
+        moved = way + TURN_WAY * abs(turn)
+        self._way += moved
+        self._gap_way += moved
         self._place_way += way
         scale, turn_scale, way_turn = self._state[WAY_SCALE:]
         step = np.array([T_before_after.x, T_before_after.y])
@@ -141,7 +145,7 @@ class PoseFilter:
         if fitting.any():
             fitted = rays.subset(fitting)
             self._update(fitted, lamps[fitting], camera, self._correlated(set(fitted.ids.tolist())))
-            self._way = 0.0
+            self._way = self._gap_way = 0.0
         return fitting
 
     def _correlated(self, lamps: set[int]) -> float:

@@ -1,0 +1,28 @@
+"""Which demo is run, and that its exit code is handed on."""
+
+import pytest
+
+from shirube_cli import demo, floor_demo, mission_demo
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'wanted'), [([], 'mission'), (['mission'], 'mission'), (['floor'], 'floor')]
+)
+@pytest.mark.parametrize('code', [0, 1])
+def test_the_mission_is_the_demo_unless_the_floor_is_asked_for(
+    arguments, wanted, code, monkeypatch, tmp_path
+):
+    ran = []
+
+    def stand_in(name):
+        return lambda root, folder: ran.append((name, root, folder)) or code
+
+    monkeypatch.setattr(demo, 'find_root', lambda: tmp_path)
+    monkeypatch.setattr(demo, 'build_workspace', lambda root: None)
+    monkeypatch.setattr(mission_demo, 'demo_mission', stand_in('mission'))
+    monkeypatch.setattr(floor_demo, 'demo_floor', stand_in('floor'))
+    (tmp_path / 'out' / 'demo').mkdir(parents=True)
+    (tmp_path / 'out' / 'demo' / 'report.html').write_text('of an earlier run')
+    assert demo.demo(arguments) == code
+    assert ran == [(wanted, tmp_path, tmp_path / 'out' / 'demo')]
+    assert list((tmp_path / 'out' / 'demo').iterdir()) == []

@@ -1,0 +1,122 @@
+"""A mission that runs: from goal to goal, step by step, until all are reached or something goes wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from motor_bridge.emulator.emulated_controller import EmulatedController
+from scene_simulator.disc_clearance import disc_clearance
+from scene_simulator.mission_layout import ROBOT_HEIGHT, ROBOT_RADIUS
+from scene_simulator.mission_sensors import MissionSensors
+from shirube_bags.errors import ReplayError
+from shirube_geometry import PlanarPose
+from shirube_mission.lock_step import LockStep
+from shirube_mission.mission_ears import MissionEars
+from shirube_mission.mission_error import MissionError
+from shirube_mission.mission_record import GoalRecord, MissionRecord
+from shirube_mission.node_processes import NodeProcesses
+from shirube_mission.sensor_schedule import STEP_MS
+from shirube_mission.stopwatch import Stopwatch
+
+_FIRST_POSE, _GOAL_TIME = 10.0, 90.0
+"""Longest times until the first pose and from goal to goal, of the mission's time [s]."""
+_STANDS = 1.0
+"""A robot that has stood so long stands [s]."""
+_REACHED = 'goal reached'
+
+
+@dataclass
+class Mission:
+    """A mission that runs.
+
+    Attributes:
+        sensors: and the room.
+        controller: that moves the robot.
+        ears: what the nodes said.
+        steps: of time.
+        record: what became of it so far.
+        processes: of the nodes.
+        stopwatch: what the drive costs.
+    """
+
+    sensors: MissionSensors
+    controller: EmulatedController
+    ears: MissionEars
+    steps: LockStep
+    record: MissionRecord
+    processes: NodeProcesses
+    stopwatch: Stopwatch
+
+    def go(self, tell: Callable[[str], None]) -> None:
+        """Drive to all goals; a node that ends or hangs ends the drive, and the record says why.
+
+        Args:
+            tell: is told what happens, a line each time.
+
+        Raises:
+            MissionError: a node has ended before the first step.
+            ReplayError: a node does not answer from the beginning.
+        """
+        try:
+            self._visit_goals(tell)
+        except (MissionError, ReplayError) as fault:
+            if not self.record.track:
+                raise
+            self.record.ended = str(fault)
+
+    def _visit_goals(self, tell: Callable[[str], None]) -> None:
+        self._until(lambda: len(self.ears.fused) > 0, _FIRST_POSE)
+        if not self.ears.fused:
+            raise MissionError(f'there is no fused pose after {_FIRST_POSE:g} s; see the logs of the nodes')
+        self._until(lambda: False, _STANDS)
+        for number, goal in enumerate(self.sensors.layout.goals, start=1):
+            given = self.steps.now
+            record = self._drive_to(goal)
+            self.record.goals.append(record)
+            self.record.legs.append((1e-3 * given, 1e-3 * self.steps.now))
+            tell(
+                f'goal {number} {"reached" if record.reached else "NOT reached"} after {record.seconds:.1f} s: true '
+                f'pose {1e3 * record.true_error:.1f} mm off, fused pose {1e3 * record.fused_error:.1f} mm'
+            )
+            if not record.reached:
+                self.record.ended = f'goal {number} was not reached: {self.ears.planner[1]}'
+                return
+        self.record.ended = 'all goals were reached'
+
+    def _drive_to(self, goal: PlanarPose) -> GoalRecord:
+        start = self.steps.now
+        self.steps.voice.send_to(start, goal)
+        stood = 0
+
+        def is_there() -> bool:
+            nonlocal stood
+            stood = stood + STEP_MS if self.controller.is_stopped else 0
+            heard, does = self.ears.planner
+            return does == _REACHED and heard > 1e-3 * start + 0.5 and stood >= 1e3 * _STANDS
+
+        reached = self._until(is_there, _GOAL_TIME)
+        truth = self.controller.T_world_base
+        fused = self.ears.fused[-1]
+        then = self.controller.pose_at(fused.time)
+        return GoalRecord(
+            reached,
+            1e-3 * (self.steps.now - start),
+            truth.distance_to(goal),
+            abs(truth.turn_to(goal)),
+            fused.pose.distance_to(then),
+        )
+
+    def _until(self, is_over: Callable[[], bool], seconds: float) -> bool:
+        """Let time pass until something is so; return whether it is, after so long at most [s]."""
+        end = self.steps.now + round(1e3 * seconds)
+        while self.steps.now < end:
+            self.steps.step()
+            self.processes.check()
+            pose = self.controller.T_world_base
+            room = disc_clearance(self.sensors.room.boxes, pose.x, pose.y, ROBOT_RADIUS, ROBOT_HEIGHT)
+            self.record.add_step(1e-3 * self.steps.now, pose, room)
+            self.stopwatch.look(1e-3 * self.steps.now)
+            if is_over():
+                return True
+        return False

@@ -1,0 +1,87 @@
+"""A mission that breaks off keeps what was driven until then, with the reason."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motor_bridge.emulator.emulated_controller import EmulatedController
+from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from scene_simulator.mission_sensors import MissionSensors
+from shirube_bags.errors import ReplayError
+from shirube_geometry import PlanarPose
+from shirube_mission.mission import Mission
+from shirube_mission.mission_ears import StampedPose
+from shirube_mission.mission_error import MissionError
+from shirube_mission.mission_record import MissionRecord
+from shirube_mission.sensor_schedule import STEP_MS
+
+SEED = 3
+
+
+class Ears:
+    """Hears a fused pose from the beginning, and of no goal reached."""
+
+    fused = (StampedPose(0.0, PlanarPose(0.0, 0.0, 0.0)),)
+    planner = (0.0, 'on the way')
+
+
+class Steps:
+    """Lets time pass for so many steps, then a node does not answer."""
+
+    def __init__(self, count: int) -> None:
+        self.now, self.left = 0, count
+        self.voice = self
+
+    def step(self) -> None:
+        if self.left == 0:
+            raise ReplayError('/vlc_beacon has not answered for 60 s; look whether it hangs')
+        self.left -= 1
+        self.now += STEP_MS
+
+    def send_to(self, now: int, goal: PlanarPose) -> None:
+        """Take a goal."""
+
+
+class Processes:
+    """Of which one ends after so many looks."""
+
+    def __init__(self, count: int) -> None:
+        self.left = count
+
+    def check(self) -> None:
+        if self.left == 0:
+            raise MissionError('vlc_beacon ended with exit code -9; see vlc_beacon.log')
+        self.left -= 1
+
+
+class Watch:
+    """Does not look."""
+
+    def look(self, now: float) -> None:
+        """Take the time."""
+
+
+def mission(steps: int, looks: int) -> Mission:
+    sensors = MissionSensors(SEED, {})
+    controller = EmulatedController(EmulatorSettings(), np.random.default_rng(0), sensors.layout.start)
+    record = MissionRecord(SEED)
+    return Mission(sensors, controller, Ears(), Steps(steps), record, Processes(looks), Watch())
+
+
+@pytest.mark.parametrize(
+    ('steps', 'looks', 'reason'), [(70, 500, 'has not answered'), (500, 70, 'ended with exit code -9')]
+)
+def test_a_node_that_hangs_or_ends_leaves_a_record_with_the_reason(steps, looks, reason):
+    broken = mission(steps, looks)
+    broken.go(print)
+    assert reason in broken.record.ended
+    assert 'vlc_beacon' in broken.record.ended
+    assert len(broken.record.track) == 70
+    assert not broken.record.succeeded(3)
+
+
+@pytest.mark.parametrize(('steps', 'looks'), [(0, 500), (500, 0)])
+def test_before_the_first_step_there_is_nothing_to_tell_of(steps, looks):
+    with pytest.raises((MissionError, ReplayError)):
+        mission(steps, looks).go(print)

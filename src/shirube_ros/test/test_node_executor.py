@@ -1,0 +1,88 @@
+"""Either executor: a node's callbacks run in the order of what came, also timers of simulated time; faults come out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+
+import pytest
+import rclpy
+from domain_coordinator import domain_id
+from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Int32, String
+
+from shirube_ros import node_executor
+
+Graph = tuple[rclpy.Context, Executor]
+
+
+@pytest.fixture(params=['events', 'wait sets'])
+def graph(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Graph]:
+    """Return a context and the executor: that of this rclpy, and the one for an rclpy without it."""
+    if request.param == 'wait sets':
+        monkeypatch.setattr(node_executor, 'EventsExecutor', None)
+    with ExitStack() as stack:
+        context = rclpy.Context()
+        rclpy.init(context=context, domain_id=stack.enter_context(domain_id()))
+        stack.callback(context.try_shutdown)
+        executor = node_executor.node_executor(context)
+        assert isinstance(executor, SingleThreadedExecutor) == (request.param == 'wait sets')
+        stack.callback(executor.shutdown)
+        yield context, executor
+
+
+def test_messages_and_timers_of_simulated_time_are_worked_off(graph: Graph) -> None:
+    context, executor = graph
+    node = Node('hearer', context=context, parameter_overrides=[Parameter('use_sim_time', value=True)])
+    heard: list[object] = []
+    node.create_subscription(Int32, 'number', lambda message: heard.append(message.data), 10)
+    ticks: list[int] = []
+    node.create_timer(0.1, lambda: ticks.append(node.get_clock().now().nanoseconds))
+    speaker = Node('speaker', context=context)
+    numbers, clock = (
+        speaker.create_publisher(Int32, 'number', 10),
+        speaker.create_publisher(Clock, '/clock', 10),
+    )
+    executor.add_node(node)
+    executor.add_node(speaker)
+
+    def spin_until(count: int) -> None:
+        for _ in range(200):
+            if len(heard) >= count:
+                return
+            executor.spin_once(timeout_sec=0.05)
+        raise AssertionError(f'{heard} came, not {count}')
+
+    while numbers.get_subscription_count() == 0 or clock.get_subscription_count() < 1:
+        executor.spin_once(timeout_sec=0.05)
+    for k in range(40):
+        clock.publish(Clock(clock=rclpy.time.Time(nanoseconds=50_000_000 * (k + 1)).to_msg()))
+        numbers.publish(Int32(data=k))
+        spin_until(k + 1)
+    assert heard == list(range(40))
+    assert 17 <= len(ticks) <= 20
+    node.destroy_node()
+    speaker.destroy_node()
+
+
+def spin(executor: Executor) -> None:
+    for _ in range(100):
+        executor.spin_once(timeout_sec=0.1)
+
+
+def test_a_fault_in_a_callback_comes_out(graph: Graph) -> None:
+    context, executor = graph
+    node = Node('faulty', context=context)
+
+    def fail() -> None:
+        raise ZeroDivisionError('a mistake')
+
+    node.create_timer(0.01, fail)
+    node.create_subscription(String, 'words', lambda message: None, 10)
+    executor.add_node(node)
+    with pytest.raises(ZeroDivisionError):
+        spin(executor)
+    node.destroy_node()
