@@ -12,7 +12,7 @@ def bridge_status(talk: Conversation, now: float, drivers: int) -> Status:
 
     Args:
         talk: the conversation with the controller.
-        now: the time [s].
+        now: the time [s]; 0 while simulated time has not begun.
         drivers: number of nodes that publish velocities.
     """
     report = talk.report
@@ -21,7 +21,9 @@ def bridge_status(talk: Conversation, now: float, drivers: int) -> Status:
         is_stopped, is_silent = talk.drive.is_stopped, talk.drive.is_silent(now)
         verdicts = dict(talk.odometry.verdicts)
     level, message = Level.OK, 'drives'
-    if not report.is_connected:
+    if now <= 0.0:
+        level, message = Level.WARN, 'waits for /clock; publish it, or set use_sim_time to false'
+    elif not report.is_connected:
         level, message = Level.ERROR, report.state
     elif is_stopped:
         level, message = Level.WARN, 'stopped by estop'
@@ -34,6 +36,6 @@ def bridge_status(talk: Conversation, now: float, drivers: int) -> Status:
         'turn rate [rad/s]': f'{velocity.turn_rate:.3f}',
         'connections': str(report.connections),
     }
-    values |= {kind: str(number) for kind, number in report.faults.items()}
+    values |= {kind: str(number) for kind, number in dict(report.faults).items()}
     values |= {f'counts {verdict.value}': str(verdicts.get(verdict, 0)) for verdict in CountVerdict}
     return Status(level, message, values)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from threading import Event, Thread
 from typing import Protocol
 
@@ -46,8 +46,7 @@ class MotorLoop:
         """
         self._open_line, self._setup, self._now = open_line, setup, now
         self._talk = conversation
-        self._wake, self._over = Event(), Event()
-        self._is_cycle = False
+        self._wake, self._over, self._cycle_due = Event(), Event(), Event()
         self._thread = Thread(target=self._run, name='motor loop', daemon=True)
 
     def start(self) -> None:
@@ -75,7 +74,7 @@ class MotorLoop:
 
     def cycle(self) -> None:
         """Let the speeds be sent and the encoders be read now."""
-        self._is_cycle = True
+        self._cycle_due.set()
         self._wake.set()
 
     def _run(self) -> None:
@@ -96,12 +95,16 @@ class MotorLoop:
             self._over.wait(pause)
 
     def _serve(self, link: ControllerLink) -> None:
-        """Work with an open line until it is gone or all is over."""
-        self._talk.meet(link, self._over)
-        while not self._over.is_set():
-            self._wake.wait()
-            self._wake.clear()
-            is_cycle, self._is_cycle = self._is_cycle, False
-            if not self._talk.step(link, self._over, is_cycle=is_cycle):
-                self.cycle()
-        link.stop()
+        """Work with an open line until it is gone or all is over; whatever ends it, the motors are stopped."""
+        try:
+            self._talk.meet(link, self._over)
+            while not self._over.is_set():
+                self._wake.wait()
+                self._wake.clear()
+                is_cycle = self._cycle_due.is_set()
+                self._cycle_due.clear()
+                if not self._talk.step(link, self._over, is_cycle=is_cycle):
+                    self.cycle()
+        finally:
+            with suppress(PortError, LinkError):
+                link.leave()

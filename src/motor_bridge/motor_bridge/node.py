@@ -72,6 +72,8 @@ class MotorBridgeNode(Node):
         refuse_misspelled_parameters(self)
         if not self._settings.port:
             raise MotorBridgeError('port is empty; set it to the serial port of the motor controller')
+        if self._settings.odom_frame == self._settings.base_frame:
+            raise MotorBridgeError('odom_frame and base_frame are the same; give each its own name')
         self._timeout = drive.cmd_vel_timeout
         self._is_simulated = bool(self.get_parameter('use_sim_time').value)
         self._guard = MessageGuard(self, (MotorBridgeError,))

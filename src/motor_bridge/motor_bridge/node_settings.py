@@ -18,13 +18,13 @@ class NodeSettings:
         'the controller is silent when no reply came for so long; always wall-clock time',
         unit='s',
         minimum=0.005,
-        maximum=5.0,
+        maximum=1.0,
     )
     update_rate: float = setting(
         30.0,
         'how often speeds are sent, encoders read and odometry published',
         unit='Hz',
-        minimum=1.0,
+        minimum=5.0,
         maximum=200.0,
     )
     stamped: bool = setting(True, 'whether cmd_vel is TwistStamped; else it is Twist')

@@ -18,6 +18,18 @@ from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
 CONFIG = Path(__file__).resolve().parents[3] / 'config' / 'motor_bridge.yaml'
 
 
+MANY_NODES = """\
+motor_bridge:
+  ros__parameters:
+    wheel_radius: 0.033  # m
+
+# of the wheels' distance
+    wheel_separation: 0.2
+another:
+  ros__parameters:
+    wheel_radius: 9.0"""
+
+
 @pytest.fixture
 def params(tmp_path):
     return Path(shutil.copy(CONFIG, tmp_path / 'robot.yaml'))
@@ -48,6 +60,17 @@ def test_values_that_stood_nowhere_are_added_and_the_source_can_stay(tmp_path):
     assert 'wheel_radius' not in source.read_text()
 
 
+def test_other_nodes_in_the_file_keep_their_wheels(tmp_path):
+    path, other = tmp_path / 'robot.yaml', 'other_driver:\n  ros__parameters:\n    wheel_radius: 9.0\n'
+    for text in (f'{other}motor_bridge:\n  ros__parameters:\n    port: /dev/x\n{other}', MANY_NODES):
+        path.write_text(text)
+        numbers = ['--straight', '1.0', '1.1', '--turn', '360', '360']
+        assert calibrate.main(['--params', str(path), *numbers]) == 0
+        assert wheels(path) == pytest.approx((0.0363, 0.22), rel=1e-4)
+        assert path.read_text().count('wheel_radius: 9.0') == text.count('wheel_radius: 9.0')
+        assert path.read_text().count('wheel_') == text.count('wheel_') + (2 if text != MANY_NODES else 0)
+
+
 def test_a_pushed_robot_is_measured(params, monkeypatch):
     true = EmulatorSettings(wheel_radius=0.04, wheel_separation=0.3, encoder_noise=0.0)
     controller = EmulatedController(true, np.random.default_rng(0))
@@ -75,6 +98,7 @@ def test_a_pushed_robot_is_measured(params, monkeypatch):
         (['--straight', '2', '2'], 'give at least one straight and one turn'),
         (['--straight', '2', '90', '--turn', '360', '360'], 'wheel_radius comes out as'),
         (['--port', '/no/such/port'], '/no/such/port does not exist'),
+        (['--port', '/no/such/port', '--turn', '1', '1'], '--port measures anew'),
     ],
 )
 def test_bad_measures_are_one_line_and_change_nothing(params, capsys, arguments, words):
@@ -92,6 +116,7 @@ def test_bad_measures_are_one_line_and_change_nothing(params, capsys, arguments,
         ('a: [', 'robot.yaml: is no YAML'),
         ('other: {}', 'holds no motor_bridge: ros__parameters:'),
         ('motor_bridge: {ros__parameters: {wheel_radius: -1.0}}', 'setting wheel_radius is -1.0'),
+        ('motor_bridge: {ros__parameters: {wheel_radius: 0.03}}', 'on lines of their own'),
     ],
 )
 def test_bad_files_are_one_line(tmp_path, capsys, content, words):

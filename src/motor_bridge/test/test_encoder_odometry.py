@@ -92,6 +92,15 @@ def test_two_different_wrong_counts_are_refused_and_the_next_good_ones_bring_all
     assert wheels.way == pytest.approx(480)
 
 
+def test_wrong_counts_a_few_times_too_far_apart_do_not_confirm_each_other():
+    wheels = Wheels(50_000)
+    wheels.drive(0, 0, 5)
+    wheels.now += FRAME
+    assert wheels.take((100, 0)) is CountVerdict.ASK_AGAIN
+    assert wheels.take((160, 0), 0.002) is CountVerdict.REFUSED
+    assert wheels.way == 0.0
+
+
 def test_a_robot_that_is_pushed_is_believed_at_the_second_time():
     wheels = Wheels()
     wheels.drive(0, 0, 5)

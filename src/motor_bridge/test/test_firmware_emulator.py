@@ -66,8 +66,16 @@ def test_a_fault_is_ordered_by_a_line_and_a_wrong_line_ends_nothing(tmp_path: Pa
         assert program.poll() is None
 
 
+def test_a_file_is_not_replaced_by_a_link(tmp_path: Path, capsys) -> None:
+    path = tmp_path / 'notes'
+    path.write_text('mine')
+    assert main(['--link', str(path)]) == 1
+    assert 'is there already and is no link' in capsys.readouterr().err
+    assert path.read_text() == 'mine'
+
+
 def test_a_link_that_cannot_be_made_is_one_line(tmp_path: Path, capsys) -> None:
     assert main(['--link', str(tmp_path / 'no folder' / 'tty')]) == 1
     told = capsys.readouterr().err
-    assert told.startswith('firmware_emulator: ')
+    assert told.startswith(f'firmware_emulator: {tmp_path / "no folder"}')
     assert told.count('\n') == 1

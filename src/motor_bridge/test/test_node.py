@@ -72,6 +72,13 @@ def test_the_robot_stands_when_the_node_ends(robot):
     assert robot.controller._firmware.pwm == (0, 0)
 
 
+def test_the_robot_stands_when_the_node_ends_though_the_line_lost_the_end_of_a_command(robot):
+    robot.drive(1.5, 0.3)
+    robot.fault('lost_cr', 1)
+    robot.node.stop()
+    assert robot.controller._firmware.pwm == (0, 0)
+
+
 @pytest.mark.parametrize('fault', [('garbage', 3), ('wrong', 5), ('lost_cr', 1), ('silence', 0.3)])
 def test_the_robot_goes_on_after_a_fault_and_odometry_stays_right(robot, fault):
     robot.drive(1.0, 0.2, 0.3)
@@ -147,6 +154,7 @@ def test_unstamped_velocities_are_taken_when_set(graph, tmp_path):
     [
         (math.nan, 0.0, 'cmd_vel holds a velocity that is not finite'),
         (math.inf, 0.0, 'cmd_vel holds a velocity that is not finite'),
+        (-1.7e308, 0.0, 'cmd_vel holds a velocity that no robot has'),
         (0.2, 5.0, 'cmd_vel came too late'),
         (0.2, -5.0, 'cmd_vel has a stamp in the future'),
     ],

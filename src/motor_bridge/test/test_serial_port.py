@@ -78,17 +78,21 @@ def test_a_line_without_end_is_cut_and_silence_ends(wire):
 
 def test_draining_drops_what_comes_late_and_ends_though_the_line_never_does(wire):
     port, master, _ = wire
-    over = threading.Event()
+    begun, over = threading.Event(), threading.Event()
 
     def talk():
         while not over.wait(0.005):
             os.write(master, b'tick\r\n')
+            begun.set()
 
     talker = threading.Thread(target=talk)
     talker.start()
-    assert port.drain() > 0
-    over.set()
-    talker.join()
+    try:
+        assert begun.wait(10.0)
+        assert port.drain() > 0
+    finally:
+        over.set()
+        talker.join()
     port.drain()
     os.write(master, b'OK\r\n')
     assert port.read_line(64) == b'OK\r\n'

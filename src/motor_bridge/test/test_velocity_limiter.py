@@ -54,6 +54,22 @@ def test_limits_hold_whatever_is_wanted(seed):
     assert_within_limits(np.vstack(rows))
 
 
+@pytest.mark.parametrize('seed', range(4))
+def test_backwards_is_as_forwards(seed):
+    rng, forwards, backwards = (
+        np.random.default_rng(seed),
+        VelocityLimiter(SETTINGS),
+        VelocityLimiter(SETTINGS),
+    )
+    for _ in range(40):
+        forward, turn_rate = rng.uniform(-1.0, 1.0), rng.uniform(-3.0, 3.0)
+        count = int(rng.integers(1, 60))
+        there = driven(forwards, Velocity(forward, turn_rate), count)
+        np.testing.assert_allclose(
+            driven(backwards, Velocity(-forward, -turn_rate), count), -there, atol=1e-12
+        )
+
+
 def test_speed_is_reached_in_the_least_time_that_the_limits_allow():
     limiter = VelocityLimiter(SETTINGS)
     velocities = driven(limiter, Velocity(0.5, 0.0), 1000)

@@ -14,6 +14,7 @@ from pose_arbiter.core.arbiter import PERSON, Arbiter
 from pose_arbiter.core.covariance import Covariance
 from pose_arbiter.core.source_settings import SourceSettings
 from pose_arbiter.core.verdict import Refusal
+from pose_arbiter.node_settings import NodeSettings
 from pose_arbiter.stamp_conversion import nanoseconds
 from shirube_ros.message_error import MessageError
 from shirube_ros.message_guard import MessageGuard
@@ -41,7 +42,7 @@ class ArbiterInput:
         guard: MessageGuard,
         arbiter: Arbiter,
         sources: dict[str, SourceSettings],
-        map_frame: str,
+        frames: NodeSettings,
         now: Callable[[], int],
     ) -> None:
         """Subscribe.
@@ -51,10 +52,11 @@ class ArbiterInput:
             guard: counts messages by the names of the sources.
             arbiter: takes what they say.
             sources: by name.
-            map_frame: frame of what a person says.
+            frames: of what a person says, and of odometry.
             now: the time [ns], 0 while simulated time has not begun; looks whether time jumped.
         """
-        self._arbiter, self._map_frame, self._now = arbiter, map_frame, now
+        self._arbiter, self._now = arbiter, now
+        self._map_frame, self._odom_frame = frames.map_frame, frames.odom_frame
         self.twist: Any = None  # of the latest odometry
         for number, (name, source) in enumerate(sources.items()):
             kind = PoseWithCovarianceStamped if source.with_covariance else PoseStamped
@@ -83,12 +85,17 @@ class ArbiterInput:
         else:
             pose = planar_pose(message.pose, name)
         stamp = nanoseconds(message.header.stamp)
-        _raise(name, self._arbiter.add_pose(number, stamp, pose, noise, self._now() or stamp))
+        _raise(name, self._arbiter.add_pose(number, stamp, pose, noise, self._time()))
 
     def _take_odometry(self, message: Odometry) -> None:
+        if message.header.frame_id not in ('', self._odom_frame):
+            raise MessageError(
+                f'nobody publishes odometry in the frame {self._odom_frame!r}: it comes in '
+                f'{message.header.frame_id!r}; set odom_frame'
+            )
         stamp = nanoseconds(message.header.stamp)
         pose = planar_pose(message.pose.pose, ODOMETRY)
-        _raise(ODOMETRY, self._arbiter.add_odometry(stamp, pose, self._now() or stamp))
+        _raise(ODOMETRY, self._arbiter.add_odometry(stamp, pose, self._time()))
         self.twist = message.twist
 
     def _take_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
@@ -98,9 +105,20 @@ class ArbiterInput:
                 'make them the same'
             )
         pose, covariance = planar_pose_with_covariance(message.pose, INITIAL_POSE)
-        stamp = nanoseconds(message.header.stamp) or self._now()
-        noise = six_numbers(covariance)
-        _raise(INITIAL_POSE, self._arbiter.add_pose(PERSON, stamp, pose, noise, self._now() or stamp))
+        now = self._time()
+        stamp = nanoseconds(message.header.stamp) or now
+        _raise(INITIAL_POSE, self._arbiter.add_pose(PERSON, stamp, pose, six_numbers(covariance), now))
+
+    def _time(self) -> int:
+        """Return the time [ns]; before it has begun no stamp can be judged.
+
+        Raises:
+            MessageError: simulated time has not begun.
+        """
+        now = self._now()
+        if now == 0:
+            raise MessageError('simulated time has not begun; publish /clock, or set use_sim_time to false')
+        return now
 
 
 def six_numbers(covariance: Any) -> Covariance:

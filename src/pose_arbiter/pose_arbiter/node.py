@@ -66,12 +66,15 @@ class PoseArbiterNode(Node):
 
         Raises:
             SettingsError: a bad parameter.
+            PoseArbiterError: parameters that do not go together.
         """
         super().__init__('pose_arbiter', **options)
         self._settings = declare_parameters(self, NodeSettings)
         self._method = declare_parameters(self, ArbiterSettings)
         sources = declare_sources(self, self._settings.map_frame)
         refuse_misspelled_parameters(self)
+        if self._settings.odom_frame in (self._settings.map_frame, self._settings.base_frame):
+            raise PoseArbiterError('odom_frame is map_frame or base_frame, too; give each frame its own name')
         self._sources = tuple(sources.values())
         self._arbiter = Arbiter(self._sources, self._method)
         self._time = TimeWatch(self, self._start_again)
@@ -83,9 +86,7 @@ class PoseArbiterNode(Node):
         self._transform = None
         if self._settings.publish_tf:
             self._transform = TransformOutput(self, self._settings.map_frame, self._settings.odom_frame)
-        self._input = ArbiterInput(
-            self, self._guard, self._arbiter, sources, self._settings.map_frame, self._time.now
-        )
+        self._input = ArbiterInput(self, self._guard, self._arbiter, sources, self._settings, self._time.now)
         offer_trigger(self, self._guard, '~/reset', self._reset)
         tell = self._guard.guard(_OUTPUT, self._tell)
         self.create_timer(1.0 / self._settings.rate, lambda: tell(None))

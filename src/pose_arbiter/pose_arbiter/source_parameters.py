@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import field, make_dataclass, replace
+from keyword import iskeyword
 from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor
@@ -52,9 +53,10 @@ def _names(node: Node) -> list[str]:
         )
     names = [str(name) for name in value]
     for name in names:
-        if not re.fullmatch(r'[a-z][a-z0-9_]*', name):
+        if not re.fullmatch(r'[a-z][a-z0-9_]*', name) or iskeyword(name):
             raise SettingsError(
-                f'setting {_PARAMETER} holds {name!r}; a name has small letters, digits and underscores'
+                f'setting {_PARAMETER} holds {name!r}; a name has small letters, digits and underscores '
+                'and is no word of Python'
             )
         if names.count(name) > 1:
             raise SettingsError(

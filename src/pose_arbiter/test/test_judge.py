@@ -10,6 +10,7 @@ from short_drive import (
     BEGIN,
     ODOMETRY,
     SECOND,
+    SIGMA,
     beside,
     errors,
     messages,
@@ -182,6 +183,31 @@ def test_a_person_is_believed_until_a_source_has_another_view():
     assert arbiter.estimate_at(now).x == pytest.approx(told.x)
     tell(arbiter, messages(1.0, [noisy(1)], begin=1.001))
     assert max(errors(arbiter, 2.0)) < 0.03
+
+
+def test_a_pose_that_the_estimate_is_set_to_counts_half_as_sure_as_it_claims():
+    arbiter = run(0.05, [true_pose])
+    estimate = arbiter.estimate_at(BEGIN + 3_000_000)
+    assert arbiter.counts() == {(0, Verdict.RESET): 1}
+    assert estimate.covariance[0] == pytest.approx(SIGMA**2)  # one alone need not be doubted
+    jumped = run(4.0, [lambda s: true_pose(s) if s < 1.0 else elsewhere(s)])
+    reset = next(
+        e
+        for k in range(80)
+        if (e := jumped.estimate_at(BEGIN + round((1.0 + 0.05 * k) * SECOND) + 3_000_000)).x > 1.0
+    )
+    assert reset.covariance[0] == pytest.approx(4.0 * SIGMA**2, rel=0.2)
+
+
+def test_a_difference_within_the_slack_is_none():
+    def beside_it(seconds):
+        return beside(true_pose(seconds), 0.014)
+
+    exact = [SourceSettings(sigma_xy=1e-4, sigma_yaw=1e-4)] * 2
+    for slack, is_used in ((0.005, True), (0.0, False)):
+        arbiter = new_arbiter(2, exact, slack_xy=slack)
+        tell(arbiter, messages(0.3, [true_pose, beside_it]))
+        assert (arbiter.counts()[1, Verdict.USED] > 0) == is_used
 
 
 def test_after_a_reset_nothing_is_known():

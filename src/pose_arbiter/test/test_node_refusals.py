@@ -12,6 +12,7 @@ import pytest
 from arbiter_graph import NOISE, Robot
 from nav_msgs.msg import Odometry
 
+from pose_arbiter.core.pose_arbiter_error import PoseArbiterError
 from pose_arbiter.node import PoseArbiterNode
 from shirube_geometry import PlanarPose
 from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped
@@ -37,6 +38,11 @@ def flat(message):
         (lambda r: [r.say_a(), r.say_a()], 'a', 'a: stamp came before'),
         (lambda r: r.send('b', flat(pose_stamped(r.pose, r.header()))), 'b', 'b holds a quaternion of zeros'),
         (lambda r: r.send('odom', Odometry(header=r.header('odom'))), 'odom', None),
+        (
+            lambda r: r.send('odom', Odometry(header=r.header('hall'))),
+            'odom',
+            "nobody publishes odometry in the frame 'odom'",
+        ),
         (lambda r: r.say_odometry(PlanarPose(math.inf, 0.0, 0.0)), 'odom', 'odom holds a pose that is not'),
         (
             lambda r: r.send('initialpose', pose_with_covariance_stamped(r.pose, NOISE, r.header('odom'))),
@@ -70,6 +76,22 @@ def test_when_time_goes_back_everything_begins_anew_and_it_is_said_once(graph, c
     assert robot.poses[-1].pose.position.x == pytest.approx(robot.pose.x, abs=0.02)
 
 
+def test_what_comes_before_simulated_time_has_begun_is_refused_and_harms_nothing(graph):
+    robot = Robot(graph, clock=False)
+    robot.say_a(ago=-1e9)
+    assert robot.refusals('a') == [
+        'simulated time has not begun; publish /clock, or set use_sim_time to false'
+    ]
+    robot.tick(0.0)
+    robot.drive(1.0)
+    assert robot.poses[-1].pose.position.x == pytest.approx(robot.pose.x, abs=0.02)
+
+
+def test_frames_that_are_one_are_refused(graph):
+    with pytest.raises(PoseArbiterError, match='give each frame its own name'):
+        graph.add(PoseArbiterNode, sources=['a'], odom_frame='map')
+
+
 def test_topics_that_nobody_publishes_are_told_once(graph, capfd):
     node = graph.add(PoseArbiterNode, sources=['a', 'b'])
     for _ in range(10):
@@ -85,6 +107,7 @@ def test_topics_that_nobody_publishes_are_told_once(graph, capfd):
         ({'sources': ['a', 'a']}, 'holds a twice; give each source a name of its own'),
         ({'sources': ['a', 'b'], 'a.topic': '/p', 'b.topic': '/p'}, 'a and b have the same topic /p'),
         ({'sources': ['A b']}, "holds 'A b'; a name has small letters"),
+        ({'sources': ['class']}, "holds 'class'; a name has small letters.* and is no word of Python"),
         ({'sources': ['rate']}, 'holds rate, which is a parameter'),
         ({'sources': 'a'}, 'must be a list of names'),
         ({'sources': [1.0]}, 'must be a list of names'),

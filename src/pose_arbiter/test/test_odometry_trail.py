@@ -67,6 +67,16 @@ def test_wheels_that_jump_are_taken_for_blind_and_not_for_motion():
     assert trail.odometry_at(STAMPS[24] + 1).distance_to(restarted(0.48)) < 1e-3
 
 
+def test_odometry_that_begins_again_after_a_silence_may_have_missed_what_was_driven():
+    missing = range(20, 50)  # 0.6 s
+    trail = trail_of([k for k in range(60) if k not in missing], lambda _: PlanarPose(1.0, 2.0, 0.5))
+    motion = motion_between(trail.mark_at(STAMPS[10]), trail.mark_at(STAMPS[55]))
+    assert motion.way == 0.0
+    assert 0.3 < motion.blind < 0.62
+    whole = trail_of(pose_at=lambda _: PlanarPose(1.0, 2.0, 0.5))
+    assert motion_between(whole.mark_at(STAMPS[10]), whole.mark_at(STAMPS[55])).blind == 0.0
+
+
 def test_the_robot_goes_on_for_a_moment_and_then_nothing_is_known():
     trail = trail_of()
     a, b, c = (trail.mark_at(STAMPS[-1] + round(s * SECOND)) for s in (0.0, 0.1, 5.0))

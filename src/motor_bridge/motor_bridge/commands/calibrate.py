@@ -56,6 +56,8 @@ def calibrate(options: argparse.Namespace, ask: Callable[[str], str]) -> WheelCa
     """
     settings = read_drive_settings(options.params)
     if options.port is not None:
+        if options.straight or options.turn:
+            raise MotorBridgeError('--port measures anew; leave out --straight and --turn, or --port')
         return calibrate_wheels(*_runs_by_hand(options, ask), settings.ticks_per_revolution)
     base = WheelBase(settings)
     straights = [

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import os
 import select
 import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from threading import Event, Lock
+from time import sleep
 from types import FrameType
 from typing import TextIO
 
@@ -23,6 +25,7 @@ from motor_bridge.emulator.real_time import RealTime
 from shirube_settings import SettingsError, describe_settings, settings_from_values
 
 _LOOK = 0.1  # [s]
+_CHUNK = 4096
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -42,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
     except OSError as fault:
         print(
-            f'firmware_emulator: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr
+            f'firmware_emulator: {options.link}: {fault.strerror}; choose a writable place', file=sys.stderr
         )
         return 1
     return 0
@@ -67,24 +70,40 @@ def emulate(options: argparse.Namespace, is_over: Event, orders: TextIO) -> None
     terminal = PseudoTerminal(controller, lock, faults=faults, latency=options.latency, link=options.link)
     with terminal, RealTime(controller, lock):
         print(terminal.path, flush=True)
+        rest: bytes | None = b''
         while not is_over.is_set():
-            _take_orders(orders, faults, is_over)
+            if rest is None:
+                sleep(_LOOK)
+            else:
+                rest = _take_orders(orders, rest, faults)
         with lock:
             pose = controller.T_world_base
     print(f'the robot stands at x {pose.x:.3f} m, y {pose.y:.3f} m, yaw {pose.yaw:.3f} rad')
 
 
-def _take_orders(orders: TextIO, faults: LineFaults, is_over: Event) -> None:
-    if orders.closed or not select.select([orders], [], [], _LOOK)[0]:
-        return
-    line = orders.readline()
-    if not line:  # nobody orders anything any more
-        is_over.wait()
-        return
-    try:
-        faults.order(read_fault_order(line))
-    except MotorBridgeError as fault:
-        print(f'firmware_emulator: {fault}', file=sys.stderr, flush=True)
+def _take_orders(orders: TextIO, rest: bytes, faults: LineFaults) -> bytes | None:
+    """Take the orders that came; return the beginning of the next one, None where nobody orders any more."""
+    if orders.closed:
+        return None
+    # Not through the file's own buffer, of which `select` does not know.
+    if not select.select([orders], [], [], _LOOK)[0]:
+        return rest
+    more = os.read(orders.fileno(), _CHUNK)
+    if not more:
+        return None
+    *lines, rest = (rest + more).split(b'\n')
+    for line in lines:
+        try:
+            faults.order(read_fault_order(line.decode(errors='replace')))
+        except MotorBridgeError as fault:
+            print(f'firmware_emulator: {fault}', file=sys.stderr, flush=True)
+    return rest
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f'{text!r} is no number from 0 up')
+    return int(text)
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -102,7 +121,7 @@ def make_parser() -> argparse.ArgumentParser:
         help='make a link to the terminal there, renewed at each plugging in',
     )
     add('--latency', type=float, default=0.002, metavar='S', help='of each reply (default: %(default)s)')
-    add('--seed', type=int, default=0, help='of slip and noise (default: %(default)s)')
+    add('--seed', type=_seed, default=0, help='of slip and noise (default: %(default)s)')
     for each in describe_settings(EmulatorSettings):
         unit = f' [{each.unit}]' if each.unit else ''
         add(

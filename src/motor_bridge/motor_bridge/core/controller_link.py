@@ -100,6 +100,16 @@ class ControllerLink:
         """
         check_done(self._ask(STOP))
 
+    def leave(self) -> None:
+        """Stop the motors for good, even if half a command is before the stop.
+
+        Raises:
+            LinkError: the controller does not confirm it.
+        """
+        self._line.write(END_OF_COMMAND + STOP)
+        self._line.drain()
+        self.stop()
+
     def read_counts(self) -> WheelCounts:
         """Return the encoders' counts.
 

@@ -103,4 +103,7 @@ def read_counts(reply: bytes) -> WheelCounts:
 
 def _bad(reply: bytes, wanted: str) -> BadReplyError:
     shown = reply[:_SHOWN_MAX].decode('ascii', 'backslashreplace').encode('unicode_escape').decode()
-    return BadReplyError(f"the controller answers '{shown}' instead of {wanted}; check wiring and noise")
+    remedy = 'check wiring and noise'
+    if reply == b'Invalid Command\r\n':
+        remedy += ', and whether its firmware takes speeds of so many ticks a frame'
+    return BadReplyError(f"the controller answers '{shown}' instead of {wanted}; {remedy}")

@@ -17,7 +17,7 @@ class TickRounding:
     """Chooses between the two whole numbers beside a speed so that the way comes out right in the end.
 
     The debt is the way that was wanted less the way that was commanded [ticks]; of both numbers the one is taken that
-    leaves the smaller debt after one period. It never exceeds one period's ticks: nothing is lost, nothing winds up.
+    leaves the smaller debt after one period: nothing is lost, what a late call left is paid back later.
     """
 
     def __init__(self, frame: float, period: float) -> None:

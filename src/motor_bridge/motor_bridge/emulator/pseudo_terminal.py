@@ -12,6 +12,7 @@ from time import monotonic, sleep
 from types import TracebackType
 from typing import Self
 
+from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.line_faults import LineFaults
 
@@ -71,6 +72,8 @@ class PseudoTerminal:
         tty.setraw(self._port)
         self.path = os.ttyname(self._port)
         if self._link is not None:
+            if self._link.exists() and not self._link.is_symlink():
+                raise MotorBridgeError(f'{self._link} is there already and is no link; choose another one')
             beside = self._link.with_name(f'.{self._link.name}.new')
             beside.unlink(missing_ok=True)
             beside.symlink_to(self.path)
@@ -85,11 +88,11 @@ class PseudoTerminal:
     def _serve(self) -> None:
         before = monotonic()
         while not self._is_over.is_set():
-            readable = select.select([self._master], [], [], _LOOK)[0]
             now = monotonic()
             if self._faults is not None:
                 self._strike(self._faults, now - before)
             before = now
+            readable = select.select([self._master], [], [], _LOOK)[0]
             if readable and not self._is_hanging():
                 self._answer(os.read(self._master, _CHUNK))
 

@@ -37,7 +37,7 @@ def read_drive_settings(path: Path) -> DriveSettings:
 
 
 def write_values(source: Path, path: Path, values: Mapping[str, float]) -> None:
-    """Write a parameter file with some values changed; comments and everything else stay.
+    """Write a parameter file with some values of the bridge changed; comments and everything else stay.
 
     Args:
         source: what is changed; it was read before.
@@ -46,12 +46,21 @@ def write_values(source: Path, path: Path, values: Mapping[str, float]) -> None:
 
     Raises:
         OSError: the place cannot be written to.
+        MotorBridgeError: the file is not written line by line, as parameter files are.
     """
     text = source.read_text(encoding='utf-8')
+    section = re.search(rf'(?m)^{_NODE}:.*(?:\n[ \t#].*|\n)*', text)
+    if section is None:
+        raise MotorBridgeError(f'{source}: holds no {_NODE}:; take config/motor_bridge.yaml')
+    own = section[0]
     for name, value in values.items():
-        text, count = re.subn(rf'(?m)^(\s+{name}:)[^#\n]*?(\s*#.*)?$', rf'\g<1> {value:.6g}\g<2>', text)
+        own, count = re.subn(rf'(?m)^(\s+{name}:)[^#\n]*?(\s*#.*)?$', rf'\g<1> {value:.6g}\g<2>', own)
         if count == 0:
-            text = re.sub(
-                r'(?m)^(\s+)ros__parameters:\s*$', rf'\g<0>\n\g<1>  {name}: {value:.6g}', text, count=1
+            own, count = re.subn(
+                r'(?m)^(\s+)ros__parameters:[ \t]*$', rf'\g<0>\n\g<1>  {name}: {value:.6g}', own, count=1
             )
-    write_text(path, text)
+        if count == 0:
+            raise MotorBridgeError(
+                f'{source}: write {name} and its like on lines of their own, as config/motor_bridge.yaml does'
+            )
+    write_text(path, text[: section.start()] + own + text[section.end() :])

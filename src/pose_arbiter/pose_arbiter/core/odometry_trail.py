@@ -99,9 +99,10 @@ class OdometryTrail:
             return
         between = before.yaw - old.yaw  # odom to trail
         cos, sin = math.cos(between), math.sin(between)
-        self._marks.append(
-            _stepped(before, (cos * dx - sin * dy, sin * dx + cos * dy, turn), way, stamp, settings)
-        )
+        mark = _stepped(before, (cos * dx - sin * dy, sin * dx + cos * dy, turn), way, stamp, settings)
+        # Odometry that begins again where it ended may have missed what the robot did meanwhile.
+        missed = max(0, stamp - before.stamp - _HOLD)
+        self._marks.append(mark._replace(blind=before.blind + missed))
         self._is_jump.append(False)
 
     def _beyond(self, stamp: int) -> OdometryMark:
