@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import statistics
-import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
+
+from shirube_cli.child_process import child_process
 
 Summary = dict[str, Any]
 
@@ -56,10 +58,14 @@ def main() -> int:
 
 def run(seed: int, folder: Path) -> str:
     """Run one mission; return what it said last."""
-    command = [sys.executable, '-m', 'shirube_mission.commands.room', str(folder / str(seed))]
+    place = folder / str(seed)
+    place.mkdir(parents=True, exist_ok=True)
+    command = [sys.executable, '-m', 'shirube_mission.commands.room', str(place)]
     command += ['--seed', str(seed), '--building', str(folder / 'building')]
-    said = subprocess.run(command, check=False, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    return said.stdout.strip().rpartition('\n')[2]
+    # An interrupted mission must have the time to end its nodes.
+    with child_process(command, os.environ, place / 'mission.log') as mission:
+        mission.wait()
+    return (place / 'mission.log').read_text().strip().rpartition('\n')[2]
 
 
 def read_summary(folder: Path) -> Summary | None:
