@@ -13,6 +13,7 @@ from stereo_landmark.core.primitives.edge_response import (
     BLURS,
     PIXEL_VARIANCE,
     direction_bin,
+    look_up,
     nearest_blur,
     response_table,
 )
@@ -84,14 +85,18 @@ def refine_line(
     return None if lines is None else lines[0]
 
 
-def refine_lines(image: NDArray[np.uint8], ends: NDArray[np.float64]) -> list[RefinedLine] | None:
+def refine_lines(
+    image: NDArray[np.uint8], ends: NDArray[np.float64], is_ring: bool = False
+) -> list[RefinedLine] | None:
     """Measure several edges as `refine_line` does; None where the image does not show all of them.
 
     Args:
         image: shape (h, w), grey levels.
         ends: shape (n, 2, 2), first and last points [px].
+        is_ring: each edge ends where the next begins, the last at the first, and the inside lies to the right of all.
+            Then they are measured up to the corners.
     """
-    measured = _measure(image, ends, response_table())
+    measured = _measure(image, ends, response_table(), is_ring)
     if not measured.found.all():
         return None
     columns = measured.middles, measured.directions, measured.variances
@@ -119,25 +124,39 @@ def next_blur(blur: float, step: float) -> float:
 
 
 @njit(cache=True, error_model='numpy')
-def _measure(image: NDArray[np.uint8], ends: NDArray[np.float64], table: NDArray[np.float64]) -> _Measured:
+def _measure(
+    image: NDArray[np.uint8], ends: NDArray[np.float64], table: NDArray[np.float64], is_ring: bool
+) -> _Measured:
     """Return the lines between ends, shape (n, 2, 2)."""
     n = len(ends)
     lines = _Measured(
         np.zeros(n, np.bool_), np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.empty(n)
     )
-    for k in range(n):
-        line = ends[k].copy()
-        number = nearest_blur(FIRST_BLUR)
-        for _ in range(ROUNDS):
-            before = number
-            number, moved = _measure_again(image, line, number, table, k, lines)
-            if number < 0:
-                break
-            lines.found[k] = True
-            if moved < SMALL_STEP and number == before:
-                break
-        lines.found[k] &= number >= 0
+    now, numbers = ends.copy(), np.full(n, nearest_blur(FIRST_BLUR))
+    is_done, others = np.zeros(n, np.bool_), np.empty((2, 3))
+    for _ in range(ROUNDS):
+        for k in range(n):
+            if is_done[k]:
+                continue
+            if is_ring:
+                _write_line(now[k - 1], others[0])
+                _write_line(now[(k + 1) % n], others[1])
+            before = numbers[k]
+            numbers[k], moved = _measure_again(image, now[k], before, table, others[: 2 * is_ring], k, lines)
+            lines.found[k] = numbers[k] >= 0
+            if not lines.found[k]:
+                return lines
+            is_done[k] = moved < SMALL_STEP and numbers[k] == before
     return lines
+
+
+@njit(cache=True, error_model='numpy')
+def _write_line(ends: NDArray[np.float64], line: NDArray[np.float64]) -> None:
+    """Write the normal to the right of a line and its offset along it, shape (3,)."""
+    dx, dy = ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1]
+    length = np.sqrt(dx * dx + dy * dy)
+    line[0], line[1] = -dy / length, dx / length
+    line[2] = line[0] * ends[0, 0] + line[1] * ends[0, 1]
 
 
 @njit(cache=True, error_model='numpy')
@@ -146,6 +165,7 @@ def _measure_again(
     line: NDArray[np.float64],
     number: int,
     table: NDArray[np.float64],
+    others: NDArray[np.float64],
     k: int,
     lines: _Measured,
 ) -> tuple[int, float]:
@@ -157,14 +177,16 @@ def _measure_again(
     blur = BLURS[number]
     dx, dy = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
     length = np.sqrt(dx * dx + dy * dy)
-    span = length - 2.0 * min(band_core(blur), 0.3 * length)
+    span = length if len(others) else length - 2.0 * min(band_core(blur), 0.3 * length)
     if not span >= _SPAN_MIN:
         return -1, 0.0
     dx, dy = dx / length, dy / length
     x, y = 0.5 * (line[0, 0] + line[1, 0]), 0.5 * (line[0, 1] + line[1, 1])
     count = max(_SECTIONS_MIN, int(np.rint(span / _SECTION)))
-    pixels = _line_band(image, (x, y), (dx, dy), span, band_width(blur), count)
-    found = measure_sections(pixels, table[number], count, band_core(blur))
+    pixels, alongs = _line_band(image, (x, y), (dx, dy), span, band_width(blur), count)
+    for other in others:
+        _cut_by(other, (x, y), (dx, dy), table[number], blur**2 + PIXEL_VARIANCE, pixels, alongs)
+    found = measure_sections(pixels, table[number], count, band_core(blur), True)
     jacobian = np.ones((count, 2))
     for section in range(count):
         jacobian[section, 1] = ((section + 0.5) / count - 0.5) * span
@@ -196,6 +218,44 @@ def _write_independent(
 
 
 @njit(cache=True, error_model='numpy')
+def _cut_by(
+    other: NDArray[np.float64],
+    middle: tuple[float, float],
+    direction: tuple[float, float],
+    profiles: NDArray[np.float64],
+    variance: float,
+    pixels: BandPixels,
+    alongs: NDArray[np.float64],
+) -> None:
+    """Let pixels near a corner show as much of the inside as another side leaves.
+
+    What both sides cover is the probability that two normal deviates are below their limits, as correlated as the
+    normals of the sides: the product, and the first term of the series by the correlation.
+
+    Args:
+        other: normal to the inside and offset of the other side, shape (3,).
+        middle: of this side [px].
+        direction: of this side.
+        profiles: shape (directions, distances, 3), of the blur.
+        variance: of the blurred edge [px²].
+        pixels: to be changed.
+        alongs: shape (n,), of the pixels along this side from its middle [px].
+    """
+    dx, dy = direction
+    correlation = dx * other[1] - dy * other[0]
+    begin = other[0] * middle[0] + other[1] * middle[1] - other[2]
+    forth, aside = other[0] * dx + other[1] * dy, other[1] * dx - other[0] * dy
+    profile, response = profiles[direction_bin(other[0], other[1])], np.empty(3)
+    sure = 4.0 * np.sqrt(variance)
+    for p in range(len(alongs)):
+        depth = begin + alongs[p] * forth + pixels.distances[p] * aside
+        if depth < sure:
+            look_up(profile, max(depth, -sure), response)
+            pixels.covers[p] *= response[0]
+            pixels.skews[p] += correlation * variance * response[1]
+
+
+@njit(cache=True, error_model='numpy')
 def _line_band(
     image: NDArray[np.uint8],
     middle: tuple[float, float],
@@ -203,12 +263,13 @@ def _line_band(
     span: float,
     width: float,
     count: int,
-) -> BandPixels:
-    """Return the pixels up to a distance beside the middle part of a line."""
+) -> tuple[BandPixels, NDArray[np.float64]]:
+    """Return the pixels up to a distance beside the middle part of a line, and how far along it they are."""
     height, columns = image.shape
     dx, dy = direction
     room = int((span + 3.0) * (2.0 * width + 3.0) * 1.5) + 16
     sections, distances, values = np.empty(room, np.int32), np.empty(room), np.empty(room)
+    alongs = np.empty(room)
     reach_x = 0.5 * span * abs(dx) + width * abs(dy)
     reach_y = 0.5 * span * abs(dy) + width * abs(dx)
     n = 0
@@ -220,10 +281,10 @@ def _line_band(
             if abs(across) > width or abs(along) >= 0.5 * span or n == room:
                 continue
             sections[n] = int((along / span + 0.5) * count)
-            distances[n], values[n] = across, image[y, x]
+            distances[n], values[n], alongs[n] = across, image[y, x], along
             n += 1
     directions = np.full(n, direction_bin(-dy, dx), np.int32)
-    return BandPixels(sections[:n], distances[:n], directions, values[:n])
+    return BandPixels(sections[:n], distances[:n], directions, values[:n], np.ones(n), np.zeros(n)), alongs[:n]
 
 
 @njit(cache=True, error_model='numpy')

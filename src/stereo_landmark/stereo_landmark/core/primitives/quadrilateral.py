@@ -195,7 +195,7 @@ def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quad
         the quadrilateral, its corners in the same order and their errors correlated as far as they share
         sides; None where the image shows no four straight sides there.
     """
-    lines = refine_lines(image, np.stack([found.corners, np.roll(found.corners, -1, axis=0)], axis=1))
+    lines = refine_lines(image, np.stack([found.corners, np.roll(found.corners, -1, axis=0)], axis=1), True)
     if lines is None:
         return None
     corners = np.array([meeting_point(lines[k - 1], lines[k]) for k in range(4)])
