@@ -43,17 +43,7 @@ def link_corners(
         angle_min: smallest angle between both lines [rad].
     """
     n = len(ends)
-    # By end: where it is, the unit vector that goes on over it, the side's length and its reach.
-    outward, lengths = np.empty((2 * n, 2)), np.empty(2 * n)
-    for i in range(n):
-        dx, dy = ends[i, 1] - ends[i, 0]
-        length = np.sqrt(dx * dx + dy * dy)
-        for e in range(2):
-            sign = 2.0 * e - 1.0
-            outward[2 * i + e, 0], outward[2 * i + e, 1] = sign * dx / length, sign * dy / length
-            lengths[2 * i + e] = length
-    order = np.argsort(ends[:, :, 0].copy().reshape(2 * n))
-    places, outward, lengths = ends.copy().reshape(2 * n, 2)[order], outward[order], lengths[order]
+    order, places, outward, lengths = _by_column(ends)
     reaches = np.minimum(gap_max, np.maximum(lengths, overshoot_max))
     overshoots = np.minimum(overshoot_max, _PART * lengths)
     members, starts, strips = _by_strip(places[:, 1], gap_max)
@@ -84,6 +74,24 @@ def link_corners(
                     _insert(pairs, gaps, begin, count, (a, b), (gap_a, gap_b))
                     count += 1
     return _described(pairs[:count], gaps[:count], order, places, outward)
+
+
+@njit(cache=True, error_model='numpy')
+def _by_column(
+    ends: NDArray[np.float64],
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return all ends from left to right: number, place [px], unit vector that goes on over it, its side's length."""
+    n = len(ends)
+    outward, lengths = np.empty((2 * n, 2)), np.empty(2 * n)
+    for i in range(n):
+        dx, dy = ends[i, 1] - ends[i, 0]
+        length = np.sqrt(dx * dx + dy * dy)
+        for e in range(2):
+            sign = 2.0 * e - 1.0
+            outward[2 * i + e, 0], outward[2 * i + e, 1] = sign * dx / length, sign * dy / length
+            lengths[2 * i + e] = length
+    order = np.argsort(ends[:, :, 0].copy().reshape(2 * n))
+    return order, ends.copy().reshape(2 * n, 2)[order], outward[order], lengths[order]
 
 
 @njit(cache=True, error_model='numpy')

@@ -121,7 +121,9 @@ def _outline_band(
             directions[n] = direction_bin(cos_r * nu - sin_r * nv, sin_r * nu + cos_r * nv)
             values[n] = image[y, x]
             n += 1
-    return BandPixels(sections[:n], distances[:n], directions[:n], values[:n], np.ones(n), np.zeros(n)), jacobian
+    return BandPixels(
+        sections[:n], distances[:n], directions[:n], values[:n], np.ones(n), np.zeros(n)
+    ), jacobian
 
 
 @njit(cache=True, error_model='numpy')

@@ -203,7 +203,10 @@ def edges_along(
         cos_t, sin_t = np.cos(t), np.sin(t)
         speed = np.sqrt((a * sin_t) ** 2 + (b * cos_t) ** 2)
         x, y = cx + cos_r * a * cos_t - sin_r * b * sin_t, cy + sin_r * a * cos_t + cos_r * b * sin_t
-        nx, ny = (cos_r * b * cos_t - sin_r * a * sin_t) / speed, (sin_r * b * cos_t + cos_r * a * sin_t) / speed
+        nx, ny = (
+            (cos_r * b * cos_t - sin_r * a * sin_t) / speed,
+            (sin_r * b * cos_t + cos_r * a * sin_t) / speed,
+        )
         t += step / speed
         looked += 1
         j, distance = _nearest_edge(points, gradients, index, x, y, nx, ny, ellipse[5], band)

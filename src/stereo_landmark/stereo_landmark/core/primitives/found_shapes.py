@@ -8,7 +8,7 @@ from typing import Generic, TypeVar, overload
 import numpy as np
 from numpy.typing import NDArray
 
-Shape = TypeVar('Shape', covariant=True)
+Shape = TypeVar('Shape')
 
 
 class FoundShapes(Sequence[Shape], Generic[Shape]):

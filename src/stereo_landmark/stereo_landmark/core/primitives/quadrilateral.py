@@ -215,9 +215,7 @@ def _from_upper_left(
     return np.take_along_axis(corners, order[..., None], axis=1), np.take_along_axis(rings, order, axis=1)
 
 
-def _covariance(
-    sides: Sides, ring: NDArray[np.int64], corners: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _covariance(sides: Sides, ring: NDArray[np.int64], corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the covariance of the corners of one ring of sides, shape (8, 8) [px²]."""
     pairs = np.stack([np.roll(ring, 1), ring], axis=1)
     ends = sides.ends[pairs]

@@ -130,6 +130,8 @@ def find_rings(graph: CornerGraph) -> Rings:
         for c in range(graph.coming_starts[node], graph.coming_starts[node + 1]):
             closing[graph.first[graph.coming[c]] ^ 1] = -1
     return Rings(rings.entered[:count].copy(), rings.corners[:count].copy(), rings.seen[:count].copy())
+
+
 @njit(cache=True, error_model='numpy')
 def _mark_closing(graph: CornerGraph, node: int, closing: NDArray[np.int64]) -> bool:
     """Write the link to a node from each side by the end where that is entered; return whether there is any."""
@@ -168,7 +170,9 @@ def _close_rings(
 def _length(graph: CornerGraph, before: int, after: int) -> float:
     """Return how long a side is from one link to the next [px]; 0 where too little of that is seen."""
     length = graph.left_at[after] - graph.entered_at[before]
-    return max(length, 0.0) if graph.covered[graph.second[before] >> 1] >= graph.side_seen_min * length else 0.0
+    return (
+        max(length, 0.0) if graph.covered[graph.second[before] >> 1] >= graph.side_seen_min * length else 0.0
+    )
 
 
 @njit(cache=True, error_model='numpy')
