@@ -30,6 +30,22 @@ class CornerLinks(NamedTuple):
     turns: NDArray[np.float64]
 
 
+def nearest_links(links: CornerLinks, count: int) -> CornerLinks:
+    """Return the links that are among the nearest of one of their ends.
+
+    Args:
+        links: pairs of ends.
+        count: of each end.
+    """
+    gaps = np.abs(links.gaps).sum(axis=1)
+    kept = np.zeros(len(gaps), dtype=np.bool_)
+    for nodes in (2 * links.sides + links.ends).T:
+        order = np.lexsort((gaps, nodes))
+        firsts = np.searchsorted(nodes[order], nodes[order])
+        kept[order] |= np.arange(len(order)) - firsts < count
+    return CornerLinks(*(column[kept] for column in links))
+
+
 @njit(cache=True, error_model='numpy')
 def link_corners(
     ends: NDArray[np.float64], gap_max: float, overshoot_max: float, angle_min: float

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_settings import setting
-from stereo_landmark.core.primitives.corner_links import link_corners
+from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
 from stereo_landmark.core.primitives.crossing import crossing_covariance, joint_covariance, meeting_point
 from stereo_landmark.core.primitives.found_shapes import FoundShapes
 from stereo_landmark.core.primitives.image_point import ImagePoint
@@ -23,6 +23,9 @@ from stereo_landmark.core.primitives.turning import folded
 
 # Outlines whose corners are nearer to each other than this are one [px].
 _SAME = 4.0
+# Of more pairs of side ends, as small tiles make them, only so many of each end are taken, the nearest.
+_LINKS_MANY = 12000
+_LINKS_NEAREST = 4
 # A corner that moves farther when it is measured was another one [px].
 _MOVED_MAX = 6.0
 
@@ -170,6 +173,8 @@ def detect_quadrilaterals(sides: Sides, settings: PrimitiveSettings) -> FoundSha
     links = link_corners(
         sides.ends, settings.hidden_corner_max, settings.corner_gap_max, settings.corner_angle_min
     )
+    if len(links.gaps) > _LINKS_MANY:
+        links = nearest_links(links, _LINKS_NEAREST)
     graph = corner_graph(links, sides.ends, sides.covered, settings.side_seen_min, settings.outline_seen_min)
     rings, corners, seen = find_rings(graph)
     corners, rings = _from_upper_left(corners, rings)
