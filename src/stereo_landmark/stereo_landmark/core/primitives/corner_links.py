@@ -43,7 +43,8 @@ def nearest_links(links: CornerLinks, count: int) -> CornerLinks:
         order = np.lexsort((gaps, nodes))
         firsts = np.searchsorted(nodes[order], nodes[order])
         kept[order] |= np.arange(len(order)) - firsts < count
-    return CornerLinks(*(column[kept] for column in links))
+    sides, ends, vertices = links.sides[kept], links.ends[kept], links.vertices[kept]
+    return CornerLinks(sides, ends, vertices, links.gaps[kept], links.turns[kept])
 
 
 @njit(cache=True, error_model='numpy')
