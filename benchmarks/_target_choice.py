@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.primitives.corner import Corner
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.place_review import review_place
 from stereo_landmark.core.procedure.primitive import Kind, Primitive
 from stereo_landmark.core.procedure.stereo_measurement import stereo_points
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.place_review import review_place
 
 KINDS = (Kind.QUADRILATERAL, Kind.CORNER)
 POINT_SIGMA_MAX = 0.03

@@ -189,12 +189,15 @@ def main() -> int:
         '--lessons', type=int, default=8, help='times that the target is taught, at each distance'
     )
     parser.add_argument('--repeats', type=int, default=8, help='views of each lesson')
+    parser.add_argument(
+        '--distances', type=float, nargs='+', default=DISTANCES, choices=DISTANCES, help='which of them [m]'
+    )
     parser.add_argument('--seed', type=int, default=1, help='of everything')
     arguments = parser.parse_args()
     use_one_core()
     results = {}
-    with tqdm(total=len(DISTANCES) * arguments.lessons * arguments.repeats, leave=False) as bar:
-        for distance in DISTANCES:
+    with tqdm(total=len(arguments.distances) * arguments.lessons * arguments.repeats, leave=False) as bar:
+        for distance in arguments.distances:
             results[distance] = run(distance, arguments.lessons, arguments.repeats, arguments.seed, bar)
     print_results(results)
     if not is_there():

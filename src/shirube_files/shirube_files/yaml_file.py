@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ BYTES_MAX = 1 << 16
 """Of a file that people write by hand."""
 _SHOWN_MAX = 80
 _VALUES_MAX = 1_000_000
+_MERGE = 'tag:yaml.org,2002:merge'
 
 
 class YamlFileError(ValueError):
@@ -74,6 +76,17 @@ class _Loader(yaml.SafeLoader):
         if node is not None and _count(node, {}) > _VALUES_MAX:
             raise yaml.MarkedYAMLError(problem='its aliases stand for too many values')
         return node
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
+        """Return the fields of a mapping; one that stands there twice is refused, for the first would be lost."""
+        known = set()
+        for key, _ in node.value:
+            name = (key.tag, key.value) if isinstance(key, yaml.ScalarNode) else None
+            if name in known and key.tag != _MERGE:
+                problem = f'{key.value} stands there twice'
+                raise yaml.MarkedYAMLError(problem=problem, problem_mark=key.start_mark)
+            known |= {name} - {None}
+        return super().construct_mapping(node, deep)
 
 
 def _count(node: yaml.Node, known: dict[int, int]) -> int:

@@ -23,6 +23,8 @@ def test_fields_are_read(tmp_path):
         (b'', 'holds no fields'),
         (b'[1, 2]', 'holds no fields'),
         (b'a: [1', 'is no YAML'),
+        (b'a: 1\nb: 2\na: 3', 'a stands there twice in line 3'),
+        (b'a: [{b: 1, b: 1}]', 'b stands there twice in line 1'),
         (b'a: "\\q"', 'in line 1'),
         (b'\x00', 'is no YAML'),
         (b'\xff\xfe', 'is no YAML'),
@@ -80,3 +82,9 @@ def test_numbers_are_numbers(value):
 @pytest.mark.parametrize('value', [True, None, '1', [1], math.nan, -math.inf, 10**400])
 def test_the_rest_is_not(value):
     assert not is_number(value)
+
+
+def test_a_merged_field_may_be_written_anew(tmp_path):
+    path = tmp_path / 'a.yaml'
+    path.write_text('a: &a {x: 1, y: 2}\nb: {<<: *a, x: 3}\n')
+    assert read_yaml(path)['b'] == {'x': 3, 'y': 2}

@@ -14,6 +14,7 @@ from scene_simulator.mission_sensors import STEREO_RIG
 from scene_simulator.mission_walls import FurnishedWalls, bare_walls, landmarks_of
 from scene_simulator.stereo_rig import render_pair
 from shirube_geometry import PlanarPose
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
 from stereo_landmark.core.procedure.primitive import Kind, Primitive
@@ -22,7 +23,6 @@ from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.place_file import save_place
-from stereo_landmark.files.taught_images import TaughtImages
 
 PLACES = {
     'east_near': (NOMINAL.goals[0], 'east'),
@@ -58,7 +58,7 @@ def teach_places(folder: Path) -> None:
         teacher = Teacher(StereoView(left, right, rig), processing)
         seen = dict(_seen_landmarks(landmarks_of(walls, wall), pose, StereoView(left, right, rig), teacher))
         place = teacher.teach(name, [TargetChoice('wall', seen)], pose)
-        save_place(folder, place, TaughtImages(*images))
+        save_place(folder, place, StereoImages(*images))
 
 
 def _seen_landmarks(

@@ -11,12 +11,12 @@ from shirube_bags.bag_reader import BagReader
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.pair_check import pair_fault
 from stereo_landmark.core.pair.rectification import Rectifier
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.calibration_file import load_camera_calibration
 from stereo_landmark.files.grey_image import grey, load_grey_image
 from stereo_landmark.files.lesson_file import BagMoment, CalibratedFiles, Lesson
-from stereo_landmark.files.taught_images import TaughtImages
 from stereo_landmark.pair_recording import choose_topics
 from stereo_landmark.recorded_pairs import recorded_pairs
 
@@ -33,7 +33,7 @@ class RectifiedPair:
         rig: the rectified cameras.
     """
 
-    images: TaughtImages
+    images: StereoImages
     rig: StereoRig
 
 
@@ -61,7 +61,7 @@ def load_pair(lesson: Lesson) -> RectifiedPair:
     fault = pair_fault(images[0], images[1], rig)
     if fault is not None:
         raise StereoLandmarkError(fault.value)
-    return RectifiedPair(TaughtImages(images[0], images[1], lesson.tilt or tilt or (0.0, 0.0)), rig)
+    return RectifiedPair(StereoImages(images[0], images[1], lesson.tilt or tilt or (0.0, 0.0)), rig)
 
 
 def _from_files(source: CalibratedFiles) -> tuple[SeenBy, SeenBy]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 from shirube_settings import describe_settings, settings_from_values
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.stereo_points import SpatialPoints
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.primitives.corner import Corner
@@ -16,7 +17,6 @@ from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 from stereo_landmark.core.procedure.stereo_measurement import invariant_points
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
-from stereo_landmark.files.taught_images import TaughtImages
 
 NAMES = ('meter 1', 'yes', '0x1f', 'door: left', "it's", 'Zähler № 3', '- a')
 """Texts that a careless writer of YAML would break."""
@@ -83,7 +83,7 @@ def random_place(seed, name='hall'):
 def random_images(seed):
     """Return a pair of noise."""
     left, right = np.random.default_rng(seed).integers(0, 256, (2, 48, 64), dtype=np.uint8)
-    return TaughtImages(left, right, (0.01 / 3.0, -0.02))
+    return StereoImages(left, right, (0.01 / 3.0, -0.02))
 
 
 def is_same(one, other):

@@ -12,12 +12,12 @@ from stereo_calibrations import rectified_calibration, write_calibration
 
 from shirube_geometry import PinholeCamera, PlanarPose, matrix_from_rpy
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
 from stereo_landmark.core.procedure.primitive import Kind
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
 from stereo_landmark.files.place_file import save_place
-from stereo_landmark.files.taught_images import TaughtImages
 
 CAMERA = PinholeCamera(376, 240, 350.0, 350.0, 187.5, 119.5)
 CALIBRATIONS = rectified_calibration(CAMERA), rectified_calibration(CAMERA, 0.2)
@@ -107,7 +107,7 @@ class Files:
 def write_files(folder):
     """Write the place, the pair from HERE and the calibrations."""
     left, right = seen(TAUGHT)
-    save_place(folder / 'places', taught_place(), TaughtImages(left, right))
+    save_place(folder / 'places', taught_place(), StereoImages(left, right))
     images, calibrations = {}, {}
     for side, image, calibration in zip(('left', 'right'), seen(HERE), CALIBRATIONS):
         images[side] = folder / f'{side}.png'

@@ -2,8 +2,9 @@
 
 from taught_wall import HERE, METERS, RIG, TAUGHT, seen
 
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.procedure.primitive import Kind
-from stereo_landmark.core.teaching.teaching_session import StereoImages, TeachingSession
+from stereo_landmark.core.teaching.teaching_session import TeachingSession
 
 PAIRS = (TAUGHT, HERE)
 

@@ -5,7 +5,7 @@ import pytest
 
 from stereo_landmark.core.primitives.ellipse_geometry import (
     ellipse_point,
-    foot_parameter,
+    foot_point,
     normal_motion,
     perimeter,
 )
@@ -16,9 +16,11 @@ ELLIPSE = np.array([50.0, 40.0, 30.0, 12.0, 0.7])
 @pytest.mark.parametrize('t', np.linspace(0.1, 6.0, 7))
 @pytest.mark.parametrize('distance', [-3.0, -0.5, 0.0, 4.0])
 def test_foot_of_a_point_on_the_normal_is_where_it_starts(t, distance):
-    x, y, nx, ny, _ = ellipse_point(ELLIPSE, t)
-    found = foot_parameter(ELLIPSE, x + distance * nx, y + distance * ny)
-    assert math.remainder(found - t, 2 * math.pi) == pytest.approx(0.0, abs=2e-3)
+    _, _, a, b, _ = ELLIPSE
+    x, y, nx, ny, speed = ellipse_point(np.array([0.0, 0.0, a, b, 0.0]), t)
+    cos_t, sin_t, found_speed = foot_point(a, b, x + distance * nx, y + distance * ny)
+    assert (cos_t, sin_t) == pytest.approx((math.cos(t), math.sin(t)), abs=2e-3)
+    assert found_speed == pytest.approx(speed, rel=2e-3)
 
 
 @pytest.mark.parametrize('t', np.linspace(0.1, 6.0, 7))

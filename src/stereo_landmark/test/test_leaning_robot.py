@@ -9,8 +9,8 @@ from taught_wall import CALIBRATIONS, TAUGHT, seen, taught_place, write_files
 
 from stereo_landmark.commands.locate import main
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.files.place_file import load_places, save_place
-from stereo_landmark.files.taught_images import TaughtImages
 from stereo_landmark.page.taught_pair import taught_pair
 from stereo_landmark.rehearsal import rehearse
 
@@ -48,7 +48,7 @@ def test_in_a_bag_the_tilt_is_told_by_the_imu(files, tmp_path):
 def test_a_place_that_was_taught_while_the_robot_leaned_is_rehearsed_and_taught_further_so(
     tmp_path, monkeypatch
 ):
-    path = save_place(tmp_path, taught_place(), TaughtImages(*seen(TAUGHT), TILT))
+    path = save_place(tmp_path, taught_place(), StereoImages(*seen(TAUGHT), TILT))
     assert taught_pair(path).images(0).tilt == TILT
     asked = []
     locate = LandmarkLocalizer.locate

@@ -118,3 +118,10 @@ def test_an_address_is_shown_as_a_browser_takes_it(host, shown):
 def test_all_addresses_are_shown_as_one_that_can_be_opened(host):
     shown = ipaddress.ip_address(reachable_name(host).strip('[]'))
     assert not shown.is_unspecified
+
+
+@pytest.mark.parametrize('port', ['-1', '65536', 'http'])
+def test_what_is_no_port_is_refused(port, capsys):
+    with pytest.raises(SystemExit):
+        main(['--left', 'l.png', '--right', 'r.png', '--port', port])
+    assert f'{port} is no port; choose 0 to 65535' in capsys.readouterr().err

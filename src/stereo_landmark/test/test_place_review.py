@@ -6,10 +6,10 @@ from drawn_wall import Disc, Wall, look
 from taught_wall import RIG, TAUGHT, seen, taught_place
 
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.place_review import review_place
 from stereo_landmark.core.procedure.primitive import Kind
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.teaching.place_review import review_place
 
 
 def with_points(count):

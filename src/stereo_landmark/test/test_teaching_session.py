@@ -8,6 +8,7 @@ from taught_wall import HERE, METERS, RIG, T_MAP_PLACE
 from teaching_wall import images_of, meters_of, new_session, session_with_meters
 
 from stereo_landmark.core.landmark_fix import LandmarkFix
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.place_fix import PlaceFix
 from stereo_landmark.core.procedure.primitive import Kind
 from stereo_landmark.core.procedure.teaching import Teacher
@@ -15,7 +16,7 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits, seen_pair
 from stereo_landmark.core.teaching.found_primitives import found_again
 from stereo_landmark.core.teaching.measured_draft import LOST
-from stereo_landmark.core.teaching.teaching_session import StereoImages, TeachingSession
+from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.core.teaching.teaching_state import Region
 from stereo_landmark.page.pair_source import RecordedPairs
 from stereo_landmark.page.snapshot import snapshot

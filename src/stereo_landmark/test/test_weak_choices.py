@@ -7,11 +7,12 @@ from place_scenes import RIG
 from teaching_wall import session_with_meters
 from test_target_search import ALL, ALONE, METERS
 
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.procedure.primitive import Kind
 from stereo_landmark.core.teaching import edits
 from stereo_landmark.core.teaching.place_remarks import place_remarks
 from stereo_landmark.core.teaching.procedure_check import Outcome
-from stereo_landmark.core.teaching.teaching_session import StereoImages, TeachingSession
+from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.core.teaching.weak_choices import Weight, weak_procedure
 
 

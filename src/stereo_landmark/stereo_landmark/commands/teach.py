@@ -15,14 +15,14 @@ from shirube_ros.file_errors import CameraFileError
 from shirube_settings import SettingsError
 from stereo_landmark.core.landmark_fix import NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.procedure.detected_scene import DetectedScene
 from stereo_landmark.core.procedure.primitive_choice import named_primitives
-from stereo_landmark.core.procedure.skewed_shapes import skewed_shapes
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.place_remarks import draft_of, place_remarks
-from stereo_landmark.core.teaching.teaching_session import StereoImages, TeachingSession
+from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.core.teaching.teaching_state import TeachingState
 from stereo_landmark.files.lesson_file import Lesson, TargetLesson, load_lesson
 from stereo_landmark.files.place_file import place_path, save_place
@@ -85,7 +85,7 @@ def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
         x, y, z = position
         sigma = 1e3 * float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
         print(f'{name:<40} x {x:7.3f} m, y {y:7.3f} m, z {z:7.3f} m, +- {sigma:.1f} mm')
-    for line in (*place_remarks(session), *skewed_shapes(place)):
+    for line in place_remarks(session):
         print(f'weak: {line}')
     print(
         f'{place.name} is taught, with {len(place.surroundings)} primitives around its targets; see {saved}'

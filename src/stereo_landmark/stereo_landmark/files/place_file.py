@@ -8,12 +8,13 @@ from typing import Any
 import yaml
 
 from shirube_files import write_text
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.place_entries import place_entries, place_from_entries
 from stereo_landmark.files.plain_content import plain
 from stereo_landmark.files.schema_check import check_schema
-from stereo_landmark.files.taught_images import TaughtImages, read_images, write_images
+from stereo_landmark.files.taught_images import read_images, write_images
 from stereo_landmark.files.yaml_file import LandmarkFileError, first_not_finite, read_yaml
 
 FORMAT, VERSION = 'shirube/taught_place', 1
@@ -30,7 +31,7 @@ def place_path(folder: Path, name: str) -> Path:
 
 
 def save_place(
-    folder: Path, place: TaughtPlace, images: TaughtImages, *, replace_damaged: bool = False
+    folder: Path, place: TaughtPlace, images: StereoImages, *, replace_damaged: bool = False
 ) -> Path:
     """Write a place and return its file; an earlier state is there until the new one is whole.
 
@@ -97,7 +98,7 @@ def load_place(path: Path) -> TaughtPlace:
         raise LandmarkFileError(f'{path}: {fault}') from fault
 
 
-def load_images(path: Path) -> TaughtImages:
+def load_images(path: Path) -> StereoImages:
     """Load the pair of images that a place was taught from.
 
     Raises:

@@ -3,35 +3,17 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from shirube_files import written_beside
 from shirube_ros.file_errors import ImageFileError
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.files.grey_image import load_grey_image, png_bytes
 from stereo_landmark.files.yaml_file import LandmarkFileError
 
 
-@dataclass(frozen=True)
-class TaughtImages:
-    """What both cameras saw when a place was taught.
-
-    Attributes:
-        left: shape (h, w), grey, rectified.
-        right: the same of the right camera.
-        tilt: roll and pitch of the base at that moment [rad].
-    """
-
-    left: NDArray[np.uint8]
-    right: NDArray[np.uint8]
-    tilt: tuple[float, float] = (0.0, 0.0)
-
-
-def write_images(folder: Path, name: str, images: TaughtImages) -> dict[str, Any]:
+def write_images(folder: Path, name: str, images: StereoImages) -> dict[str, Any]:
     """Write the images and return the entry that names them.
 
     A file is called after its content, so that images of an earlier state stay whole until that state is given up.
@@ -48,7 +30,7 @@ def write_images(folder: Path, name: str, images: TaughtImages) -> dict[str, Any
     return {**entry, 'tilt': [float(angle) for angle in images.tilt]}
 
 
-def read_images(path: Path, entry: dict[str, Any]) -> TaughtImages:
+def read_images(path: Path, entry: dict[str, Any]) -> StereoImages:
     """Return the images that the entry of a place file names.
 
     Raises:
@@ -61,4 +43,4 @@ def read_images(path: Path, entry: dict[str, Any]) -> TaughtImages:
         except ImageFileError as fault:
             raise LandmarkFileError(f'{path}: images.{side}: {fault}') from fault
     roll, pitch = map(float, entry['tilt'])
-    return TaughtImages(loaded[0], loaded[1], (roll, pitch))
+    return StereoImages(loaded[0], loaded[1], (roll, pitch))

@@ -11,8 +11,8 @@ from tqdm import tqdm
 from shirube_bags.bag_reader import BagReader
 from shirube_geometry import CameraMount
 from stereo_landmark.core.pair.camera_calibration import stereo_rig
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.teaching_session import StereoImages
 from stereo_landmark.files.grey_image import grey
 from stereo_landmark.page.pair_source import RecordedPairs
 from stereo_landmark.pair_recording import choose_topics

@@ -7,8 +7,8 @@ import argparse
 from shirube_geometry import CameraMount
 from shirube_ros.image_files import list_images
 from stereo_landmark.core.pair.camera_calibration import stereo_rig
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.teaching_session import StereoImages
 from stereo_landmark.files.calibration_file import load_camera_calibration
 from stereo_landmark.files.grey_image import load_grey_image
 from stereo_landmark.page.pair_source import RecordedPairs

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stereo_landmark.core.pair.same_cameras import calibration_hash
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.teaching_session import StereoImages
 from stereo_landmark.page.pair_source import RecordedPairs
 
 

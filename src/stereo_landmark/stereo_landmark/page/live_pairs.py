@@ -29,9 +29,9 @@ from stereo_landmark.calibration_message import calibration_from_camera_info
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.pair_stream import Side
 from stereo_landmark.core.pair.stamp_pairing import StampPairing
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.teaching_session import StereoImages
 from stereo_landmark.files.grey_image import grey
 from stereo_landmark.page.pair_source import RecordedPairs
 

@@ -10,9 +10,10 @@ from typing import Any
 
 from shirube_ros.file_errors import CameraFileError
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits
-from stereo_landmark.core.teaching.teaching_session import StereoImages, TeachingSession
+from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.core.teaching.teaching_state import TeachingState
 from stereo_landmark.core.teaching.weak_choices import Weight, weak_procedure
 from stereo_landmark.page import request_fields as read

@@ -8,9 +8,9 @@ from typing import Protocol
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.pair.pair_check import pair_fault
 from stereo_landmark.core.pair.rectification import Rectifier
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.teaching_session import StereoImages
 
 
 class PairSource(Protocol):

@@ -9,11 +9,10 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.teaching_session import StereoImages
 from stereo_landmark.files.place_file import place_path, save_place
-from stereo_landmark.files.taught_images import TaughtImages
 
 
 class PlaceExistsError(StereoLandmarkError):
@@ -53,8 +52,7 @@ class PlaceSaver:
         with _alone_in(self._folder):
             if path.exists() and not replace:
                 self._check_mine(path)
-            pair = TaughtImages(images.left, images.right, images.tilt)
-            save_place(self._folder, place, pair, replace_damaged=replace)
+            save_place(self._folder, place, images, replace_damaged=replace)
             self._mine[path] = _digest(path)
         return path
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stereo_landmark.core.teaching.teaching_session import StereoImages
 from stereo_landmark.files.place_file import load_images, load_place
 from stereo_landmark.page.pair_source import RecordedPairs
 
@@ -16,5 +15,4 @@ def taught_pair(path: Path) -> RecordedPairs:
         LandmarkFileError: the place cannot be used.
     """
     images = load_images(path)
-    pair = StereoImages(images.left, images.right, images.tilt)
-    return RecordedPairs(['as taught'], lambda _: pair, load_place(path).rig)
+    return RecordedPairs(['as taught'], lambda _: images, load_place(path).rig)

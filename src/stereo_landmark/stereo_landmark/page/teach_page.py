@@ -31,6 +31,7 @@ from stereo_landmark.page.reachable_name import reachable_name
 from stereo_landmark.page.taught_pair import taught_pair
 
 PORT = 8765
+PORT_MAX = 65535
 DRAFTS = 'unsaved'
 """Folder within that of the places; a robot reads no folders within."""
 _NODE = NodeSettings()
@@ -165,4 +166,19 @@ def add_page_options(parser: argparse.ArgumentParser) -> None:
         default='127.0.0.1',
         help='address to listen on; any but this machine only asks for a token (default: %(default)s)',
     )
-    add('--port', type=int, default=PORT, help='0 for any that is free (default: %(default)s)')
+    add('--port', type=_port, default=PORT, help='0 for any that is free (default: %(default)s)')
+
+
+def _port(text: str) -> int:
+    """Return the number of a port.
+
+    Raises:
+        ArgumentTypeError: it is none.
+    """
+    try:
+        port = int(text)
+    except ValueError:
+        port = -1
+    if not 0 <= port <= PORT_MAX:
+        raise argparse.ArgumentTypeError(f'{text} is no port; choose 0 to {PORT_MAX}')
+    return port

@@ -46,48 +46,64 @@ def extract_edges(image: NDArray[np.uint8], settings: EdgeSettings) -> Edges:
     check_grey_image(image)
     gx, gy = gaussian_gradient(image, settings.filter_sigma)
     strength = cv2.magnitude(gx, gy)
+    marked = _mark_maxima(gx, gy, strength, np.float32(settings.continuation * settings.threshold))
     index = np.full(image.shape, -1, np.int32)
-    points, gradients = _thin(gx, gy, strength, settings.continuation * settings.threshold, index)
+    points, gradients = _gather(gx, gy, strength, marked, index)
     return Edges(points, gradients, index)
 
 
 @njit(cache=True, error_model='numpy')
-def _thin(
-    gx: NDArray[np.float32],
-    gy: NDArray[np.float32],
-    strength: NDArray[np.float32],
-    threshold: float,
-    index: NDArray[np.int32],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _mark_maxima(
+    gx: NDArray[np.float32], gy: NDArray[np.float32], strength: NDArray[np.float32], threshold: np.float32
+) -> NDArray[np.bool_]:
     # Maxima along the image axis that is nearer to the gradient: one point a row of a steep edge, one a
     # column of a flat one, so that following it never has to choose between two.
     height, width = gx.shape
-    room = height * width // 4 + 16
+    marked = np.zeros((height, width), np.bool_)
+    for y in range(1, height - 1):
+        for x in range(1, width - 1):
+            # Without branches, so that many pixels are looked at together.
+            here = strength[y, x]
+            in_row = (here > strength[y, x - 1]) & (here >= strength[y, x + 1])
+            in_column = (here > strength[y - 1, x]) & (here >= strength[y + 1, x])
+            across = abs(gx[y, x]) >= abs(gy[y, x])
+            marked[y, x] = (here >= threshold) & ((across & in_row) | ((not across) & in_column))
+    return marked
+
+
+@njit(cache=True, error_model='numpy')
+def _gather(
+    gx: NDArray[np.float32],
+    gy: NDArray[np.float32],
+    strength: NDArray[np.float32],
+    marked: NDArray[np.bool_],
+    index: NDArray[np.int32],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return points and gradients of the marked pixels, and write their numbers into the index."""
+    height, width = gx.shape
+    room = int(np.sum(marked))
     points, gradients = np.empty((room, 2)), np.empty((room, 2))
     count = 0
     for y in range(1, height - 1):
         for x in range(1, width - 1):
-            here = strength[y, x]
-            if here < threshold:
+            if not marked[y, x]:
                 continue
             across = abs(gx[y, x]) >= abs(gy[y, x])
             before = strength[y, x - 1] if across else strength[y - 1, x]
             after = strength[y, x + 1] if across else strength[y + 1, x]
-            if here <= before or here < after or count == room:
-                continue
-            shift = _peak(before, here, after)
+            shift = _peak(before, strength[y, x], after)
             points[count, 0] = x + shift if across else x
             points[count, 1] = y if across else y + shift
             gradients[count, 0], gradients[count, 1] = gx[y, x], gy[y, x]
             index[y, x] = count
             count += 1
-    return points[:count].copy(), gradients[:count].copy()
+    return points, gradients
 
 
 @njit(cache=True, error_model='numpy')
 def _peak(before: float, here: float, after: float) -> float:
     """Return the place of the maximum of the parabola through the logarithms; exact for a Gaussian profile."""
-    low, mid, high = np.log(max(before, 1e-3)), np.log(here), np.log(max(after, 1e-3))
-    bend = 2.0 * mid - low - high
+    low, high = np.log(max(before, 1e-3) / here), np.log(max(after, 1e-3) / here)
+    bend = -low - high
     # Less than half a pixel, so that a point rounds to the pixel it was found in.
     return min(max(0.5 * (high - low) / bend, -0.499), 0.499) if bend > 0.0 else 0.0

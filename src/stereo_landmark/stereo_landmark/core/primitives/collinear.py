@@ -69,8 +69,9 @@ def _continuations(ends: NDArray[np.float64], gap_max: float, offset_max: float)
             if (angles[j] - angles[i]) % (2.0 * np.pi) > _ANGLE_MAX:
                 break
             for first, second in ((i, j), (j, i)):
-                gap = _gap(ends, steps, lengths, first, second, offset_max)
-                if gap > gap_max * (lengths[i] + lengths[j]):
+                longest = gap_max * (lengths[i] + lengths[j])
+                gap = _gap(ends, steps, lengths, first, second, offset_max, longest)
+                if gap == np.inf:
                     continue
                 if gap < least_after[first]:
                     least_after[first], after[first] = gap, second
@@ -90,11 +91,12 @@ def _gap(
     i: int,
     j: int,
     offset_max: float,
+    gap_max: float,
 ) -> float:
-    """Return the gap from the end of i to the begin of j [px], infinite where they are not on one line."""
+    """Return the gap from the end of i to the begin of j [px], infinite where they are not on one line or far apart."""
     dx, dy = ends[j, 0, 0] - ends[i, 1, 0], ends[j, 0, 1] - ends[i, 1, 1]
     along = (dx * steps[i, 0] + dy * steps[i, 1]) / lengths[i]
-    if along < -offset_max:
+    if not -offset_max <= along <= gap_max:
         return np.inf
     long, short, sign = (i, j, 0) if lengths[i] >= lengths[j] else (j, i, 1)
     anchor = ends[long, 1 - sign]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from shirube_settings import setting
 from stereo_landmark.core.primitives.corner_links import link_corners
 from stereo_landmark.core.primitives.crossing import crossing_covariance, crossing_of
+from stereo_landmark.core.primitives.found_shapes import FoundShapes
 from stereo_landmark.core.primitives.image_point import ImagePoint
 from stereo_landmark.core.primitives.line_refinement import refine_lines
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
@@ -92,10 +93,12 @@ def corner_differences(
 
 def corner_numbers(corners: Sequence[Corner]) -> NDArray[np.float64]:
     """Return the shapes as numbers, shape (n, 3): angle and bisector [rad] and polarity."""
+    if isinstance(corners, FoundShapes):
+        return corners.numbers
     return np.array([(each.angle, each.bisector, each.polarity) for each in corners]).reshape(-1, 3)
 
 
-def detect_corners(sides: Sides, settings: PrimitiveSettings) -> list[Corner]:
+def detect_corners(sides: Sides, settings: PrimitiveSettings) -> FoundShapes[Corner]:
     """Find the corners that two sides make.
 
     Args:
@@ -112,7 +115,7 @@ def detect_corners(sides: Sides, settings: PrimitiveSettings) -> list[Corner]:
     arms = inner - outer
     lengths = np.hypot(arms[..., 0], arms[..., 1])
     arms = arms / lengths[..., None]
-    covariances = crossing_covariance(links.vertices, 0.5 * (inner + outer), arms, sides.variances[i])
+    as_linked, middles = arms.copy(), 0.5 * (inner + outer)
     # Counted on from the first arm by the angle, the second one comes first.
     swapped = arms[:, 0, 0] * arms[:, 1, 1] - arms[:, 0, 1] * arms[:, 1, 0] < 0.0
     for array in (arms, lengths, e):
@@ -125,13 +128,17 @@ def detect_corners(sides: Sides, settings: PrimitiveSettings) -> list[Corner]:
     bright = np.column_stack([e[:, 0] == 0, e[:, 1] == 1])
     polarities = np.where(bright[:, 0] == bright[:, 1], np.where(bright[:, 0], 1, -1), 0)
     kept = _distinct(links.vertices, bisectors, lengths.min(axis=1))
-    return [
-        Corner(
-            *(links.vertices[k], float(angles[k]), float(bisectors[k]), lengths[k], int(polarities[k])),
-            covariance=covariances[k],
+    numbers = np.column_stack([angles, bisectors, polarities])[kept]
+
+    def make(number: int) -> Corner:
+        k = kept[number]
+        covariance = crossing_covariance(
+            links.vertices[k, None], middles[k, None], as_linked[k, None], sides.variances[i[k]][None]
         )
-        for k in kept
-    ]
+        angle, bisector, polarity = numbers[number].tolist()
+        return Corner(links.vertices[k], angle, bisector, lengths[k], int(polarity), covariance[0])
+
+    return FoundShapes(links.vertices[kept], numbers, make)
 
 
 def refine_corner(corner: Corner, image: NDArray[np.uint8]) -> Corner | None:
@@ -167,9 +174,10 @@ def _sine(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
 
 def _distinct(
     vertices: NDArray[np.float64], bisectors: NDArray[np.float64], lengths: NDArray[np.float64]
-) -> list[int]:
+) -> NDArray[np.int64]:
     """Return one corner of each cell of place and direction, the one with the longest arms, longest first."""
-    cells = np.column_stack([np.rint(vertices / 2.0), np.rint(bisectors / 0.3)])
+    cells = np.column_stack([vertices / 2.0, bisectors / 0.3])
+    keys = np.rint(cells).astype(np.int64) @ [1 << 40, 1 << 16, 1]
     order = np.argsort(-lengths, kind='stable')
-    _, first = np.unique(cells[order], axis=0, return_index=True)
-    return [int(k) for k in order[np.sort(first)]]
+    _, first = np.unique(keys[order], return_index=True)
+    return np.asarray(order[np.sort(first)], dtype=np.int64)

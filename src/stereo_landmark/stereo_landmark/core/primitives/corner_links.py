@@ -30,6 +30,23 @@ class CornerLinks(NamedTuple):
     turns: NDArray[np.float64]
 
 
+def nearest_links(links: CornerLinks, count: int) -> CornerLinks:
+    """Return the links that are among the nearest of one of their ends.
+
+    Args:
+        links: pairs of ends.
+        count: of each end.
+    """
+    gaps = np.abs(links.gaps).sum(axis=1)
+    kept = np.zeros(len(gaps), dtype=np.bool_)
+    for nodes in (2 * links.sides + links.ends).T:
+        order = np.lexsort((gaps, nodes))
+        firsts = np.searchsorted(nodes[order], nodes[order])
+        kept[order] |= np.arange(len(order)) - firsts < count
+    sides, ends, vertices = links.sides[kept], links.ends[kept], links.vertices[kept]
+    return CornerLinks(sides, ends, vertices, links.gaps[kept], links.turns[kept])
+
+
 @njit(cache=True, error_model='numpy')
 def link_corners(
     ends: NDArray[np.float64], gap_max: float, overshoot_max: float, angle_min: float
@@ -43,7 +60,45 @@ def link_corners(
         angle_min: smallest angle between both lines [rad].
     """
     n = len(ends)
-    # By end: where it is, the unit vector that goes on over it, the side's length and its reach.
+    order, places, outward, lengths = _by_column(ends)
+    reaches = np.minimum(gap_max, np.maximum(lengths, overshoot_max))
+    overshoots = np.minimum(overshoot_max, _PART * lengths)
+    members, starts, strips = _by_strip(places[:, 1], gap_max)
+    # The first end of each strip that is farther right than the present one.
+    nexts = starts[:-1].copy()
+    sine_min = np.sin(angle_min)
+    pairs, gaps = np.empty((16 * n + 16, 2), np.int64), np.empty((16 * n + 16, 2))
+    count = 0
+    for a in range(2 * n):
+        nexts[strips[a]] += 1
+        begin, far = count, reaches[a] + gap_max
+        # Reaches are at most the height of a strip.
+        for strip in range(max(strips[a] - 2, 0), min(strips[a] + 3, len(nexts))):
+            for m in range(nexts[strip], starts[strip + 1]):
+                b = members[m]
+                dx, dy = places[b, 0] - places[a, 0], places[b, 1] - places[a, 1]
+                if dx > far or count == len(pairs):
+                    break
+                reach = reaches[a] + reaches[b]
+                if dx > reach or abs(dy) > reach or order[a] >> 1 == order[b] >> 1:
+                    continue
+                cross = outward[a, 0] * outward[b, 1] - outward[a, 1] * outward[b, 0]
+                if abs(cross) < sine_min:
+                    continue
+                gap_a = (dx * outward[b, 1] - dy * outward[b, 0]) / cross
+                gap_b = (dx * outward[a, 1] - dy * outward[a, 0]) / cross
+                if -overshoots[a] <= gap_a <= reaches[a] and -overshoots[b] <= gap_b <= reaches[b]:
+                    _insert(pairs, gaps, begin, count, (a, b), (gap_a, gap_b))
+                    count += 1
+    return _described(pairs[:count], gaps[:count], order, places, outward)
+
+
+@njit(cache=True, error_model='numpy')
+def _by_column(
+    ends: NDArray[np.float64],
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return all ends from left to right: number, place [px], unit vector that goes on over it, its side's length."""
+    n = len(ends)
     outward, lengths = np.empty((2 * n, 2)), np.empty(2 * n)
     for i in range(n):
         dx, dy = ends[i, 1] - ends[i, 0]
@@ -53,33 +108,53 @@ def link_corners(
             outward[2 * i + e, 0], outward[2 * i + e, 1] = sign * dx / length, sign * dy / length
             lengths[2 * i + e] = length
     order = np.argsort(ends[:, :, 0].copy().reshape(2 * n))
-    places, outward, lengths = ends.copy().reshape(2 * n, 2)[order], outward[order], lengths[order]
-    reaches = np.minimum(gap_max, np.maximum(lengths, overshoot_max))
-    overshoots = np.minimum(overshoot_max, _PART * lengths)
-    columns, rows = places[:, 0].copy(), places[:, 1].copy()
-    sine_min = np.sin(angle_min)
-    pairs, gaps = np.empty((16 * n + 16, 2), np.int64), np.empty((16 * n + 16, 2))
-    count = 0
-    for a in range(2 * n):
-        far = reaches[a] + gap_max
-        for b in range(a + 1, 2 * n):
-            dx, dy = columns[b] - columns[a], rows[b] - rows[a]
-            if dx > far or count == len(pairs):
-                break
-            if abs(dy) > far:
-                continue
-            reach = reaches[a] + reaches[b]
-            if dx > reach or abs(dy) > reach or order[a] // 2 == order[b] // 2:
-                continue
-            cross = outward[a, 0] * outward[b, 1] - outward[a, 1] * outward[b, 0]
-            if abs(cross) < sine_min:
-                continue
-            gap_a = (dx * outward[b, 1] - dy * outward[b, 0]) / cross
-            gap_b = (dx * outward[a, 1] - dy * outward[a, 0]) / cross
-            if -overshoots[a] <= gap_a <= reaches[a] and -overshoots[b] <= gap_b <= reaches[b]:
-                pairs[count, 0], pairs[count, 1], gaps[count, 0], gaps[count, 1] = a, b, gap_a, gap_b
-                count += 1
-    return _described(pairs[:count], gaps[:count], order, places, outward)
+    return order, ends.copy().reshape(2 * n, 2)[order], outward[order], lengths[order]
+
+
+@njit(cache=True, error_model='numpy')
+def _by_strip(
+    rows: NDArray[np.float64], height: float
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Return places strip by strip in their order, where each strip begins, and the strip of each, shape (n,).
+
+    Args:
+        rows: shape (n,) [px].
+        height: of a strip [px].
+    """
+    n = len(rows)
+    strips = np.empty(n, np.int64)
+    if not n:
+        return strips, np.zeros(1, np.int64), strips
+    top = np.min(rows)
+    for i in range(n):
+        strips[i] = int((rows[i] - top) / height)
+    starts = np.zeros(np.max(strips) + 2, np.int64)
+    for i in range(n):
+        starts[strips[i] + 1] += 1
+    starts = np.cumsum(starts)
+    filled, members = starts.copy(), np.empty(n, np.int64)
+    for i in range(n):
+        members[filled[strips[i]]] = i
+        filled[strips[i]] += 1
+    return members, starts, strips
+
+
+@njit(cache=True, error_model='numpy')
+def _insert(
+    pairs: NDArray[np.int64],
+    gaps: NDArray[np.float64],
+    begin: int,
+    end: int,
+    pair: tuple[int, int],
+    between: tuple[float, float],
+) -> None:
+    """Insert a pair among those of its first end, by rising number of the second."""
+    place = end
+    while place > begin and pairs[place - 1, 1] > pair[1]:
+        pairs[place], gaps[place] = pairs[place - 1], gaps[place - 1]
+        place -= 1
+    pairs[place, 0], pairs[place, 1] = pair
+    gaps[place, 0], gaps[place, 1] = between
 
 
 @njit(cache=True, error_model='numpy')

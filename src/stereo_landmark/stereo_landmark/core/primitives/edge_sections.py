@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from stereo_landmark.core.primitives.edge_response import look_up
+from stereo_landmark.core.primitives.section_levels import pull_levels
 
 # Fewer pixels do not tell two grey levels and an offset.
 _PIXELS_MIN = 8
@@ -19,6 +20,10 @@ _CONTRAST_MIN = 0.3
 # Outside the core a pixel agrees within so many deviations of the noise and this part of the contrast.
 _AGREEING = 3.0
 _SHADING = 0.03
+# Beyond the core rows of this width are looked at, and their mean may differ by this part of the contrast [px].
+_BIN = 0.5
+_BINS = 16
+_FOOT = 0.015
 # A section all of one grey level, or all on one side of the edge.
 _SINGULAR = 1e-6
 # Noise that moves the edge so far hides it [px].
@@ -34,12 +39,16 @@ class BandPixels(NamedTuple):
         distances: shape (n,), from the outline, outward or to the right positive [px].
         directions: shape (n,), bin of the normal's direction, see :func:`direction_bin`.
         values: shape (n,) [grey levels].
+        covers: shape (n,), how much of what each shows of the inside other edges leave; 1 without any.
+        skews: shape (n,), what more of the inside shows for each unit of the response's slope; 0 without others.
     """
 
     sections: NDArray[np.int32]
     distances: NDArray[np.float64]
     directions: NDArray[np.int32]
     values: NDArray[np.float64]
+    covers: NDArray[np.float64]
+    skews: NDArray[np.float64]
 
 
 class SectionOffsets(NamedTuple):
@@ -75,7 +84,7 @@ class _Fits(NamedTuple):
 
 @njit(cache=True, error_model='numpy')
 def measure_sections(
-    pixels: BandPixels, profiles: NDArray[np.float64], count: int, core: float
+    pixels: BandPixels, profiles: NDArray[np.float64], count: int, core: float, is_straight: bool
 ) -> SectionOffsets:
     """Fit two grey levels, an offset and the blur to the pixels of each section by least squares.
 
@@ -88,6 +97,7 @@ def measure_sections(
         profiles: shape (directions, distances, 3), the response of an edge for the blur supposed.
         count: number of sections.
         core: half the width of the band's core [px].
+        is_straight: sections follow each other along a line, where grey levels change little and evenly.
     """
     sums = _Sums(np.zeros((count, 4, 4)), np.zeros((count, 4)), np.zeros(count), np.zeros(count))
     fits = _Fits(np.zeros((count, 3)), np.zeros((count, 3, 3)), np.full(count, np.nan))
@@ -96,26 +106,37 @@ def measure_sections(
     noise = max(np.sqrt(np.nanmedian(fits.rests)), _ROUNDING)
     _add_pixels(pixels, profiles, core, fits, noise, sums)
     _solve(sums, fits)
+    if is_straight:
+        noise = max(np.sqrt(np.nanmedian(fits.rests)), _ROUNDING)
+        pull_levels(sums.normal, sums.right, sums.squares, fits.solutions, fits.inverses, fits.rests, noise)
+        _solve(sums, fits)
     return _offsets(sums, fits)
 
 
 @njit(cache=True, error_model='numpy')
 def _add_pixels(
-    pixels: BandPixels, profiles: NDArray[np.float64], core: float, fits: _Fits, noise: float, sums: _Sums
+    pixels: BandPixels,
+    profiles: NDArray[np.float64],
+    core: float,
+    fits: _Fits,
+    noise: float,
+    sums: _Sums,
 ) -> None:
     """Add the pixels of the core (noise not a number), else those outside it that agree with the fits."""
     response = np.empty(3)
     columns = np.ones(4)
     outside = not np.isnan(noise)
+    left, right = _clear_reach(pixels, profiles, core, fits, noise) if outside else (-core, core)
     for p in range(len(pixels.values)):
         k, value, distance = pixels.sections[p], pixels.values[p], pixels.distances[p]
-        if (abs(distance) > core) != outside:
+        if (abs(distance) > core) != outside or not left <= distance <= right:
             continue
         look_up(profiles[pixels.directions[p]], distance, response)
-        columns[1:] = response
+        columns[1] = response[0] * pixels.covers[p] + response[1] * pixels.skews[p]
+        columns[2], columns[3] = response[1] * pixels.covers[p], response[2] * pixels.covers[p]
         if outside:
             level, contrast, shift = fits.solutions[k]
-            rest = value - level - contrast * response[0] - shift * response[1]
+            rest = value - level - contrast * columns[1] - shift * columns[2]
             if abs(rest) > _AGREEING * noise + _SHADING * abs(contrast):
                 continue
         for r in range(4):
@@ -124,6 +145,37 @@ def _add_pixels(
                 sums.normal[k, r, c] += columns[r] * columns[c]
         sums.squares[k] += value * value
         sums.members[k] += 1.0
+
+
+@njit(cache=True, error_model='numpy')
+def _clear_reach(
+    pixels: BandPixels, profiles: NDArray[np.float64], core: float, fits: _Fits, noise: float
+) -> tuple[float, float]:
+    """Return how far to the left (negative) and to the right of the edge its levels hold [px].
+
+    The blurred foot of another edge beside it is less than the noise of a pixel, but not than that of a whole row.
+    """
+    sums, counts = np.zeros((2, _BINS)), np.zeros((2, _BINS))
+    contrast, response = 0.0, np.empty(3)
+    for p in range(len(pixels.values)):
+        k, distance = pixels.sections[p], pixels.distances[p]
+        row = int((abs(distance) - core) / _BIN)
+        if abs(distance) <= core or row >= _BINS or np.isnan(fits.rests[k]):
+            continue
+        look_up(profiles[pixels.directions[p]], distance, response)
+        covered = response[0] * pixels.covers[p] + response[1] * pixels.skews[p]
+        rest = pixels.values[p] - fits.solutions[k, 0] - fits.solutions[k, 1] * covered
+        sums[int(distance > 0.0), row] += min(max(rest, -_AGREEING * noise), _AGREEING * noise)
+        counts[int(distance > 0.0), row] += 1.0
+    contrast = np.nanmedian(np.abs(fits.solutions[:, 1]))
+    reach = np.full(2, core + _BINS * _BIN)
+    for side in range(2):
+        for row in range(_BINS):
+            n = counts[side, row]
+            if abs(sums[side, row]) > n * _FOOT * contrast + 3.0 * noise * np.sqrt(n):
+                reach[side] = core + row * _BIN
+                break
+    return -reach[0], reach[1]
 
 
 @njit(cache=True, error_model='numpy')

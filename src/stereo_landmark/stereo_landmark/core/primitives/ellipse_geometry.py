@@ -44,21 +44,29 @@ def normal_motion(parameters: NDArray[np.float64], t: float, row: NDArray[np.flo
 
 
 @njit(cache=True, error_model='numpy')
-def foot_parameter(parameters: NDArray[np.float64], x: float, y: float) -> float:
-    """Return the parameter of the nearest point of the outline; for points near it [rad]."""
-    cx, cy, a, b, tilt = parameters
-    cos_r, sin_r = np.cos(tilt), np.sin(tilt)
-    u, v = cos_r * (x - cx) + sin_r * (y - cy), -sin_r * (x - cx) + cos_r * (y - cy)
-    t = np.arctan2(v * a, u * b)
+def foot_point(a: float, b: float, u: float, v: float) -> tuple[float, float, float]:
+    """Return cosine and sine of the parameter of the nearest point of the outline, and the speed |dP/dt| there.
+
+    Args:
+        a: semi-axis along u [px].
+        b: semi-axis along v [px].
+        u: of a point near the outline, in the axes of the ellipse [px].
+        v: the same along the other axis [px].
+    """
+    cos_t, sin_t = u * b, v * a
+    norm = np.sqrt(cos_t * cos_t + sin_t * sin_t)
+    cos_t, sin_t = (cos_t / norm, sin_t / norm) if norm > 0.0 else (1.0, 0.0)
     for _ in range(3):
-        cos_t, sin_t = np.cos(t), np.sin(t)
-        # Zero of (P - Q) . dP/dt by Newton's method.
+        # Zero of (P - Q) . dP/dt by Newton's method; a small turn needs no trigonometry.
         dx, dy = a * cos_t - u, b * sin_t - v
         slope = dy * b * cos_t - dx * a * sin_t
         bend = (a * sin_t) ** 2 + (b * cos_t) ** 2 - dx * a * cos_t - dy * b * sin_t
         if bend > 0.0:
-            t -= slope / bend
-    return t
+            turn = -slope / bend
+            cos_t, sin_t = cos_t - turn * sin_t, sin_t + turn * cos_t
+            norm = np.sqrt(1.0 + turn * turn)
+            cos_t, sin_t = cos_t / norm, sin_t / norm
+    return cos_t, sin_t, np.sqrt((a * sin_t) ** 2 + (b * cos_t) ** 2)
 
 
 @njit(cache=True, error_model='numpy')

@@ -18,7 +18,7 @@ from stereo_landmark.core.primitives.edge_response import (
 from stereo_landmark.core.primitives.edge_sections import BandPixels, measure_sections
 from stereo_landmark.core.primitives.ellipse_geometry import (
     ellipse_point,
-    foot_parameter,
+    foot_point,
     normal_motion,
     perimeter,
 )
@@ -75,7 +75,7 @@ def _measure(
         count = max(_SECTIONS_MIN, int(np.rint(perimeter(now[2], now[3]) / _SECTION)))
         width = min(band_width(blur), _PART_OF_AXIS * now[3])
         pixels, jacobian = _outline_band(image, now, width, count, blur**2 + PIXEL_VARIANCE)
-        found = measure_sections(pixels, table[number], count, min(band_core(blur), width))
+        found = measure_sections(pixels, table[number], count, min(band_core(blur), width), False)
         fit = robust_step(jacobian, found.offsets, found.sigmas, prior)
         refined = RefinedEllipse(now + fit.step, fit.covariance, fit.agreeing)
         if not fit.found or np.min(refined.parameters[2:4]) < 1.0:
@@ -106,21 +106,24 @@ def _outline_band(
     n = 0
     for y in range(max(0, int(cy - reach_y)), min(height, int(cy + reach_y) + 2)):
         for x in range(max(0, int(cx - reach_x)), min(columns, int(cx + reach_x) + 2)):
-            if not _is_near(
-                cos_r * (x - cx) + sin_r * (y - cy), cos_r * (y - cy) - sin_r * (x - cx), a, b, width
-            ):
+            u, v = cos_r * (x - cx) + sin_r * (y - cy), cos_r * (y - cy) - sin_r * (x - cx)
+            if not _is_near(u, v, a, b, width):
                 continue
-            t = foot_parameter(parameters, x, y)
-            px, py, nx, ny, speed = ellipse_point(parameters, t)
-            distance = (x - px) * nx + (y - py) * ny
+            cos_t, sin_t, speed = foot_point(a, b, u, v)
+            nu, nv = b * cos_t / speed, a * sin_t / speed
+            distance = (u - a * cos_t) * nu + (v - b * sin_t) * nv
             if abs(distance) > width or n == room:
                 continue
+            t = np.arctan2(sin_t, cos_t)
             sections[n] = min(np.searchsorted(bounds, t % (2.0 * np.pi), side='right') - 1, count - 1)
             # Blur moves the half-way level of a curved edge towards its hollow side.
             distances[n] = distance + 0.5 * variance * a * b / speed**3
-            directions[n], values[n] = direction_bin(nx, ny), image[y, x]
+            directions[n] = direction_bin(cos_r * nu - sin_r * nv, sin_r * nu + cos_r * nv)
+            values[n] = image[y, x]
             n += 1
-    return BandPixels(sections[:n], distances[:n], directions[:n], values[:n]), jacobian
+    return BandPixels(
+        sections[:n], distances[:n], directions[:n], values[:n], np.ones(n), np.zeros(n)
+    ), jacobian
 
 
 @njit(cache=True, error_model='numpy')

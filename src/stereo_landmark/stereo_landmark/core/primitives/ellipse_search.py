@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from stereo_landmark.core.primitives.ellipse_fit import fit_ellipse
-from stereo_landmark.core.primitives.ellipse_geometry import ellipse_point, perimeter
+from stereo_landmark.core.primitives.ellipse_geometry import perimeter
 
 # One arc alone proposes an ellipse from this turn on [rad]; so many points of an arc are fitted.
 _TURN_ALONE = 1.6
@@ -197,8 +197,16 @@ def edges_along(
     steps = max(8, int(perimeter(ellipse[2], ellipse[3]) / step))
     near = np.empty(4 * steps + 64, np.int32)
     count, seen, looked, squares, t = 0, 0, 0, 0.0, 0.0
+    cx, cy, a, b, tilt = ellipse[:5]
+    cos_r, sin_r = np.cos(tilt), np.sin(tilt)
     while t < 2.0 * np.pi and count < len(near):
-        x, y, nx, ny, speed = ellipse_point(ellipse[:5], t)
+        cos_t, sin_t = np.cos(t), np.sin(t)
+        speed = np.sqrt((a * sin_t) ** 2 + (b * cos_t) ** 2)
+        x, y = cx + cos_r * a * cos_t - sin_r * b * sin_t, cy + sin_r * a * cos_t + cos_r * b * sin_t
+        nx, ny = (
+            (cos_r * b * cos_t - sin_r * a * sin_t) / speed,
+            (sin_r * b * cos_t + cos_r * a * sin_t) / speed,
+        )
         t += step / speed
         looked += 1
         j, distance = _nearest_edge(points, gradients, index, x, y, nx, ny, ellipse[5], band)

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from stereo_landmark.core.primitives.edge_response import (
     BLURS,
     PIXEL_VARIANCE,
-    direction_bin,
     nearest_blur,
     response_table,
 )
-from stereo_landmark.core.primitives.edge_sections import BandPixels, measure_sections
+from stereo_landmark.core.primitives.edge_sections import measure_sections
+from stereo_landmark.core.primitives.line_band import cut_by, line_band
 from stereo_landmark.core.primitives.robust_step import robust_step
 
 ROUNDS = 5
@@ -84,14 +84,18 @@ def refine_line(
     return None if lines is None else lines[0]
 
 
-def refine_lines(image: NDArray[np.uint8], ends: NDArray[np.float64]) -> list[RefinedLine] | None:
+def refine_lines(
+    image: NDArray[np.uint8], ends: NDArray[np.float64], is_ring: bool = False
+) -> list[RefinedLine] | None:
     """Measure several edges as `refine_line` does; None where the image does not show all of them.
 
     Args:
         image: shape (h, w), grey levels.
         ends: shape (n, 2, 2), first and last points [px].
+        is_ring: each edge ends where the next begins, the last at the first, and the inside lies to the right of all.
+            Then they are measured up to the corners.
     """
-    measured = _measure(image, ends, response_table())
+    measured = _measure(image, ends, response_table(), is_ring)
     if not measured.found.all():
         return None
     columns = measured.middles, measured.directions, measured.variances
@@ -119,25 +123,39 @@ def next_blur(blur: float, step: float) -> float:
 
 
 @njit(cache=True, error_model='numpy')
-def _measure(image: NDArray[np.uint8], ends: NDArray[np.float64], table: NDArray[np.float64]) -> _Measured:
+def _measure(
+    image: NDArray[np.uint8], ends: NDArray[np.float64], table: NDArray[np.float64], is_ring: bool
+) -> _Measured:
     """Return the lines between ends, shape (n, 2, 2)."""
     n = len(ends)
     lines = _Measured(
         np.zeros(n, np.bool_), np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.empty(n)
     )
-    for k in range(n):
-        line = ends[k].copy()
-        number = nearest_blur(FIRST_BLUR)
-        for _ in range(ROUNDS):
-            before = number
-            number, moved = _measure_again(image, line, number, table, k, lines)
-            if number < 0:
-                break
-            lines.found[k] = True
-            if moved < SMALL_STEP and number == before:
-                break
-        lines.found[k] &= number >= 0
+    now, numbers = ends.copy(), np.full(n, nearest_blur(FIRST_BLUR))
+    is_done, others = np.zeros(n, np.bool_), np.empty((2, 3))
+    for _ in range(ROUNDS):
+        for k in range(n):
+            if is_done[k]:
+                continue
+            if is_ring:
+                _write_line(now[k - 1], others[0])
+                _write_line(now[(k + 1) % n], others[1])
+            before = numbers[k]
+            numbers[k], moved = _measure_again(image, now[k], before, table, others[: 2 * is_ring], k, lines)
+            lines.found[k] = numbers[k] >= 0
+            if not lines.found[k]:
+                return lines
+            is_done[k] = moved < SMALL_STEP and numbers[k] == before
     return lines
+
+
+@njit(cache=True, error_model='numpy')
+def _write_line(ends: NDArray[np.float64], line: NDArray[np.float64]) -> None:
+    """Write the normal to the right of a line and its offset along it, shape (3,)."""
+    dx, dy = ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1]
+    length = np.sqrt(dx * dx + dy * dy)
+    line[0], line[1] = -dy / length, dx / length
+    line[2] = line[0] * ends[0, 0] + line[1] * ends[0, 1]
 
 
 @njit(cache=True, error_model='numpy')
@@ -146,6 +164,7 @@ def _measure_again(
     line: NDArray[np.float64],
     number: int,
     table: NDArray[np.float64],
+    others: NDArray[np.float64],
     k: int,
     lines: _Measured,
 ) -> tuple[int, float]:
@@ -157,14 +176,16 @@ def _measure_again(
     blur = BLURS[number]
     dx, dy = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
     length = np.sqrt(dx * dx + dy * dy)
-    span = length - 2.0 * min(band_core(blur), 0.3 * length)
+    span = length if len(others) else length - 2.0 * min(band_core(blur), 0.3 * length)
     if not span >= _SPAN_MIN:
         return -1, 0.0
     dx, dy = dx / length, dy / length
     x, y = 0.5 * (line[0, 0] + line[1, 0]), 0.5 * (line[0, 1] + line[1, 1])
     count = max(_SECTIONS_MIN, int(np.rint(span / _SECTION)))
-    pixels = _line_band(image, (x, y), (dx, dy), span, band_width(blur), count)
-    found = measure_sections(pixels, table[number], count, band_core(blur))
+    pixels, alongs = line_band(image, (x, y), (dx, dy), span, band_width(blur), count)
+    for other in others:
+        cut_by(other, (x, y), (dx, dy), table[number], blur**2 + PIXEL_VARIANCE, pixels, alongs)
+    found = measure_sections(pixels, table[number], count, band_core(blur), True)
     jacobian = np.ones((count, 2))
     for section in range(count):
         jacobian[section, 1] = ((section + 0.5) / count - 0.5) * span
@@ -193,49 +214,3 @@ def _write_independent(
         lines.middles[k, c] = 0.5 * (line[0, c] + line[1, c]) + along * lines.directions[k, c]
     lines.variances[k, 0] = covariance[0, 0] - covariance[0, 1] ** 2 / covariance[1, 1] + _MODEL_SIGMA**2
     lines.variances[k, 1] = covariance[1, 1]
-
-
-@njit(cache=True, error_model='numpy')
-def _line_band(
-    image: NDArray[np.uint8],
-    middle: tuple[float, float],
-    direction: tuple[float, float],
-    span: float,
-    width: float,
-    count: int,
-) -> BandPixels:
-    """Return the pixels up to a distance beside the middle part of a line."""
-    height, columns = image.shape
-    dx, dy = direction
-    room = int((span + 3.0) * (2.0 * width + 3.0) * 1.5) + 16
-    sections, distances, values = np.empty(room, np.int32), np.empty(room), np.empty(room)
-    reach_x = 0.5 * span * abs(dx) + width * abs(dy)
-    reach_y = 0.5 * span * abs(dy) + width * abs(dx)
-    n = 0
-    for y in range(max(0, int(middle[1] - reach_y)), min(height, int(middle[1] + reach_y) + 2)):
-        low, high = _row_reach(y - middle[1], dx, dy, span, width, reach_x)
-        for x in range(max(0, int(middle[0] + low)), min(columns, int(middle[0] + high) + 2)):
-            ex, ey = x - middle[0], y - middle[1]
-            along, across = dx * ex + dy * ey, dx * ey - dy * ex
-            if abs(across) > width or abs(along) >= 0.5 * span or n == room:
-                continue
-            sections[n] = int((along / span + 0.5) * count)
-            distances[n], values[n] = across, image[y, x]
-            n += 1
-    directions = np.full(n, direction_bin(-dy, dx), np.int32)
-    return BandPixels(sections[:n], distances[:n], directions, values[:n])
-
-
-@njit(cache=True, error_model='numpy')
-def _row_reach(
-    ey: float, dx: float, dy: float, span: float, width: float, reach_x: float
-) -> tuple[float, float]:
-    """Return between which x, from the middle, a row crosses the band [px]."""
-    low, high = -reach_x, reach_x
-    if abs(dy) > 0.05:
-        ends = (dx * ey - width) / dy, (dx * ey + width) / dy
-        low, high = max(low, min(ends)), min(high, max(ends))
-    if abs(dx) > 0.05:
-        ends = (-0.5 * span - dy * ey) / dx, (0.5 * span - dy * ey) / dx
-        low, high = max(low, min(ends)), min(high, max(ends))
-    return low - 1.0, high

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_settings import setting
-from stereo_landmark.core.primitives.corner_links import link_corners
+from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
 from stereo_landmark.core.primitives.crossing import crossing_covariance, joint_covariance, meeting_point
+from stereo_landmark.core.primitives.found_shapes import FoundShapes
 from stereo_landmark.core.primitives.image_point import ImagePoint
 from stereo_landmark.core.primitives.line_refinement import refine_lines
 from stereo_landmark.core.primitives.quadrilateral_comparison import best_turn, corner_differences
@@ -22,6 +23,9 @@ from stereo_landmark.core.primitives.turning import folded
 
 # Outlines whose corners are nearer to each other than this are one [px].
 _SAME = 4.0
+# Of more pairs of side ends, as small tiles make them, only so many of each end are taken, the nearest.
+_LINKS_MANY = 12000
+_LINKS_NEAREST = 4
 # A corner that moves farther when it is measured was another one [px].
 _MOVED_MAX = 6.0
 
@@ -139,9 +143,15 @@ def quadrilateral_differences(
 
 def quadrilateral_numbers(quadrilaterals: Sequence[Quadrilateral]) -> NDArray[np.float64]:
     """Return the shapes as numbers, shape (n, 9): corner vectors [px] and polarity."""
+    if isinstance(quadrilaterals, FoundShapes):
+        return quadrilaterals.numbers
     corners = np.array([each.corners for each in quadrilaterals]).reshape(-1, 4, 2)
+    return _numbers(corners, np.array([each.polarity for each in quadrilaterals]))
+
+
+def _numbers(corners: NDArray[np.float64], polarities: NDArray[np.int64]) -> NDArray[np.float64]:
     vectors = (corners - corners.mean(axis=1, keepdims=True)).reshape(-1, 8)
-    return np.column_stack([vectors, [each.polarity for each in quadrilaterals]])
+    return np.column_stack([vectors, polarities])
 
 
 def ordered_as(found: Quadrilateral, taught: Quadrilateral) -> Quadrilateral:
@@ -150,7 +160,7 @@ def ordered_as(found: Quadrilateral, taught: Quadrilateral) -> Quadrilateral:
     return found.turned(best_turn(mine, theirs))
 
 
-def detect_quadrilaterals(sides: Sides, settings: PrimitiveSettings) -> list[Quadrilateral]:
+def detect_quadrilaterals(sides: Sides, settings: PrimitiveSettings) -> FoundShapes[Quadrilateral]:
     """Find rings of four sides; corners may be hidden, sides have gaps.
 
     Args:
@@ -163,14 +173,20 @@ def detect_quadrilaterals(sides: Sides, settings: PrimitiveSettings) -> list[Qua
     links = link_corners(
         sides.ends, settings.hidden_corner_max, settings.corner_gap_max, settings.corner_angle_min
     )
+    if len(links.gaps) > _LINKS_MANY:
+        links = nearest_links(links, _LINKS_NEAREST)
     graph = corner_graph(links, sides.ends, sides.covered, settings.side_seen_min, settings.outline_seen_min)
     rings, corners, seen = find_rings(graph)
     corners, rings = _from_upper_left(corners, rings)
     kept = distinct_outlines(corners.reshape(-1, 8), np.argsort(-seen, kind='stable'), _SAME)
+    corners, rings, seen = corners[kept], rings[kept], seen[kept]
     polarities = np.where(np.sum(rings % 2 == 0, axis=1) >= 2, 1, -1)
-    covariances = _covariances(sides, rings[kept] // 2, corners[kept])
-    columns = polarities[kept].tolist(), seen[kept].tolist()
-    return [Quadrilateral(*row) for row in zip(corners[kept], *columns, covariances, strict=True)]
+
+    def make(k: int) -> Quadrilateral:
+        covariance = _covariance(sides, rings[k] // 2, corners[k])
+        return Quadrilateral(corners[k], int(polarities[k]), float(seen[k]), covariance)
+
+    return FoundShapes(corners.mean(axis=1), _numbers(corners, polarities), make)
 
 
 def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quadrilateral | None:
@@ -184,7 +200,7 @@ def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quad
         the quadrilateral, its corners in the same order and their errors correlated as far as they share
         sides; None where the image shows no four straight sides there.
     """
-    lines = refine_lines(image, np.stack([found.corners, np.roll(found.corners, -1, axis=0)], axis=1))
+    lines = refine_lines(image, np.stack([found.corners, np.roll(found.corners, -1, axis=0)], axis=1), True)
     if lines is None:
         return None
     corners = np.array([meeting_point(lines[k - 1], lines[k]) for k in range(4)])
@@ -204,17 +220,14 @@ def _from_upper_left(
     return np.take_along_axis(corners, order[..., None], axis=1), np.take_along_axis(rings, order, axis=1)
 
 
-def _covariances(sides: Sides, rings: NDArray[np.int64], corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the covariances of the corners, shape (n, 8, 8) [px²]."""
-    n = len(rings)
-    pairs = np.stack([np.roll(rings, 1, axis=1), rings], axis=2).reshape(4 * n, 2)
+def _covariance(sides: Sides, ring: NDArray[np.int64], corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the covariance of the corners of one ring of sides, shape (8, 8) [px²]."""
+    pairs = np.stack([np.roll(ring, 1), ring], axis=1)
     ends = sides.ends[pairs]
     directions = ends[:, :, 1] - ends[:, :, 0]
     directions /= np.linalg.norm(directions, axis=2, keepdims=True)
-    blocks = crossing_covariance(
-        corners.reshape(4 * n, 2), ends.mean(axis=2), directions, sides.variances[pairs]
-    )
-    covariances = np.zeros((n, 4, 2, 4, 2))
+    blocks = crossing_covariance(corners, ends.mean(axis=2), directions, sides.variances[pairs])
+    covariance = np.zeros((4, 2, 4, 2))
     corner = np.arange(4)
-    covariances[:, corner, :, corner, :] = blocks.reshape(n, 4, 2, 2).transpose(1, 0, 2, 3)
-    return covariances.reshape(n, 8, 8)
+    covariance[corner, :, corner, :] = blocks
+    return covariance.reshape(8, 8)

@@ -15,22 +15,30 @@ _ODD_SIDES_MAX = 1
 
 
 class CornerGraph(NamedTuple):
-    """Sides and the right turns between them; an end of a side is numbered 2 side + end.
+    """Sides and the m right turns between them; an end of a side is numbered 2 side + end.
 
     Attributes:
         starts: shape (2 n + 1,), where the links that leave by each end begin.
+        first: shape (m,), those ends.
         second: shape (m,), the ends by which the next sides are entered.
         vertices: shape (m, 2), where that happens [px].
-        ends: shape (n, 2, 2), of the sides [px].
+        left_at: shape (m,), how far along the side that is left, from where it was entered [px].
+        entered_at: shape (m,), how far along the side that is entered, from its end; negative before it [px].
+        coming: shape (m,), the links by the ends that they enter.
+        coming_starts: shape (2 n + 1,), where those of each end begin.
         covered: shape (n,), length along which a side is seen [px].
         side_seen_min: part of each side that must be seen.
         outline_seen_min: part of the whole outline that must be seen.
     """
 
     starts: NDArray[np.int64]
+    first: NDArray[np.int64]
     second: NDArray[np.int64]
     vertices: NDArray[np.float64]
-    ends: NDArray[np.float64]
+    left_at: NDArray[np.float64]
+    entered_at: NDArray[np.float64]
+    coming: NDArray[np.int64]
+    coming_starts: NDArray[np.int64]
     covered: NDArray[np.float64]
     side_seen_min: float
     outline_seen_min: float
@@ -72,9 +80,33 @@ def corner_graph(
     first = np.where(right, nodes[:, 0], nodes[:, 1])
     second = np.where(right, nodes[:, 1], nodes[:, 0])
     order = np.argsort(first, kind='stable')
-    starts = np.searchsorted(first[order], np.arange(2 * len(covered) + 1)).astype(np.int64)
-    vertices = links.vertices[order]
-    return CornerGraph(starts, second[order], vertices, ends, covered, side_seen_min, outline_seen_min)
+    first, second, vertices = first[order], second[order], links.vertices[order]
+    coming = np.argsort(second, kind='stable')
+    numbers = np.arange(2 * len(covered) + 1)
+    starts, coming_starts = (
+        np.searchsorted(sorted_ends, numbers).astype(np.int64) for sorted_ends in (first, second[coming])
+    )
+    # What is left was entered by its other end.
+    left_at, entered_at = _along(ends, first ^ 1, vertices), _along(ends, second, vertices)
+    return CornerGraph(
+        *(starts, first, second, vertices, left_at, entered_at, coming, coming_starts, covered),
+        side_seen_min=side_seen_min,
+        outline_seen_min=outline_seen_min,
+    )
+
+
+@njit(cache=True, error_model='numpy')
+def _along(
+    ends: NDArray[np.float64], entered: NDArray[np.int64], vertices: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return how far vertices are along sides from the ends by which these are entered, shape (m,) [px]."""
+    along = np.empty(len(entered))
+    for m in range(len(entered)):
+        begin, end = ends[entered[m] >> 1, entered[m] & 1], ends[entered[m] >> 1, 1 - (entered[m] & 1)]
+        dx, dy = end[0] - begin[0], end[1] - begin[1]
+        product = dx * (vertices[m, 0] - begin[0]) + dy * (vertices[m, 1] - begin[1])
+        along[m] = product / np.sqrt(dx * dx + dy * dy)
+    return along
 
 
 @njit(cache=True, error_model='numpy')
@@ -83,72 +115,77 @@ def find_rings(graph: CornerGraph) -> Rings:
     starts, second = graph.starts, graph.second
     room = 8 * len(graph.covered) + 16
     rings = Rings(np.empty((room, 4), np.int64), np.empty((room, 4, 2)), np.empty(room))
+    closing = np.full(2 * len(graph.covered), -1)
     count = 0
     for node in range(2 * len(graph.covered)):
+        # A ring is found from its first side only.
+        if not _mark_closing(graph, node, closing):
+            continue
         for a in range(starts[node ^ 1], starts[(node ^ 1) + 1]):
-            # A ring is found from its first side only.
-            if second[a] // 2 <= node // 2:
+            if second[a] >> 1 <= node >> 1:
                 continue
             for b in range(starts[second[a] ^ 1], starts[(second[a] ^ 1) + 1]):
-                if second[b] // 2 > node // 2 and _is_seen(
-                    graph, second[a], graph.vertices[a], graph.vertices[b]
-                ):
-                    count = _close_rings(graph, node, a, b, rings, count)
+                if second[b] >> 1 > node >> 1 and _length(graph, a, b) > 0.0:
+                    count = _close_rings(graph, node, a, b, closing, rings, count)
+        for c in range(graph.coming_starts[node], graph.coming_starts[node + 1]):
+            closing[graph.first[graph.coming[c]] ^ 1] = -1
     return Rings(rings.entered[:count].copy(), rings.corners[:count].copy(), rings.seen[:count].copy())
 
 
 @njit(cache=True, error_model='numpy')
-def _close_rings(graph: CornerGraph, node: int, a: int, b: int, rings: Rings, count: int) -> int:
+def _mark_closing(graph: CornerGraph, node: int, closing: NDArray[np.int64]) -> bool:
+    """Write the link to a node from each side by the end where that is entered; return whether there is any."""
+    is_any = False
+    for c in range(graph.coming_starts[node], graph.coming_starts[node + 1]):
+        link = graph.coming[c]
+        closing[graph.first[link] ^ 1] = link
+        is_any |= graph.first[link] >> 1 > node >> 1
+    return is_any
+
+
+@njit(cache=True, error_model='numpy')
+def _close_rings(
+    graph: CornerGraph, node: int, a: int, b: int, closing: NDArray[np.int64], rings: Rings, count: int
+) -> int:
     """Add the rings that begin with a side and two links; return how many there are now."""
-    second, vertices = graph.second, graph.vertices
+    second = graph.second
     for c in range(graph.starts[second[b] ^ 1], graph.starts[(second[b] ^ 1) + 1]):
         last = second[c]
-        if last // 2 <= node // 2 or last // 2 == second[a] // 2:
+        d = closing[last]
+        if d < 0 or last >> 1 <= node >> 1 or last >> 1 == second[a] >> 1 or count == len(rings.seen):
             continue
-        d = _link_between(graph, last ^ 1, node)
-        if d < 0 or count == len(rings.seen):
+        # Those entered by their first end are walked with the bright side to the right.
+        forward = 4 - (node & 1) - (second[a] & 1) - (second[b] & 1) - (last & 1)
+        seen = _seen_part(graph, a, b, c, d)
+        if min(forward, 4 - forward) > _ODD_SIDES_MAX or seen < graph.outline_seen_min:
             continue
-        entered, corners = rings.entered[count], rings.corners[count]
-        entered[0], entered[1], entered[2], entered[3] = node, second[a], second[b], last
-        corners[0], corners[1], corners[2], corners[3] = vertices[d], vertices[a], vertices[b], vertices[c]
-        rings.seen[count] = _seen_part(graph, entered, corners)
-        if rings.seen[count] >= graph.outline_seen_min:
-            count += 1
+        for k, link in enumerate((d, a, b, c)):
+            rings.entered[count, k], rings.corners[count, k] = second[link], graph.vertices[link]
+        rings.seen[count] = seen
+        count += 1
     return count
 
 
 @njit(cache=True, error_model='numpy')
-def _link_between(graph: CornerGraph, node: int, wanted: int) -> int:
-    for d in range(graph.starts[node], graph.starts[node + 1]):
-        if graph.second[d] == wanted:
-            return d
-    return -1
+def _length(graph: CornerGraph, before: int, after: int) -> float:
+    """Return how long a side is from one link to the next [px]; 0 where too little of that is seen."""
+    length = graph.left_at[after] - graph.entered_at[before]
+    return (
+        max(length, 0.0) if graph.covered[graph.second[before] >> 1] >= graph.side_seen_min * length else 0.0
+    )
 
 
 @njit(cache=True, error_model='numpy')
-def _is_seen(graph: CornerGraph, node: int, begin: NDArray[np.float64], end: NDArray[np.float64]) -> bool:
-    """Whether a side runs from one corner to the other and enough of it is seen."""
-    side, entered = node // 2, node % 2
-    dx, dy = end[0] - begin[0], end[1] - begin[1]
-    ex = graph.ends[side, 1 - entered, 0] - graph.ends[side, entered, 0]
-    ey = graph.ends[side, 1 - entered, 1] - graph.ends[side, entered, 1]
-    return dx * ex + dy * ey > 0.0 and graph.covered[side] >= graph.side_seen_min * np.sqrt(dx * dx + dy * dy)
-
-
-@njit(cache=True, error_model='numpy')
-def _seen_part(graph: CornerGraph, entered: NDArray[np.int64], corners: NDArray[np.float64]) -> float:
-    """Return the part of the outline that is seen; 0 where a side is not, or too many have odd polarity."""
-    forward = 0
+def _seen_part(graph: CornerGraph, a: int, b: int, c: int, d: int) -> float:
+    """Return the part of the outline of four links that is seen; 0 where a side is not."""
     outline, found = 0.0, 0.0
-    for k in range(4):
-        begin, end = corners[k], corners[(k + 1) % 4]
-        if not _is_seen(graph, entered[k], begin, end):
+    for before, after in ((d, a), (a, b), (b, c), (c, d)):
+        length = _length(graph, before, after)
+        if length <= 0.0:
             return 0.0
-        length = np.sqrt((end[0] - begin[0]) ** 2 + (end[1] - begin[1]) ** 2)
         outline += length
-        found += min(length, graph.covered[entered[k] // 2])
-        forward += 1 - entered[k] % 2
-    return found / outline if min(forward, 4 - forward) <= _ODD_SIDES_MAX else 0.0
+        found += min(length, graph.covered[graph.second[before] >> 1])
+    return found / outline
 
 
 @njit(cache=True, error_model='numpy')

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -42,7 +42,7 @@ class DetectedKind:
     """
 
     kind: Kind
-    primitives: tuple[Primitive, ...]
+    primitives: Sequence[Primitive]
 
     @cached_property
     def centres(self) -> NDArray[np.float64]:
@@ -108,5 +108,5 @@ def detect_scene(
             (Kind.CORNER, detect_corners),
         ):
             if kind in wanted:
-                found[kind] = DetectedKind(kind, tuple(detect(sides, processing.primitives)))
+                found[kind] = DetectedKind(kind, detect(sides, processing.primitives))
     return DetectedScene(image, segments, found)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from stereo_landmark.core.primitives.corner import corner_differences, corner_numbers
 from stereo_landmark.core.primitives.ellipse import ellipse_differences, ellipse_numbers
+from stereo_landmark.core.primitives.found_shapes import FoundShapes
 from stereo_landmark.core.primitives.parallel_lines import parallel_lines_differences, parallel_lines_numbers
 from stereo_landmark.core.primitives.quadrilateral import (
     Quadrilateral,
@@ -43,6 +44,8 @@ def numbers_of(kind: Kind, primitives: Sequence[Primitive]) -> NDArray[np.float6
 
 def centres_of(kind: Kind, primitives: Sequence[Primitive]) -> NDArray[np.float64]:
     """Return the centres of primitives of one kind, shape (n, 2) [px]."""
+    if isinstance(primitives, FoundShapes):
+        return primitives.centres
     if kind is Kind.QUADRILATERAL:
         corners = [each.corners for each in primitives if isinstance(each, Quadrilateral)]
         return np.asarray(np.array(corners).reshape(-1, 4, 2).mean(axis=1))

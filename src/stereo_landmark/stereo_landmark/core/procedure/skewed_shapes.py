@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from stereo_landmark.core.place.stereo_points import SpatialPoints
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
-from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.procedure.primitive import Primitive
 
 SKEW_MAX = 0.05
 """Opposite sides of a rectangle, as measured in space, differ by a smaller part than this,"""
@@ -16,28 +16,28 @@ SKEW_SIGMAS = 5.0
 """or by fewer standard deviations."""
 
 
-def skewed_shapes(place: TaughtPlace) -> Iterator[str]:
-    """Yield a line for each quadrilateral of a target that is no rectangle in space.
+def skewed_shapes(shapes: Mapping[str, Primitive], coordinates: SpatialPoints) -> Iterator[tuple[str, str]]:
+    """Yield name and remark of each quadrilateral that is no rectangle in space.
 
     One side that is another thing's in one of the images, such as the frame around a panel, makes a plane out of it
     that is not there, and two corners far behind or before the wall, which look well measured.
 
     Args:
-        place: as taught.
+        shapes: primitives by their names.
+        coordinates: of their points, named ``name/point``.
     """
-    for target in place.targets:
-        for primitive in target.primitives:
-            if not isinstance(primitive.shape, Quadrilateral):
-                continue
-            name = f'{target.name}/{primitive.name}'
-            corners = place.coordinates.selected(tuple(f'{name}/corner_{k}' for k in range(4)))
-            skew, lengths = _skew(corners)
-            if skew > 1.0:
-                one, other = (f'{100.0 * length:.1f}' for length in lengths)
-                yield (
-                    f'{name}: its opposite sides are {one} and {other} cm long in space; unless it is so, they are of '
-                    'different things: choose another primitive'
-                )
+    for name, shape in shapes.items():
+        if not isinstance(shape, Quadrilateral):
+            continue
+        corners = coordinates.selected(tuple(f'{name}/corner_{k}' for k in range(4)))
+        skew, lengths = _skew(corners)
+        if skew > 1.0:
+            one, other = (f'{100.0 * length:.1f}' for length in lengths)
+            text = (
+                f'{name}: its opposite sides are {one} and {other} cm long in space; unless it is so, they are of '
+                'different things: choose another primitive'
+            )
+            yield name, text
 
 
 def _skew(corners: SpatialPoints) -> tuple[float, tuple[float, float]]:

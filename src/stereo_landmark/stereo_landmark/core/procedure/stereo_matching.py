@@ -115,27 +115,71 @@ def supports(
         asked: shape (m,).
     """
     firsts = _firsts(owners)
-    step = (len(firsts) + VOTERS_MAX - 2) // VOTERS_MAX
+    layers, sizes, voters = _voters(disparities, firsts)
+    count = sizes[0]
+    shares, words, least = np.empty(count), np.empty(count), np.empty(count)
     support = np.zeros(len(places))
-    for begin in range(len(firsts) - 1):
-        a = firsts[begin]
-        if not np.any(asked[a : firsts[begin + 1]]):
+    for owner in range(len(firsts) - 1):
+        begin, end = firsts[owner], firsts[owner + 1]
+        if not np.any(asked[begin:end]):
             continue
-        for other in range(0, len(firsts) - 1, step):
-            b, end = firsts[other], firsts[other + 1]
-            du, dv = places[b, 0] - places[a, 0], places[b, 1] - places[a, 1]
+        for v in range(count):
+            first = firsts[voters[v]]
+            du, dv = places[first, 0] - places[begin, 0], places[first, 1] - places[begin, 1]
             squared = du * du + dv * dv
-            if other == begin or squared >= NEIGHBOURHOOD**2:
-                continue
-            share = 1.0 / (SLACK + GRADIENT_MAX * np.sqrt(squared))
-            for p in range(a, firsts[begin + 1]):
-                if not asked[p]:
-                    continue
-                least = np.inf
-                for q in range(b, end):
-                    least = min(least, abs(disparities[q] - disparities[p]))
-                support[p] += weights[b] * max(0.0, 1.0 - least * share)
+            shares[v] = 1.0 / (SLACK + GRADIENT_MAX * np.sqrt(squared))
+            is_asked = squared < NEIGHBOURHOOD**2 and voters[v] != owner
+            words[v] = weights[first] if is_asked else 0.0
+        for p in range(begin, end):
+            if asked[p]:
+                support[p] = _support(disparities[p], layers, sizes, shares, words, least)
     return support
+
+
+@njit(cache=True, error_model='numpy')
+def _voters(
+    disparities: NDArray[np.float64], firsts: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
+    """Return the first disparity of each voter, then the second of those that have two, and so on.
+
+    Returns:
+        rows of disparities, shape (k, n); how many voters have so many, shape (k,); which owners the voters are,
+        those with most pairs first, shape (n,).
+    """
+    step = max((len(firsts) + VOTERS_MAX - 2) // VOTERS_MAX, 1)
+    chosen = np.arange(0, len(firsts) - 1, step)
+    pairs = firsts[chosen + 1] - firsts[chosen]
+    chosen = chosen[np.argsort(-pairs, kind='mergesort')]
+    rows = max(np.max(pairs), 1) if len(pairs) else 1
+    layers, sizes = np.empty((rows, len(chosen))), np.zeros(rows, np.int64)
+    sizes[0] = len(chosen)
+    for v in range(len(chosen)):
+        begin = firsts[chosen[v]]
+        for q in range(begin, firsts[chosen[v] + 1]):
+            layers[q - begin, v] = disparities[q]
+            sizes[q - begin] = v + 1
+    return layers, sizes, chosen
+
+
+# Sums in any order, so that many voters are asked together.
+@njit(cache=True, error_model='numpy', fastmath={'reassoc', 'nsz', 'contract'})
+def _support(
+    disparity: float,
+    layers: NDArray[np.float64],
+    sizes: NDArray[np.int64],
+    shares: NDArray[np.float64],
+    words: NDArray[np.float64],
+    least: NDArray[np.float64],
+) -> float:
+    for v in range(sizes[0]):
+        least[v] = abs(layers[0, v] - disparity)
+    for k in range(1, len(sizes)):
+        for v in range(sizes[k]):
+            least[v] = min(least[v], abs(layers[k, v] - disparity))
+    total = 0.0
+    for v in range(sizes[0]):
+        total += words[v] * max(0.0, 1.0 - least[v] * shares[v])
+    return total
 
 
 @njit(cache=True, error_model='numpy')

@@ -84,12 +84,17 @@ def _best_of(
     paths: NDArray[np.int64],
 ) -> list[Supposition]:
     """Return suppositions, of those with the same matches the one that fits best."""
-    by_misfit = np.argsort(misfits, kind='stable')
-    _, first = np.unique(matched[by_misfit], axis=0, return_index=True)
-    chosen = by_misfit[first]
-    counts = (matched[chosen] >= 0).sum(axis=1)
-    ranked = chosen[np.lexsort((misfits[chosen], paths[chosen], -counts))]
-    return [Supposition(states[i], matched[i], int(paths[i])) for i in ranked[:KEPT_MAX].tolist()]
+    counts = (matched >= 0).sum(axis=1)
+    chosen: list[int] = []
+    # Those that find most come first, so that few need to be compared.
+    for count in np.unique(counts)[::-1].tolist():
+        alike = np.flatnonzero(counts == count)
+        alike = alike[np.argsort(misfits[alike], kind='stable')]
+        best = {row.tobytes(): i for i, row in zip(alike[::-1].tolist(), matched[alike[::-1]], strict=True)}
+        chosen += sorted(best.values(), key=lambda i: (paths[i], misfits[i]))
+        if len(chosen) >= KEPT_MAX:
+            break
+    return [Supposition(states[i], matched[i], int(paths[i])) for i in chosen[:KEPT_MAX]]
 
 
 @njit(cache=True, error_model='numpy')
@@ -116,18 +121,15 @@ def _match(
     count = pixels.shape[1]
     matched = np.full(pixels.shape[:2], -1)
     misfits = np.full(len(pixels), np.inf)
-    rows = np.empty(len(centres))
-    for k in range(count):
-        for i in range(starts[k], starts[k + 1]):
-            rows[i] = centres[starts[k] + order[i], 1]
+    sorted_centres, firsts = _by_rows(starts, centres, order)
     for h in range(len(pixels)):
         found, total = 0, 0.0
         for k in range(count):
             if found + count - k < needed:
                 break
-            way = np.hypot(pixels[h, k, 0] - pixels[h, path, 0], pixels[h, k, 1] - pixels[h, path, 1])
-            reach = window + WAY_SHARE * way
-            i, apart = _nearest(pixels[h, k], starts[k], starts[k + 1], centres, order, rows, reach)
+            du, dv = pixels[h, k, 0] - pixels[h, path, 0], pixels[h, k, 1] - pixels[h, path, 1]
+            reach = window + WAY_SHARE * np.sqrt(du * du + dv * dv)
+            i, apart = _nearest(pixels[h, k], sorted_centres, firsts[k], starts[k + 1], order, reach)
             if i >= 0:
                 matched[h, k] = i
                 found += 1
@@ -138,26 +140,62 @@ def _match(
 
 
 @njit(cache=True, error_model='numpy')
+def _by_rows(
+    starts: NDArray[np.int64], centres: NDArray[np.float64], order: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the candidates of each primitive by rising v, and the first one that is not above each row of pixels.
+
+    Returns:
+        centres, shape (n, 3), and numbers among them, shape (k, rows).
+    """
+    count = len(starts) - 1
+    ordered = np.empty((len(centres), 3))
+    for k in range(count):
+        for i in range(starts[k], starts[k + 1]):
+            ordered[i] = centres[starts[k] + order[i]]
+    rows = int(max(np.max(centres[:, 1]), 0.0)) + 2 if len(centres) else 1
+    firsts = np.empty((count, rows), np.int64)
+    for k in range(count):
+        i = starts[k]
+        for row in range(rows):
+            while i < starts[k + 1] and ordered[i, 1] < row:
+                i += 1
+            firsts[k, row] = i
+        firsts[k, 0] = starts[k]
+    return ordered, firsts
+
+
+@njit(cache=True, error_model='numpy')
 def _nearest(
     expected: NDArray[np.float64],
-    begin: int,
-    end: int,
     centres: NDArray[np.float64],
+    firsts: NDArray[np.int64],
+    end: int,
     order: NDArray[np.int64],
-    rows: NDArray[np.float64],
     reach: float,
 ) -> tuple[int, float]:
-    """Return the number of the candidate nearest to a place and its distance [px]; -1 where none is within reach."""
-    best, least = -1, reach
-    first = begin + np.searchsorted(rows[begin:end], expected[1] - reach)
-    for i in range(first, end):
-        # Not so where the place is not a number: then nothing is near.
-        if not rows[i] <= expected[1] + reach:
+    """Return the number of the candidate nearest to a place and its distance [px]; -1 where none is within reach.
+
+    Args:
+        expected: shape (4,) [px].
+        centres: shape (n, 3), by rising v [px].
+        firsts: shape (rows,), see `_by_rows`.
+        end: of this primitive's candidates.
+        order: shape (n,), their numbers.
+        reach: [px].
+    """
+    best, least = -1, reach * reach
+    top = max(expected[1] - reach, 0.0)
+    # Not so where the place is not a number: then nothing is near.
+    if not top < len(firsts):
+        return best, reach
+    for i in range(firsts[int(top)], end):
+        dv = expected[1] - centres[i, 1]
+        if -dv > reach:
             break
-        number = order[i]
-        du, dv = expected[0] - centres[begin + number, 0], expected[1] - rows[i]
-        disparity = (du - expected[2] + centres[begin + number, 2]) / DISPARITY_SHARE
-        apart = np.sqrt(du * du + dv * dv + disparity * disparity)
-        if apart < least or (apart == least and best >= 0 and number < best):
-            best, least = number, apart
-    return best, least
+        du = expected[0] - centres[i, 0]
+        disparity = (du - expected[2] + centres[i, 2]) / DISPARITY_SHARE
+        square = du * du + dv * dv + disparity * disparity
+        if square < least or (square == least and best >= 0 and order[i] < best):
+            best, least = order[i], square
+    return best, np.sqrt(least)

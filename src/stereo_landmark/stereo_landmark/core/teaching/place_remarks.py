@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from stereo_landmark.core.procedure.place_review import not_found_again
 from stereo_landmark.core.procedure.stereo_measurement import invariant_points
 from stereo_landmark.core.procedure.teaching import TargetChoice
+from stereo_landmark.core.teaching.place_review import not_found_again
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.core.teaching.teaching_state import ChosenPrimitive, TargetDraft
 

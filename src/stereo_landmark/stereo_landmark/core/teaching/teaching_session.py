@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from stereo_landmark.core.edges.edges import extract_edges
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
@@ -30,21 +31,6 @@ from stereo_landmark.core.teaching.weak_choices import Hint, expected_fix, weak_
 
 VIEWS_KEPT = 4
 """So that undo and redo are quick."""
-
-
-@dataclass(frozen=True, eq=False)
-class StereoImages:
-    """A pair of images.
-
-    Attributes:
-        left: shape (h, w), grey, rectified.
-        right: the same of the right camera.
-        tilt: roll and pitch of the base at that moment [rad].
-    """
-
-    left: NDArray[np.uint8]
-    right: NDArray[np.uint8]
-    tilt: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
 from stereo_landmark.core.procedure.detected_scene import DetectedScene
 from stereo_landmark.core.procedure.primitive import Tolerances, difference, kind_of
+from stereo_landmark.core.procedure.skewed_shapes import skewed_shapes
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.weak_geometry import weak_geometry
 from stereo_landmark.core.teaching.measured_draft import MeasuredPrimitive, MeasuredTarget
@@ -84,6 +85,7 @@ def weak_choices(
         *_unmeasured(draft, measured.primitives),
         *_geometry(draft, measured, fix),
         *_uncertain_points(draft, measured.coordinates),
+        *_skewed(draft, measured),
         *_near_border(draft, measured.primitives, view),
         *_look_alikes(draft, view.left, tolerances),
     ]
@@ -143,6 +145,12 @@ def _uncertain_points(draft: TargetDraft, points: SpatialPoints) -> Iterator[Hin
         if sigma > POINT_SIGMA_MAX and name not in draft.left_out:
             text = f'{name} is known to ±{100.0 * sigma:.0f} cm only; leave the point out'
             yield Hint(Weight.WEAK, draft.name, name, text)
+
+
+def _skewed(draft: TargetDraft, measured: MeasuredTarget) -> Iterator[Hint]:
+    shapes = {part.name: part.pair[0] for part in measured.primitives if part.pair is not None}
+    for name, text in skewed_shapes(shapes, measured.coordinates):
+        yield Hint(Weight.WEAK, draft.name, name, text)
 
 
 def _near_border(draft: TargetDraft, parts: Sequence[MeasuredPrimitive], view: StereoView) -> Iterator[Hint]:

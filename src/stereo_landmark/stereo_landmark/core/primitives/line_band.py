@@ -1,0 +1,97 @@
+"""The pixels beside a straight side, and what another side leaves of them where both meet."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from stereo_landmark.core.primitives.edge_response import direction_bin, look_up
+from stereo_landmark.core.primitives.edge_sections import BandPixels
+
+
+@njit(cache=True, error_model='numpy')
+def cut_by(
+    other: NDArray[np.float64],
+    middle: tuple[float, float],
+    direction: tuple[float, float],
+    profiles: NDArray[np.float64],
+    variance: float,
+    pixels: BandPixels,
+    alongs: NDArray[np.float64],
+) -> None:
+    """Let pixels near a corner show as much of the inside as another side leaves.
+
+    What both sides cover is the probability that two normal deviates are below their limits, as correlated as the
+    normals of the sides: the product, and the first term of the series by the correlation.
+
+    Args:
+        other: normal to the inside and offset of the other side, shape (3,).
+        middle: of this side [px].
+        direction: of this side.
+        profiles: shape (directions, distances, 3), of the blur.
+        variance: of the blurred edge [px²].
+        pixels: to be changed.
+        alongs: shape (n,), of the pixels along this side from its middle [px].
+    """
+    dx, dy = direction
+    correlation = dx * other[1] - dy * other[0]
+    begin = other[0] * middle[0] + other[1] * middle[1] - other[2]
+    forth, aside = other[0] * dx + other[1] * dy, other[1] * dx - other[0] * dy
+    profile, response = profiles[direction_bin(other[0], other[1])], np.empty(3)
+    sure = 4.0 * np.sqrt(variance)
+    for p in range(len(alongs)):
+        depth = begin + alongs[p] * forth + pixels.distances[p] * aside
+        if depth < sure:
+            look_up(profile, max(depth, -sure), response)
+            pixels.covers[p] *= response[0]
+            pixels.skews[p] += correlation * variance * response[1]
+
+
+@njit(cache=True, error_model='numpy')
+def line_band(
+    image: NDArray[np.uint8],
+    middle: tuple[float, float],
+    direction: tuple[float, float],
+    span: float,
+    width: float,
+    count: int,
+) -> tuple[BandPixels, NDArray[np.float64]]:
+    """Return the pixels up to a distance beside the middle part of a line, and how far along it they are."""
+    height, columns = image.shape
+    dx, dy = direction
+    room = int((span + 3.0) * (2.0 * width + 3.0) * 1.5) + 16
+    sections, distances, values = np.empty(room, np.int32), np.empty(room), np.empty(room)
+    alongs = np.empty(room)
+    reach_x = 0.5 * span * abs(dx) + width * abs(dy)
+    reach_y = 0.5 * span * abs(dy) + width * abs(dx)
+    n = 0
+    for y in range(max(0, int(middle[1] - reach_y)), min(height, int(middle[1] + reach_y) + 2)):
+        low, high = _row_reach(y - middle[1], dx, dy, span, width, reach_x)
+        for x in range(max(0, int(middle[0] + low)), min(columns, int(middle[0] + high) + 2)):
+            ex, ey = x - middle[0], y - middle[1]
+            along, across = dx * ex + dy * ey, dx * ey - dy * ex
+            if abs(across) > width or abs(along) >= 0.5 * span or n == room:
+                continue
+            sections[n] = int((along / span + 0.5) * count)
+            distances[n], values[n], alongs[n] = across, image[y, x], along
+            n += 1
+    directions = np.full(n, direction_bin(-dy, dx), np.int32)
+    return BandPixels(sections[:n], distances[:n], directions, values[:n], np.ones(n), np.zeros(n)), alongs[
+        :n
+    ]
+
+
+@njit(cache=True, error_model='numpy')
+def _row_reach(
+    ey: float, dx: float, dy: float, span: float, width: float, reach_x: float
+) -> tuple[float, float]:
+    """Return between which x, from the middle, a row crosses the band [px]."""
+    low, high = -reach_x, reach_x
+    if abs(dy) > 0.05:
+        ends = (dx * ey - width) / dy, (dx * ey + width) / dy
+        low, high = max(low, min(ends)), min(high, max(ends))
+    if abs(dx) > 0.05:
+        ends = (-0.5 * span - dy * ey) / dx, (0.5 * span - dy * ey) / dx
+        low, high = max(low, min(ends)), min(high, max(ends))
+    return low - 1.0, high
