@@ -112,7 +112,7 @@ def _add_pixels(
         if (abs(distance) > core) != outside:
             continue
         look_up(profiles[pixels.directions[p]], distance, response)
-        columns[1:] = response
+        columns[1], columns[2], columns[3] = response[0], response[1], response[2]
         if outside:
             level, contrast, shift = fits.solutions[k]
             rest = value - level - contrast * response[0] - shift * response[1]

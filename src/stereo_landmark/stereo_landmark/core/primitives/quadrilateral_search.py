@@ -83,7 +83,7 @@ def find_rings(graph: CornerGraph) -> Rings:
     starts, second = graph.starts, graph.second
     room = 8 * len(graph.covered) + 16
     rings = Rings(np.empty((room, 4), np.int64), np.empty((room, 4, 2)), np.empty(room))
-    count = 0
+    count = np.int64(0)  # typed: numba compiles _close_rings once more for a bare number
     for node in range(2 * len(graph.covered)):
         for a in range(starts[node ^ 1], starts[(node ^ 1) + 1]):
             # A ring is found from its first side only.
