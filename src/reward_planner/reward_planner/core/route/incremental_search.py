@@ -125,7 +125,7 @@ def with_cell(state: SearchState, opened: OpenCells, cell: int, start: int, move
 def _with_room(state: SearchState, opened: OpenCells) -> OpenCells:
     """Return a full open list without the entries that do not count any more, and larger if that is not enough."""
     keys, cells = np.empty_like(opened.keys), np.empty_like(opened.cells)
-    size = np.int64(0)
+    size = int(np.int64(0))
     for k in range(opened.size):
         cell = np.int64(opened.cells[k])
         if state.lengths[cell] != state.promises[cell]:
