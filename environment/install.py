@@ -95,6 +95,7 @@ def run_pip(folder: Path, arguments: list[str], title: str, count: int) -> None:
         'pip',
         'install',
         '--no-deps',
+        '--no-compile',  # Python compiles what is imported, which is a part of it
         '--no-input',
         '--progress-bar',
         'off',

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.newest_set_only
+
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = sorted(folder.name for folder in (ROOT / 'src').iterdir() if folder.is_dir())
 SOURCES = sorted(path for path in (ROOT / 'src').glob('*/*/**/*.py') if 'test' not in path.parts)

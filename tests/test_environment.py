@@ -7,6 +7,8 @@ from types import ModuleType
 
 import pytest
 
+pytestmark = pytest.mark.newest_set_only
+
 ROOT = Path(__file__).resolve().parents[1]
 PIP_CALL = 'pip is not called here'
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 from simulated_lamp import SimulatedLamp
 
 from vlc_beacon.core.packet.data_packet import DataPacket
@@ -11,6 +12,8 @@ from vlc_beacon.core.transmitter.coded_frame import constant_tone_frame, rs_fsk_
 from vlc_beacon.core.transmitter.lamp_frame_bytes import LENGTH_MAX, bytes_of_frame
 from vlc_beacon.core.transmitter.lamp_frame_waveform import waveform_of_frame
 from vlc_beacon.core.transmitter.serial_protocol import upload_requests
+
+pytestmark = pytest.mark.newest_set_only
 
 ID = IdPacket(4711).to_bytes()
 TONE = bytes_of_frame(constant_tone_frame(2000.0))

@@ -30,6 +30,8 @@ from vlc_beacon.core.transmitter.lamp_frame import STEP_FRACTION, STEP_TICKS_MIN
 from vlc_beacon.core.transmitter.lamp_frame_bytes import bytes_of_frame
 from vlc_beacon.core.transmitter.lamp_frame_waveform import waveform_of_frame
 
+pytestmark = pytest.mark.newest_set_only
+
 ID = IdPacket(4711)
 COMMAND = CommandPacket(Command(3, 5, -1.570796, 77), b'abcd')
 TEXT = DataPacket('曲がる'.encode(), is_text=True)

@@ -13,6 +13,8 @@ from vlc_beacon.core.transmitter.coded_frame import constant_tone_frame, ufsook_
 from vlc_beacon.core.transmitter.lamp_frame_bytes import LENGTH_MAX, bytes_of_frame, frame_of_bytes
 from vlc_beacon.core.transmitter.lamp_frame_error import LampFrameError
 
+pytestmark = pytest.mark.newest_set_only
+
 ID = IdPacket(4711).to_bytes()
 TONE = bytes_of_frame(constant_tone_frame(2000.0))
 

@@ -18,6 +18,8 @@ from vlc_beacon.core.transmitter.serial_protocol import LampStatus, upload_reque
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.lamp_port import LampPort
 
+pytestmark = pytest.mark.newest_set_only
+
 ID = IdPacket(4711).to_bytes()
 TONE = bytes_of_frame(constant_tone_frame(2000.0))
 

@@ -10,6 +10,8 @@ import serial
 from simulated_motor_controller import FRAME_SECONDS, SimulatedMotorController
 from simulated_terminal import terminal_of
 
+pytestmark = pytest.mark.newest_set_only
+
 STOPPED = (0, 0)
 DEFAULT_GAINS = 'u 20:12:0:50'
 AUTO_STOP_SECONDS = 2.0

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from simulated_motor_controller import SimulatedMotorController
 
+pytestmark = pytest.mark.newest_set_only
+
 INVALID = b'Invalid Command\r\n'
 ORDER, PWM = 'o 100 -50', (100, -50)
 # The same grammar a second time: letter, numbers, and what each may be.

@@ -46,8 +46,9 @@ def visible_cells(occupied: NDArray[np.bool_], row: int, column: int, reach: flo
     for k in range(_RAYS):
         _cast(occupied, row, column, (k + 0.5) * 2.0 * math.pi / _RAYS, reach, seen)
     offsets = np.argwhere(seen)
-    offsets[:, 0] += row - span
-    offsets[:, 1] += column - span
+    for k in range(len(offsets)):
+        offsets[k, 0] += row - span
+        offsets[k, 1] += column - span
     return offsets
 
 

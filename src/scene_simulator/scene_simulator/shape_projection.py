@@ -42,8 +42,9 @@ def outline_in_picture(
             return np.empty((0, 2))
     flat = _project(seen, lens)
     picture = np.empty((len(flat), 3))
-    picture[:, :2] = scale * (flat + 0.5)
-    picture[:, 2] = 1.0
+    for k in range(len(flat)):
+        picture[k, 0], picture[k, 1] = scale * (flat[k, 0] + 0.5), scale * (flat[k, 1] + 0.5)
+        picture[k, 2] = 1.0
     width, height = float(scale * size[0]), float(scale * size[1])
     borders = np.array(
         [[1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, width, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, -1.0, height, 0.0]]
@@ -53,8 +54,9 @@ def outline_in_picture(
         if len(picture) < 3:
             return np.empty((0, 2))
     corners = np.empty((len(picture), 2))
-    corners[:, 0] = np.minimum(np.maximum(picture[:, 0], 0.0), width)
-    corners[:, 1] = np.minimum(np.maximum(picture[:, 1], 0.0), height)
+    for k in range(len(picture)):
+        corners[k, 0] = min(max(picture[k, 0], 0.0), width)
+        corners[k, 1] = min(max(picture[k, 1], 0.0), height)
     return corners
 
 
@@ -91,10 +93,14 @@ def _cut(points: NDArray[np.float64], plane: NDArray[np.float64]) -> NDArray[np.
     for i in range(n):
         before, here = heights[i - 1], heights[i]
         if (before >= 0.0) != (here >= 0.0):
-            kept[count] = points[i - 1] + before / (before - here) * (points[i] - points[i - 1])
+            for k in range(3):
+                kept[count, k] = points[i - 1, k] + before / (before - here) * (
+                    points[i, k] - points[i - 1, k]
+                )
             count += 1
         if here >= 0.0:
-            kept[count] = points[i]
+            for k in range(3):
+                kept[count, k] = points[i, k]
             count += 1
     return kept[:count]
 
@@ -116,7 +122,8 @@ def _project(points: NDArray[np.float64], lens: NDArray[np.float64]) -> NDArray[
         x1, y1 = points[i, 0] / points[i, 2], points[i, 1] / points[i, 2]
         for k in range(1, pieces[i] + 1):
             part = k / pieces[i]
-            flat[count] = _distorted(x0 + part * (x1 - x0), y0 + part * (y1 - y0), lens)
+            place = _distorted(x0 + part * (x1 - x0), y0 + part * (y1 - y0), lens)
+            flat[count, 0], flat[count, 1] = place
             count += 1
     return flat
 

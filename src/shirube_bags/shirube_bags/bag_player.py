@@ -50,11 +50,11 @@ class BagPlayer:
 
     def resolved_topic(self, topic: str) -> str:
         """Return the name a topic is published under after remapping."""
-        return str(self._publishers[topic].topic_name)
+        return str(self._publisher(topic).topic_name)
 
     def subscriber_count(self, topic: str) -> int:
         """Return how many subscribers a topic has."""
-        return int(self._publishers[topic].get_subscription_count())
+        return int(self._publisher(topic).get_subscription_count())
 
     def publish(self, message: BagMessage) -> None:
         """Set the clock to the message's stamp and publish it."""
@@ -83,3 +83,6 @@ class BagPlayer:
         """
         for topic in topics:
             self._publishers[topic].wait_for_all_acked(Duration(seconds=timeout))
+
+    def _publisher(self, topic: str) -> Publisher:
+        return self._clock if topic == CLOCK and self._clock is not None else self._publishers[topic]

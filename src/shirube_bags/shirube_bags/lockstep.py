@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from rclpy.executors import Executor
 from rclpy.node import Node
 
-from shirube_bags.bag_player import BagPlayer
+from shirube_bags.bag_player import CLOCK, BagPlayer
 from shirube_bags.bag_reader import BagMessage, BagReader
 from shirube_bags.node_questions import NodeQuestions
 
@@ -59,6 +59,11 @@ class Lockstep:
         Raises:
             ReplayError: a node has not answered in time.
         """
+        # Nodes look for what has come one subscription after the other: without the question, the message could be
+        # found by a look that missed the clock just before.
+        self._player.set_clock(message.stamp_ns)
+        followers = set(self._subscribers_of(CLOCK)) & set(self._subscribers_of(message.topic))
+        self._questions.ask(sorted(followers), self._timeout)
         self._player.publish(message)
         if len(message.raw) > LARGEST_DATAGRAM:
             self._player.wait_until_received([message.topic], ACKNOWLEDGE_TIMEOUT)
@@ -71,7 +76,10 @@ class Lockstep:
             ReplayError: a node has not answered in time.
         """
         names = {name for topic in topics for name in self._subscribers_of(topic)}
-        self._questions.ask(sorted(names), self._timeout)
+        # Nodes look for messages before they look for questions: where both come in between, the question is answered
+        # first. The second question is answered after another look for messages.
+        for _ in range(2):
+            self._questions.ask(sorted(names), self._timeout)
 
     def _subscribers_of(self, topic: str) -> tuple[str, ...]:
         count = self._player.subscriber_count(topic)

@@ -1,9 +1,10 @@
-"""Questions to nodes: whoever answers has worked off the messages that came before the question.
+"""Questions to nodes: whoever has answered two has worked off the messages that came before the first.
 
-Every node answers questions about its parameters, from the same queue of callbacks as its messages: an
-executor takes a message that lies there before a question that came later. So a node is asked for none of its
-parameters. That holds for nodes with the usual executors and callback groups; a node that hands its messages
-to threads of its own answers too early.
+Every node answers questions about its parameters, from the same executor as its messages. An executor looks whether
+messages have come, then whether questions have, and works off the messages that it has found before the questions. A
+message and a question that come between the two looks are found the wrong way round; but before a second question is
+found there was another look for messages. So a node is asked for none of its parameters, twice. That holds for nodes
+with the usual executors and callback groups; a node that hands its messages to threads of its own answers too early.
 """
 
 from __future__ import annotations

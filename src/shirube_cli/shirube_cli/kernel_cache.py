@@ -21,16 +21,19 @@ from shirube_cli.error import CommandError
 from shirube_cli.file_lock import locked
 from shirube_cli.project import find_root, safe_environment
 
-WARM_UP_PARTS = ('dots', 'search')
-"""Of `floor_localizer.core.warm_up`, which are compiled side by side."""
-PROGRAMS = (
-    *(f'from floor_localizer.core.warm_up import PARTS; PARTS[{part!r}]()' for part in WARM_UP_PARTS),
-    'from stereo_landmark.core.warm_up import warm_up; warm_up()',
-    'from reward_planner.core.warm_up import warm_up_defaults; warm_up_defaults()',
-    'from vlc_beacon.core.receiver.warm_up import warm_up_both; warm_up_both()',
-    'from shirube_mission.warm_up import warm_up; warm_up()',
+WARM_UPS = (
+    (
+        'from floor_localizer.core.warm_up import warm_up',
+        'from shirube_mission.warm_up import warm_up',
+    ),
+    (
+        'from stereo_landmark.core.warm_up import warm_up',
+        'from vlc_beacon.core.receiver.warm_up import warm_up_both as warm_up',
+        'from reward_planner.core.warm_up import warm_up_defaults as warm_up',
+    ),
 )
-"""Each compiles its share of the loops."""
+"""Two shares of the loops that take about as long: what numba itself is made of is compiled once a process."""
+PROGRAMS = tuple('\n'.join(f'{one}\nwarm_up()' for one in share) for share in WARM_UPS)
 PYTHON = f'python{sys.version_info.major}.{sys.version_info.minor}'
 _COMPILED = re.compile(rb'^@njit', re.MULTILINE)
 _IMPORTED = re.compile(rb'^from ([\w.]+) import', re.MULTILINE)

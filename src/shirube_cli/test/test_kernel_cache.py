@@ -1,4 +1,4 @@
-"""The loops are compiled in parts that exist, and machine code of other sources goes."""
+"""The loops of all packages are compiled, and machine code of other sources goes."""
 
 import os
 import shutil
@@ -6,12 +6,22 @@ import subprocess
 import sys
 from pathlib import Path
 
-from floor_localizer.core.warm_up import PARTS
-from shirube_cli.kernel_cache import PYTHON, WARM_UP_PARTS, digest_loops, fresh_cache, put_beside_installed
+from shirube_cli.kernel_cache import PROGRAMS, PYTHON, digest_loops, fresh_cache, put_beside_installed
+
+SOURCES = Path(__file__).resolve().parents[2]
 
 
-def test_all_parts_of_the_warm_up_are_compiled() -> None:
-    assert set(WARM_UP_PARTS) == set(PARTS)
+def test_the_warm_ups_of_all_packages_are_run_once() -> None:
+    modules = {
+        '.'.join(path.relative_to(package).with_suffix('').parts)
+        for package in SOURCES.iterdir()
+        for path in package.glob(f'{package.name}/**/warm_up.py')
+    }
+    run = [
+        line.split()[1] for program in PROGRAMS for line in program.splitlines() if line.startswith('from')
+    ]
+    assert sorted(run) == sorted(modules)
+    assert all(program.count('warm_up()') == program.count('from ') for program in PROGRAMS)
 
 
 def test_only_the_cache_of_these_sources_stays(tmp_path: Path) -> None:

@@ -15,6 +15,8 @@ from taught_wall import HERE, METERS, RIG, TAUGHT, seen, write_files
 
 from stereo_landmark.files.place_file import load_place
 
+pytestmark = pytest.mark.newest_set_only
+
 CHROMIUM = next(filter(None, map(shutil.which, ('chromium', 'chromium-browser', 'google-chrome'))), None)
 needs_browser = pytest.mark.skipif(
     CHROMIUM is None, reason='the page is tested in chromium: apt-get install chromium'

@@ -80,12 +80,21 @@ def refine(
         if _match(grid, mounted, state, reaches, matches, targets) < 3:
             break
         covariance = fit_pose(mounted, targets, sigmas, matches >= 0, prior_sigmas, state)
-        if np.all(matches == previous):
+        if _stayed(matches, previous):
             break
-        previous[:] = matches
         gate = GATE * max(1.0, _spread(mounted, state, matches, targets, sigmas))
         reaches = np.minimum(np.minimum(gate * sigmas, reaches), _FARTHEST * grid.cell)
     return Refinement(state, covariance, matches)
+
+
+@njit(cache=True)
+def _stayed(matches: NDArray[np.int64], previous: NDArray[np.int64]) -> bool:
+    """Tell whether all matches are the previous ones, and make them the previous ones."""
+    same = True
+    for k in range(len(matches)):
+        same = same and matches[k] == previous[k]
+        previous[k] = matches[k]
+    return same
 
 
 @njit(cache=True)
@@ -100,7 +109,7 @@ def _reaches_by_tilt(
     n = len(sigmas)
     places = np.empty((n, 2))
     for k in range(n):
-        places[k] = map_point(mounted, k, state)
+        places[k, 0], places[k, 1] = map_point(mounted, k, state)
     middle_x, middle_y = np.mean(places[:, 0]), np.mean(places[:, 1])
     squares = (places[:, 0] - middle_x) ** 2 + (places[:, 1] - middle_y) ** 2
     # A tolerance is the square root of 3 standard deviations of what is uniform within it.

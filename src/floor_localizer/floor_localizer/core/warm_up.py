@@ -26,12 +26,12 @@ _POSE = PlanarPose(_SIDE / 2.0, _SIDE / 2.0, 0.3)
 
 
 def warm_up() -> None:
-    """Run the kernels of all parts."""
-    for part in PARTS.values():
-        part()
+    """Extract dots, index a floor, and locate views."""
+    _extract_dots()
+    _search()
 
 
-def warm_up_dots() -> None:
+def _extract_dots() -> None:
     """Extract dots from grey and coloured images of nothing much."""
     image = np.full((235, 235), 200, dtype=np.uint8)
     for u, v in _camera_view()[2].astype(int):
@@ -41,7 +41,7 @@ def warm_up_dots() -> None:
     detector.detect(np.dstack([image, image, image]))
 
 
-def warm_up_search() -> None:
+def _search() -> None:
     """Index a floor, locate views with and without a prior."""
     floor, camera, pixels = _camera_view()
     indexed = index_map(floor)
@@ -51,10 +51,6 @@ def warm_up_search() -> None:
     localizer.locate_dots(known, camera)
     localizer.locate_dots(known, camera, PosePrior(_POSE, 0.01, 0.1))
     localizer.locate_dots(strange, camera)
-
-
-PARTS = {'dots': warm_up_dots, 'search': warm_up_search}
-"""What two processes can compile side by side, by name."""
 
 
 def _camera_view() -> tuple[DotMap, PinholeCamera, NDArray[np.float64]]:

@@ -19,7 +19,7 @@ def looks_alike(mat: Mat, other: Mat) -> bool:
     middle = mat.points[np.abs(mat.points - (0.15, 0.1)).max(axis=1) < 0.05]
     floor = index_map(other.dot_map)
     view = make_view(middle, 0.0001, 0.0, 0.05, floor.density)
-    search = new_search(len(middle), len(other.points), 1e-3, 0.25)
+    search = new_search(len(middle), float(len(other.points)), 1e-3, 0.25)
     return search_pairs(floor.grid, floor.addresses, view, search, 60)
 
 

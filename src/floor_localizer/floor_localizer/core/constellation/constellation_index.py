@@ -169,7 +169,7 @@ def _look_around(grid: DotGrid, first: int, widest: float, around: Surroundings)
         k = filled
         while k > 1 and around.squared[k - 1] > squared:
             around.dots[k], around.squared[k] = around.dots[k - 1], around.squared[k - 1]
-            around.points[k] = around.points[k - 1]
+            around.points[k, 0], around.points[k, 1] = around.points[k - 1, 0], around.points[k - 1, 1]
             k -= 1
         around.dots[k], around.squared[k] = dot, squared
         around.points[k, 0], around.points[k, 1] = dx, dy
@@ -211,7 +211,7 @@ def _key(
     Returns:
         the key, and 1 if the ends changed places in it.
     """
-    base_coordinates(points, 0, second, others, xy)
+    base_coordinates(points, np.int64(0), second, others, xy)
     swapped = 1 if imbalance(xy) > 0.0 else 0
     if swapped:
         turn_around(xy)

@@ -121,7 +121,6 @@ def add_constellation(
         if likely < wanted.least:
             continue
         one = lookups.counts[0]
-        lookups.seeds[one] = seeds
         lookups.seeds[one, 0], lookups.seeds[one, 1] = seeds[side], seeds[1 - side]
         _sort(xy, lookups.xy[one], seeds[2:], lookups.seeds[one, 2:])
         base, ordered = lookups.seeds[one].copy(), lookups.xy[one].copy()
@@ -197,13 +196,16 @@ def _add_form(
         return
     one = lookups.counts[0]
     lookups.counts[0] = one + 1
-    lookups.seeds[one], lookups.xy[one], lookups.noise[one] = seeds, xy, noise
-    reach = np.empty((OTHERS, 2))
+    lookups.seeds[one, 0], lookups.seeds[one, 1], lookups.noise[one] = seeds[0], seeds[1], noise
+    lower, upper = np.empty((OTHERS, 2)), np.empty((OTHERS, 2))
     for k in range(OTHERS):
         x, y = xy[k, 0], xy[k, 1]
-        reach[k, :] = _LANE_GATE * noise * math.sqrt(1.0 + x * x + (1.0 - x) * (1.0 - x) + 2.0 * y * y)
-    lookups.lower[one] = pack_coordinates(xy - reach)
-    lookups.upper[one] = pack_coordinates(xy + reach)
+        lookups.seeds[one, 2 + k] = seeds[2 + k]
+        lookups.xy[one, k, 0], lookups.xy[one, k, 1] = x, y
+        reach = _LANE_GATE * noise * math.sqrt(1.0 + x * x + (1.0 - x) * (1.0 - x) + 2.0 * y * y)
+        lower[k, 0], lower[k, 1], upper[k, 0], upper[k, 1] = x - reach, y - reach, x + reach, y + reach
+    lookups.lower[one] = pack_coordinates(lower)
+    lookups.upper[one] = pack_coordinates(upper)
 
 
 @njit(cache=True)

@@ -44,6 +44,8 @@ _ROUNDS = (0.1, 0.02, 0.004, 0.0008)
 _FADING = 0.8
 # Places that look the same are looked for in cells as unlikely as this.
 _LEAST_ALIKE = 0.003
+# Of no entry; typed, because numba compiles a function once more for a bare number.
+_UNKNOWN = np.int64(-1)
 
 
 @njit(cache=True)
@@ -89,7 +91,9 @@ def _search_round(
         inside = dots_in_lens(view.points, first, second, view.nearest[first], longest, lens)
         found = groups_of_four(view.points, lens[:inside], longest, groups)
         for g in range(found):
-            seeds[0], seeds[1], seeds[2:] = first, second, groups[g]
+            seeds[0], seeds[1] = first, second
+            for k in range(OTHERS):
+                seeds[2 + k] = groups[g, k]
             base_coordinates(view.points, first, second, seeds[2:], xy)
             noise = view.sigma / bases.lengths[b]
             add_constellation(
@@ -108,7 +112,7 @@ def _look_up(
     grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search, lookups: Lookups
 ) -> bool:
     """Try all keys that fit until a pose is accepted; then those of the same key, for places that look the same."""
-    accepted = _try_entries(grid, index, view, search, lookups, -1)
+    accepted = _try_entries(grid, index, view, search, lookups, _UNKNOWN)
     if accepted < 0:
         return False
     owner, entry = accepted >> 40, accepted & ((1 << 40) - 1)
@@ -156,7 +160,8 @@ def _try_entries(
             if _misfit(code, lookups.xy[owner]) > _MISFIT_MAX * lookups.noise[owner] ** 2:
                 continue
             search.counts[1] += 1
-            good, a, b = grow(grid, view, lookups.seeds[owner], index.bases[entry, 0], index.bases[entry, 1])
+            first, second = np.int64(index.bases[entry, 0]), np.int64(index.bases[entry, 1])
+            good, a, b = grow(grid, view, lookups.seeds[owner], first, second)
             if good and judge(grid, view, search, a, b) and known < 0:
                 return owner << 40 | entry
     return -1

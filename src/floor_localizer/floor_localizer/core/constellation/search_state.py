@@ -92,11 +92,17 @@ def judge(grid: DotGrid, view: ViewDots, search: Search, a: complex, b: complex)
     chance = pose[0]
     if chance < search.best[0]:
         if not _same_place(grid, view, pose, search.best):
-            search.rival[:] = search.best
-        search.best[:] = pose
+            _copy(search.best, search.rival)
+        _copy(pose, search.best)
     elif chance < search.rival[0] and not _same_place(grid, view, pose, search.best):
-        search.rival[:] = pose
+        _copy(pose, search.rival)
     return is_accepted(search, search.best)
+
+
+@njit(cache=True)
+def _copy(pose: NDArray[np.float64], target: NDArray[np.float64]) -> None:
+    for k in range(len(pose)):
+        target[k] = pose[k]
 
 
 @njit(cache=True)

@@ -74,7 +74,7 @@ def _flood(
     peaks, parents = np.empty(flat.size), np.empty(flat.size, np.int64)
     count = 0
     for place in _descending(flat):
-        root, highest = -1, 0
+        root, highest = int(np.int64(-1)), 0  # typed: numba compiles _root once more for a bare number
         for step in (-1, 1, -width, width, -width - 1, -width + 1, width - 1, width + 1):
             if owner[place + step] < 0:
                 continue

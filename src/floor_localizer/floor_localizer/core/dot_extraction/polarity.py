@@ -121,13 +121,13 @@ def _floor_brightness(brightness: NDArray[np.uint8]) -> NDArray[np.float32]:
             k = row * some.shape[1] + column
             levels[k] = math.log(max(some[row, column], 1))
             design[k, 1], design[k, 2] = u[column * step], v[row * step]
-            design[k, 3:] = design[k, 1:3] ** 2
-    solution = np.zeros(5)
+            design[k, 3], design[k, 4] = design[k, 1] ** 2, design[k, 2] ** 2
+    solution: NDArray[np.float64] = np.zeros(5)
     solution[0] = np.median(levels)
     for scale in _OUTLIER_SCALES:
         weights = 1.0 / (1.0 + ((levels - design @ solution) / scale) ** 2)
         weighted = design * weights.reshape(-1, 1)
-        solution[:] = np.linalg.solve(weighted.T @ design, weighted.T @ levels)
+        solution = np.linalg.solve(weighted.T @ design, weighted.T @ levels).astype(np.float64)
     across = solution[1] * u + solution[3] * u**2
     down = solution[0] + solution[2] * v + solution[4] * v**2
     return np.exp(down.reshape(-1, 1) + across).astype(np.float32)

@@ -89,16 +89,36 @@ def _split(
         basins, parts = distance_basins(raster, _HAIR, _LARGEST_WAIST, smallest_radius)
         count = len(boxes)
         parted = _relabelled(patch, i + 1, basins, scale, count)
-        if parts > 1 or np.sum(parted == DISCARDED) > _SMALLEST_HAIR * area:
-            patch[:] = parted
+        if parts > 1 or _number_of(DISCARDED, parted) > _SMALLEST_HAIR * area:
+            _copy(parted, patch)
             found = bounding_boxes(parted, count + parts - 1)
-            found[:, 0:4:2] += left
-            found[:, 1:4:2] += top
-            boxes[i] = found[i]
+            for k in range(len(found)):
+                found[k, 0] += left
+                found[k, 1] += top
+                found[k, 2] += left
+                found[k, 3] += top
+            for k in range(5):
+                boxes[i, k] = found[i, k]
             boxes = np.concatenate((boxes, found[count:]))
             is_part = np.concatenate((is_part, np.ones(parts - 1, np.bool_)))
             is_part[i] = True
     return boxes, is_part
+
+
+@njit(cache=True, error_model='numpy')
+def _number_of(label: int, labels: Labels) -> int:
+    count = 0
+    for v in range(labels.shape[0]):
+        for u in range(labels.shape[1]):
+            count += labels[v, u] == label
+    return count
+
+
+@njit(cache=True, error_model='numpy')
+def _copy(labels: Labels, target: Labels) -> None:
+    for v in range(labels.shape[0]):
+        for u in range(labels.shape[1]):
+            target[v, u] = labels[v, u]
 
 
 @njit(cache=True, error_model='numpy')

@@ -125,9 +125,9 @@ def with_cell(state: SearchState, opened: OpenCells, cell: int, start: int, move
 def _with_room(state: SearchState, opened: OpenCells) -> OpenCells:
     """Return a full open list without the entries that do not count any more, and larger if that is not enough."""
     keys, cells = np.empty_like(opened.keys), np.empty_like(opened.cells)
-    size = 0
+    size = int(np.int64(0))
     for k in range(opened.size):
-        cell = opened.cells[k]
+        cell = np.int64(opened.cells[k])
         if state.lengths[cell] != state.promises[cell]:
             push(keys, cells, size, opened.keys[k], cell)
             size += 1
@@ -200,7 +200,8 @@ def search_again(state: SearchState, opened: OpenCells, start: int, moved: int) 
     while opened.size and (
         opened.keys[0] < key_of(state, start, start, moved) or state.promises[start] > state.lengths[start]
     ):
-        key, cell = opened.keys[0], opened.cells[0]
+        # All callers pass the same type: numba compiles what they call once for each.
+        key, cell = opened.keys[0], np.int64(opened.cells[0])
         drop_first(opened.keys, opened.cells, opened.size)
         opened = OpenCells(opened.keys, opened.cells, opened.size - 1)
         length, promise = state.lengths[cell], state.promises[cell]

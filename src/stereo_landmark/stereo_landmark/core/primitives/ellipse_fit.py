@@ -52,9 +52,8 @@ def fit_ellipse(points: NDArray[np.float64], parameters: NDArray[np.float64]) ->
             linear[r] += to_linear[r, c] * quadratic[c]
     if not _axes(quadratic, linear, parameters):
         return False
-    parameters[:4] *= scale
-    parameters[0] += mx
-    parameters[1] += my
+    parameters[0], parameters[1] = parameters[0] * scale + mx, parameters[1] * scale + my
+    parameters[2], parameters[3] = parameters[2] * scale, parameters[3] * scale
     return True
 
 

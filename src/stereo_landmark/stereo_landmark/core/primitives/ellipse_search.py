@@ -79,14 +79,15 @@ def search_ellipses(
                 break
             if explained[j] or not _may_belong(marks, shapes, i, j):
                 continue
-            size = _take_samples(points, spans[i], samples, 0)
+            size = _take_samples(points, spans[i], samples, np.int64(0))
             if j > i:
                 size = _take_samples(points, spans[j], samples, size)
             if not fit_ellipse(samples[:size], trial[:5]) or not _is_wanted(trial, limits):
                 continue
             trial[5] = 1.0 if shapes[i, 0] > 0.0 else -1.0
             if _verify(points, gradients, index, trial, limits):
-                found[count] = trial
+                for m in range(len(trial)):
+                    found[count, m] = trial[m]
                 count += 1
                 for a in range(k):
                     explained[a] |= _explains(points, spans[a], trial)
@@ -140,7 +141,8 @@ def _take_samples(
 ) -> int:
     count = min(_SAMPLES, span[1] - span[0] + 1)
     for s in range(count):
-        samples[size + s] = points[span[0] + (span[1] - span[0]) * s // (count - 1)]
+        k = span[0] + (span[1] - span[0]) * s // (count - 1)
+        samples[size + s, 0], samples[size + s, 1] = points[k, 0], points[k, 1]
     return size + count
 
 

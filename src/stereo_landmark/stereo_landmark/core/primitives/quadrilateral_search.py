@@ -116,7 +116,7 @@ def find_rings(graph: CornerGraph) -> Rings:
     room = 8 * len(graph.covered) + 16
     rings = Rings(np.empty((room, 4), np.int64), np.empty((room, 4, 2)), np.empty(room))
     closing = np.full(2 * len(graph.covered), -1)
-    count = 0
+    count = np.int64(0)  # typed: numba compiles _close_rings once more for a bare number
     for node in range(2 * len(graph.covered)):
         # A ring is found from its first side only.
         if not _mark_closing(graph, node, closing):
