@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation import constellation_index, constellation_key
+from floor_localizer.core.constellation import constellation_key, index_entry
 from floor_localizer.core.constellation.address_grid import AddressGrid
 from floor_localizer.core.constellation.constellation_index import ConstellationIndex
 from floor_localizer.core.constellation.dot_grid import DotGrid
@@ -32,24 +32,23 @@ from shirube_files import written_beside
 
 SUFFIX = '.dotmap'
 MAGIC = b'\x89DOTMAP\n'
-VERSION = 2
+VERSION = 3
 _PREFIX = struct.Struct('<8sIII')
 _ALIGNMENT = 64
 _REMEDY = 'write it again from its CSV with "inspect_map MAP.csv --write MAP.dotmap"'
 # An index made by other rules than the search's would find nothing.
 _RULES = {
-    'x': [constellation_key.X_LOWER, constellation_key.X_STEPS],
-    'y': [constellation_key.Y_LOWER, constellation_key.Y_STEPS],
+    'lower': list(constellation_key.LOWER),
     'lanes': constellation_key.LANE_HASHES.tolist(),
-    'most_indexed': constellation_index.MOST_INDEXED,
+    'parts': constellation_key.PARTS,
+    'dot_bits': index_entry.DOT_BITS,
 }
 _PARTS: dict[str, Any] = {'grid': DotGrid, 'index': ConstellationIndex, 'addresses': AddressGrid}
 _TYPES = {
     'diameters': '<f4',
     'grid.points': '<f4',
-    'grid.starts': '<i8',
-    'index.codes': '<u8',
-    'index.bases': '<u4',
+    'grid.starts': '<u4',
+    'index.entries': '<u8',
     'index.starts': '<u4',
     'addresses.bits': '|u1',
 }
@@ -172,16 +171,15 @@ def _view(content: NDArray[np.uint8], entry: dict[str, Any], dtype: str) -> NDAr
 def _check_sizes(binary_map: BinaryMap) -> None:
     """Check that the arrays belong together, as the search reads them without looking."""
     grid, index, addresses = binary_map.floor.grid, binary_map.floor.index, binary_map.floor.addresses
-    dots, constellations = len(grid.points), len(index.codes)
+    dots, constellations = len(grid.points), len(index.entries)
     fits = (
         grid.points.shape == (dots, 2)
         and binary_map.diameters.shape == (dots,)
         and grid.starts.shape == (grid.rows * grid.columns + 1,)
         and grid.starts[-1] == dots
-        and index.bases.shape == (constellations, 2)
-        and index.starts.shape == ((1 << index.bits) + 1,)
+        and len(index.starts) > 1
         and index.starts[-1] == constellations
-        and min(index.x_cell, index.y_cell) > 0
+        and min(index.step, index.longest) > 0.0
         and addresses.bits.ndim == 2
         and min(grid.cell, addresses.block, binary_map.floor.density) > 0.0
     )
