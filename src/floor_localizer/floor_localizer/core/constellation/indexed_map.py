@@ -14,6 +14,7 @@ from floor_localizer.core.constellation.constellation_index import (
 )
 from floor_localizer.core.constellation.dot_grid import DotGrid, build_dot_grid, pair_density
 from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.sheets import Sheet
 
 
 @dataclass(frozen=True)
@@ -25,12 +26,14 @@ class IndexedMap:
         index: their constellations by key.
         addresses: the matching address matrix, empty for a large map (`LARGE_MAP`).
         density: dots on a square metre where there are dots [1/m^2].
+        sheets: the floors that the map is made of; none for a map of one floor.
     """
 
     grid: DotGrid
     index: ConstellationIndex
     addresses: AddressGrid
     density: float
+    sheets: tuple[Sheet, ...] = ()
 
 
 def index_map(dot_map: DotMap) -> IndexedMap:
