@@ -79,11 +79,13 @@ class Surroundings(NamedTuple):
         dots: shape (64,), indices in the grid.
         points: shape (64, 2), from the first dot [m].
         squared: shape (64,), squared distances from it [m^2].
+        near: shape (64,), room to gather them in.
     """
 
     dots: NDArray[np.int64]
     points: NDArray[np.float64]
     squared: NDArray[np.float64]
+    near: NDArray[np.int64]
 
 
 def index_rules(dots: int, cell: float) -> IndexRules:
@@ -137,7 +139,10 @@ def list_constellations(
         the bucket of each, shape (M,), and what is kept of it, shape (M,).
     """
     around = Surroundings(
-        np.empty(_NEIGHBOURS, dtype=np.int64), np.zeros((_NEIGHBOURS, 2)), np.zeros(_NEIGHBOURS)
+        np.empty(_NEIGHBOURS, dtype=np.int64),
+        np.zeros((_NEIGHBOURS, 2)),
+        np.zeros(_NEIGHBOURS),
+        np.empty(_NEIGHBOURS, dtype=np.int64),
     )
     lens = np.empty(rules.most_in_lens + 1, dtype=np.int64)
     groups = np.empty((MOST_GROUPS, OTHERS), dtype=np.int64)
@@ -230,22 +235,22 @@ def sort_into_buckets(
 def _look_around(grid: DotGrid, first: int, widest: float, around: Surroundings) -> int:
     """Write the dots around one, itself first and the others from near to far, and return their number."""
     x, y = np.float64(grid.points[first, 0]), np.float64(grid.points[first, 1])
-    count = dots_within(grid, x, y, widest, around.dots)
-    near = around.dots[:count].copy()
-    around.dots[0] = first
+    dots, points, squared = around.dots, around.points, around.squared
+    near = around.near[: dots_within(grid, x, y, widest, around.near)]
+    dots[0] = first
     filled = 1
     for dot in near:
         if dot == first:
             continue
         dx, dy = np.float64(grid.points[dot, 0]) - x, np.float64(grid.points[dot, 1]) - y
-        squared = dx * dx + dy * dy
+        distance = dx * dx + dy * dy
         k = filled
-        while k > 1 and around.squared[k - 1] > squared:
-            around.dots[k], around.squared[k] = around.dots[k - 1], around.squared[k - 1]
-            around.points[k] = around.points[k - 1]
+        while k > 1 and squared[k - 1] > distance:
+            dots[k], squared[k] = dots[k - 1], squared[k - 1]
+            points[k, 0], points[k, 1] = points[k - 1, 0], points[k - 1, 1]
             k -= 1
-        around.dots[k], around.squared[k] = dot, squared
-        around.points[k, 0], around.points[k, 1] = dx, dy
+        dots[k], squared[k] = dot, distance
+        points[k, 0], points[k, 1] = dx, dy
         filled += 1
     return filled
 
