@@ -29,28 +29,47 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 
 LARGE_MAP = 5_000_000
 """A map of more dots is indexed more sparsely, and pairs are not laid on it."""
-# A base is indexed when at most so many dots are in its lens; about so many constellations a dot come of it.
-_MOST_IN_LENS, _MOST_IN_LENS_OF_LARGE = 6, 5
-_KEYS_PER_DOT, _KEYS_PER_DOT_OF_LARGE = 15.6, 4.4
+# A base is indexed when at most so many dots are in its lens.
+MOST_IN_LENS = 6
 # Longest base in units of the mean spacing of dots.
 _WIDEST = 3.0
 _NEIGHBOURS = 64
 # Room for so many constellations a dot is made at first.
 _ROOM = 18
-_KEYS_PER_BUCKET = 4.0
+
+
+class _Thrift(NamedTuple):
+    """How much memory the index of a map may take.
+
+    Attributes:
+        stride: of a base with the most dots in its lens, one constellation of so many is indexed.
+        keys_per_dot: about so many constellations a dot come of that.
+        keys_per_bucket: about so many share a bucket.
+        crowding: about so many share a cell.
+    """
+
+    stride: int
+    keys_per_dot: float
+    keys_per_bucket: float
+    crowding: float
+
+
+_SMALL = _Thrift(1, 15.3, 4.0, 0.5)
+# Memory is slower than the processor there: fewer, fuller cells.
+_LARGE = _Thrift(4, 7.7, 8.0, 2.0)
 
 
 class IndexRules(NamedTuple):
     """How a map is indexed.
 
     Attributes:
-        most_in_lens: a base is indexed when at most so many dots are in its lens.
+        stride: of a base with the most dots in its lens, one constellation of so many is indexed.
         buckets: number of buckets.
         step: an eighth of a cell's side in units of the base's length.
         longest: no base is longer [m].
     """
 
-    most_in_lens: int
+    stride: int
     buckets: int
     step: float
     longest: float
@@ -100,12 +119,10 @@ def index_rules(dots: int, cell: float) -> IndexRules:
     """
     if dots > DOTS_MAX:
         raise FloorLocalizerError(f'{dots} dots are too many for one map, {DOTS_MAX} fit; split it into several')
-    large = dots > LARGE_MAP
-    keys = int((_KEYS_PER_DOT_OF_LARGE if large else _KEYS_PER_DOT) * dots)
-    buckets = max(math.ceil(keys / _KEYS_PER_BUCKET), 1)
-    return IndexRules(
-        _MOST_IN_LENS_OF_LARGE if large else _MOST_IN_LENS, buckets, cell_step(keys), _WIDEST * cell
-    )
+    thrift = _LARGE if dots > LARGE_MAP else _SMALL
+    keys = int(thrift.keys_per_dot * dots)
+    buckets = max(math.ceil(keys / thrift.keys_per_bucket), 1)
+    return IndexRules(thrift.stride, buckets, cell_step(keys, thrift.crowding), _WIDEST * cell)
 
 
 def build_constellation_index(grid: DotGrid) -> ConstellationIndex:
@@ -144,7 +161,7 @@ def list_constellations(
         np.zeros(_NEIGHBOURS),
         np.empty(_NEIGHBOURS, dtype=np.int64),
     )
-    lens = np.empty(rules.most_in_lens + 1, dtype=np.int64)
+    lens = np.empty(MOST_IN_LENS + 1, dtype=np.int64)
     groups = np.empty((MOST_GROUPS, OTHERS), dtype=np.int64)
     buckets = np.empty(_ROOM * (end - begin) + MOST_GROUPS, dtype=np.uint32)
     entries = np.empty(len(buckets), dtype=np.uint64)
@@ -155,15 +172,16 @@ def list_constellations(
             if around.dots[second] <= first:
                 continue
             inside = _dots_in_lens(around, second, lens)
-            if inside < OTHERS or inside > rules.most_in_lens:
+            if inside < OTHERS or inside > MOST_IN_LENS:
                 continue
             length = math.sqrt(around.squared[second])
             found = groups_of_four(around.points, lens[:inside], length, groups)
             if total + found > len(buckets):
                 buckets = np.concatenate((buckets, np.empty_like(buckets)))
                 entries = np.concatenate((entries, np.empty_like(entries)))
+            stride = rules.stride if inside == MOST_IN_LENS else 1
             total = _add_entries(
-                grid, around, second, groups[:found], number_before, rules, buckets, entries, total
+                grid, around, second, groups[:found:stride], number_before, rules, buckets, entries, total
             )
     return buckets[:total].copy(), entries[:total].copy()
 

@@ -26,8 +26,6 @@ PARTS = 8
 """A cell is so many steps wide along each lane."""
 PART_BITS = np.uint64(3)
 _PART_MASK = np.uint64(PARTS - 1)
-# More keys in a cell are read at once, fewer make cells so fine that noise leaves them.
-_CROWDING = 0.5
 _FINEST, _COARSEST = 0.03, 0.3
 
 LANE_HASHES = np.array(
@@ -95,13 +93,19 @@ def sort_by_x(xy: NDArray[np.float64]) -> None:
         xy[m, 0], xy[m, 1] = x, y
 
 
-def cell_step(keys: int) -> float:
+def cell_step(keys: int, crowding: float) -> float:
     """Return the side of a step, an eighth of a cell's, in units of the base's length for an index of so many keys.
+
+    More keys in a cell are read at once; fewer make cells so fine that noise leaves them.
 
     The cells of eight coordinates shrink with the eighth root of the number of keys, so that a cell holds as many in a
     large index as in a small one.
+
+    Args:
+        keys: number of keys.
+        crowding: how many share a cell.
     """
-    side = min(max((_CROWDING / max(keys, 1)) ** (1.0 / LANES), _FINEST), _COARSEST)
+    side = min(max((crowding / max(keys, 1)) ** (1.0 / LANES), _FINEST), _COARSEST)
     return side / PARTS
 
 
