@@ -34,6 +34,7 @@ MOST_IN_LENS = 6
 # Longest base in units of the mean spacing of dots.
 _WIDEST = 3.0
 _NEIGHBOURS = 64
+_UNKNOWN, _GOOD, _BAD = 0, 1, 2
 # Room for so many constellations a dot is made at first.
 _ROOM = 18
 
@@ -97,14 +98,32 @@ class Surroundings(NamedTuple):
     Attributes:
         dots: shape (64,), indices in the grid.
         points: shape (64, 2), from the first dot [m].
+        x: shape (64,), the same along x.
+        y: shape (64,), along y.
         squared: shape (64,), squared distances from it [m^2].
         near: shape (64,), room to gather them in.
     """
 
     dots: NDArray[np.int64]
     points: NDArray[np.float64]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
     squared: NDArray[np.float64]
     near: NDArray[np.int64]
+
+
+class _KeyRoom(NamedTuple):
+    """Room to make the keys of one base in.
+
+    Attributes:
+        xy: shape (4, 2), coordinates of the others.
+        steps: shape (8,), their steps.
+        verdicts: shape (2,), whether the other end is found again from either end.
+    """
+
+    xy: NDArray[np.float64]
+    steps: NDArray[np.int64]
+    verdicts: NDArray[np.int64]
 
 
 def index_rules(dots: int, cell: float) -> IndexRules:
@@ -159,9 +178,14 @@ def list_constellations(
         np.empty(_NEIGHBOURS, dtype=np.int64),
         np.zeros((_NEIGHBOURS, 2)),
         np.zeros(_NEIGHBOURS),
+        np.zeros(_NEIGHBOURS),
+        np.zeros(_NEIGHBOURS),
         np.empty(_NEIGHBOURS, dtype=np.int64),
     )
-    lens = np.empty(MOST_IN_LENS + 1, dtype=np.int64)
+    room = _KeyRoom(
+        np.empty((OTHERS, 2)), np.empty(LANES, dtype=np.int64), np.empty(2, dtype=np.int64)
+    )
+    lens = np.empty(MOST_IN_LENS, dtype=np.int64)
     groups = np.empty((MOST_GROUPS, OTHERS), dtype=np.int64)
     buckets = np.empty(_ROOM * (end - begin) + MOST_GROUPS, dtype=np.uint32)
     entries = np.empty(len(buckets), dtype=np.uint64)
@@ -172,7 +196,7 @@ def list_constellations(
             if around.dots[second] <= first:
                 continue
             inside = _dots_in_lens(around, second, lens)
-            if inside < OTHERS or inside > MOST_IN_LENS:
+            if inside == 0:
                 continue
             length = math.sqrt(around.squared[second])
             found = groups_of_four(around.points, lens[:inside], length, groups)
@@ -181,7 +205,16 @@ def list_constellations(
                 entries = np.concatenate((entries, np.empty_like(entries)))
             stride = rules.stride if inside == MOST_IN_LENS else 1
             total = _add_entries(
-                grid, around, second, groups[:found:stride], number_before, rules, buckets, entries, total
+                grid,
+                around,
+                second,
+                groups[:found:stride],
+                number_before,
+                rules,
+                room,
+                buckets,
+                entries,
+                total,
             )
     return buckets[:total].copy(), entries[:total].copy()
 
@@ -194,6 +227,7 @@ def _add_entries(
     groups: NDArray[np.int64],
     number_before: int,
     rules: IndexRules,
+    room: _KeyRoom,
     buckets: NDArray[np.uint32],
     entries: NDArray[np.uint64],
     total: int,
@@ -202,18 +236,20 @@ def _add_entries(
 
     A base of which one end is not found again from the other is left out: another dot is too near.
     """
-    xy = np.empty((OTHERS, 2))
-    steps = np.empty(LANES, dtype=np.int64)
-    x, y = around.points[second, 0], around.points[second, 1]
+    if len(groups) == 0:
+        return total
+    steps = room.steps
+    x, y = around.x[second], around.y[second]
     ends = around.dots[0], around.dots[second]
     words = base_word(x, y, rules.longest), base_word(-x, -y, rules.longest)
-    good = (
-        second_of_entry(grid, words[0], ends[0], rules.longest) == ends[1],
-        second_of_entry(grid, words[1], ends[1], rules.longest) == ends[0],
-    )
+    verdicts = room.verdicts
+    verdicts[:] = _UNKNOWN
     for others in groups:
-        swapped = _cut_key(around.points, second, others, rules.step, xy, steps)
-        if good[swapped]:
+        swapped = _cut_key(around.points, second, others, rules.step, room.xy, steps)
+        if verdicts[swapped] == _UNKNOWN:
+            other_end = second_of_entry(grid, words[swapped], ends[swapped], rules.longest)
+            verdicts[swapped] = _GOOD if other_end == ends[1 - swapped] else _BAD
+        if verdicts[swapped] == _GOOD:
             buckets[total] = bucket_of_hash(hash_of_steps(steps), rules.buckets)
             entries[total] = pack_entry(pack_parts(steps), words[swapped], ends[swapped] + number_before)
             total += 1
@@ -253,7 +289,7 @@ def sort_into_buckets(
 def _look_around(grid: DotGrid, first: int, widest: float, around: Surroundings) -> int:
     """Write the dots around one, itself first and the others from near to far, and return their number."""
     x, y = np.float64(grid.points[first, 0]), np.float64(grid.points[first, 1])
-    dots, points, squared = around.dots, around.points, around.squared
+    dots, xs, ys, squared = around.dots, around.x, around.y, around.squared
     near = around.near[: dots_within(grid, x, y, widest, around.near)]
     dots[0] = first
     filled = 1
@@ -264,32 +300,35 @@ def _look_around(grid: DotGrid, first: int, widest: float, around: Surroundings)
         distance = dx * dx + dy * dy
         k = filled
         while k > 1 and squared[k - 1] > distance:
-            dots[k], squared[k] = dots[k - 1], squared[k - 1]
-            points[k, 0], points[k, 1] = points[k - 1, 0], points[k - 1, 1]
+            dots[k], squared[k], xs[k], ys[k] = dots[k - 1], squared[k - 1], xs[k - 1], ys[k - 1]
             k -= 1
-        dots[k], squared[k] = dot, distance
-        points[k, 0], points[k, 1] = dx, dy
+        dots[k], squared[k], xs[k], ys[k] = dot, distance, dx, dy
         filled += 1
+    around.points[:, 0], around.points[:, 1] = xs, ys
     return filled
 
 
 @njit(cache=True)
 def _dots_in_lens(around: Surroundings, second: int, lens: NDArray[np.int64]) -> int:
-    """Write the dots in the lens of the base from the middle dot to ``second``, and return their number.
+    """Write the dots in the lens of the base from the middle dot to ``second`` if it is indexed, return their number.
 
-    As the dots are in order, only those before the second are near enough to the first. One more than may be
-    indexed is enough to know.
+    As the dots are in order, only those before the second are near enough to the first. Most bases have too many dots
+    in their lenses, and to count them first takes a fraction of the time: there is nothing to be decided on the way.
     """
-    x, y = around.points[second, 0], around.points[second, 1]
+    x, y, most = around.x[second], around.y[second], around.squared[second]
+    inside = 0
+    for k in range(1, second):
+        dx, dy = around.x[k] - x, around.y[k] - y
+        inside += dx * dx + dy * dy <= most
+    if inside < OTHERS or inside > MOST_IN_LENS:
+        return 0
     found = 0
     for k in range(1, second):
-        dx, dy = around.points[k, 0] - x, around.points[k, 1] - y
-        if dx * dx + dy * dy <= around.squared[second]:
+        dx, dy = around.x[k] - x, around.y[k] - y
+        if dx * dx + dy * dy <= most:
             lens[found] = k
             found += 1
-            if found == len(lens):
-                break
-    return found
+    return inside
 
 
 @njit(cache=True)
