@@ -42,8 +42,8 @@ class FakeTracker:
     def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
         self.calls.append(('odometry', stamp, T_odom_base))
 
-    def set_area(self, T_map_base: PlanarPose, covariance: np.ndarray) -> None:
-        self.calls.append(('area', T_map_base, covariance))
+    def set_area(self, T_map_base: PlanarPose, covariance: np.ndarray, sheet: str) -> None:
+        self.calls.append(('area', T_map_base, covariance, sheet))
 
     def relocalize(self) -> None:
         self.calls.append(('relocalize',))

@@ -55,6 +55,10 @@ class PartSizes:
     stripe_dots: int = 1_000_000
 
 
+DEFAULT_SIZES = PartSizes()
+"""So that a task takes some hundred megabytes and half a minute."""
+
+
 class IndexBuild:
     """One build: ``run`` begins it or goes on with it."""
 
@@ -72,7 +76,7 @@ class IndexBuild:
         self._sources = sources
         self._out = out
         self._runner = runner
-        self._sizes = sizes or PartSizes()
+        self._sizes = sizes or DEFAULT_SIZES
         self._folder = out.with_name(f'{out.name}.parts')
         self._parts = PartsFolder(self._folder)
 
