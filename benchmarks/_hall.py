@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from floor_localizer.files.csv_form import HEADER
 
 DENSITY = 5384.0
-# Dots lie on a lattice, no two on the same place: the paper's printer was not finer either [m].
+# Dots lie on a lattice, no two on the same place [m].
 _STEP = 2e-5
 _STRIP_DOTS = 500_000
+_SIDE_BY_SIDE = 10
 
 
 class Hall:
@@ -29,6 +30,7 @@ class Hall:
         self.side = math.sqrt(dots / DENSITY)
         self._columns = int(self.side / _STEP)
         self._rows = int(self.side / self._strips / _STEP)
+        self._kept: dict[int, NDArray[np.int64]] = {}
 
     def strip(self, number: int) -> NDArray[np.int64]:
         """Return the dots of one strip on the lattice, shape (n, 2), in random order."""
@@ -45,8 +47,22 @@ class Hall:
         height = self._rows * _STEP
         first = max(int((y - reach) / height), 0)
         last = min(int((y + reach) / height), self._strips - 1)
-        dots = np.vstack([self.strip(number) for number in range(first, last + 1)]) * _STEP
+        dots = np.vstack([self._kept_strip(number) for number in range(first, last + 1)]) * _STEP
         return dots[(np.abs(dots - (x, y)) < reach).all(axis=1)]
+
+    def places(self, number: int, margin: float) -> NDArray[np.float64]:
+        """Return places all over the hall but near its walls, ten side by side, shape (number, 2) [m]."""
+        rng = np.random.default_rng([self._seed, number])
+        low, high = margin, self.side - margin
+        rows = np.linspace(low, high, -(-number // _SIDE_BY_SIDE)).repeat(_SIDE_BY_SIDE)[:number]
+        return np.column_stack([rng.uniform(low, high, number), rows])
+
+    def _kept_strip(self, number: int) -> NDArray[np.int64]:
+        if number not in self._kept:
+            if len(self._kept) > 1:
+                self._kept.pop(next(iter(self._kept)))
+            self._kept[number] = self.strip(number)
+        return self._kept[number]
 
     def write(self, path: Path) -> None:
         """Write it as CSV."""
