@@ -1,4 +1,4 @@
-"""Halls of up to 10^8 dots: what their index costs, and the time to a fix without a prior, from the page cache and cold.
+"""Halls of up to 10^8 dots: what their index costs, and the time to a fix without a prior, warm and cold.
 
     shirube bench large_floors
     shirube bench large_floors --dots 100000000 --folder /data/hall --workers 2

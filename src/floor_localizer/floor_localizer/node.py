@@ -166,8 +166,9 @@ class FloorLocalizerNode(Node):
         self._had_fix = has_fix
         if isinstance(result, Fix):
             pose = result.T_map_base
+            where = f' on {result.sheet}' if result.sheet else ''
             self.get_logger().info(
-                f'found: {f"{result.sheet}: " if result.sheet else ""}x {pose.x:.4f} m, y {pose.y:.4f} m, yaw {pose.yaw:.4f} rad, '
+                f'found{where}: x {pose.x:.4f} m, y {pose.y:.4f} m, yaw {pose.yaw:.4f} rad, '
                 f'{int(result.matched.sum())} of {len(result.dots)} dots match',
                 throttle_duration_sec=_TELL_INTERVAL,
             )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -19,8 +18,11 @@ from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexe
 from floor_localizer.map_building import index_build
 from floor_localizer.map_building.index_build import PartSizes
 
+# A limit on the size of files stands for a disk's end: writing fails in the same way.
 COMMAND = """
-import sys
+import os, resource, sys
+if 'MOST_BYTES' in os.environ:
+    resource.setrlimit(resource.RLIMIT_FSIZE, 2 * (int(os.environ['MOST_BYTES']),))
 from floor_localizer.commands import index_map
 from floor_localizer.map_building import index_build
 index_build.DEFAULT_SIZES = index_build.PartSizes(9000, 300)
@@ -40,17 +42,13 @@ def expected(source: Path) -> bytes:
     return path.read_bytes()
 
 
-def start(*arguments: object, most_bytes: int | None = None) -> subprocess.Popen[str]:
-    def limit() -> None:
-        if most_bytes is not None:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
-
+def start(*arguments: object, **environment: str) -> subprocess.Popen[str]:
     return subprocess.Popen(
         [sys.executable, '-c', COMMAND, *map(str, arguments), '--workers', '1'],
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        preexec_fn=limit,
+        env=os.environ | environment,
     )
 
 
@@ -80,8 +78,7 @@ def test_a_build_that_was_killed_goes_on(source: Path, tmp_path: Path) -> None:
 
 def test_a_disk_without_room_is_one_line_and_nothing_is_lost(source: Path, tmp_path: Path) -> None:
     out = tmp_path / 'floor.dotmap'
-    # A limit on the size of files stands for the disk's end: writing fails in the same way.
-    _, error = start(source, '--out', out, most_bytes=90_000).communicate()
+    _, error = start(source, '--out', out, MOST_BYTES='90000').communicate()
     assert 'no room left' in fault_of(error)
     assert 'what is done is kept' in error
     assert not out.exists()
@@ -119,5 +116,5 @@ def test_bad_input_is_one_line_and_exit_code_1(
 
 
 def test_the_default_sizes_hold_a_task_in_little_memory() -> None:
-    assert index_build.DEFAULT_SIZES == PartSizes()
+    assert PartSizes() == index_build.DEFAULT_SIZES
     assert PartSizes().stripe_dots <= 2_000_000

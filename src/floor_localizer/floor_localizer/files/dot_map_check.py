@@ -88,7 +88,7 @@ def _first(mask: NDArray[np.bool_]) -> int:
 
 
 def check_units(diameter: float, spacing: float, source: str) -> None:
-    """Refuse a map that is not in metres, told by the median diameter, 0 if unknown, and the spacing of the dots [m]."""
+    """Refuse a map that is not in metres, told by median diameter (0 if unknown) and spacing of the dots [m]."""
     if diameter > _LARGEST_DIAMETER:
         sign, is_millimetres = f'diameters of {diameter:.3g} m', diameter > _DIAMETER_IN_MILLIMETRES
     elif spacing > _WIDEST_SPACING:

@@ -108,7 +108,7 @@ def index_stripe(plan: BuildPlan, places: Places, stripe: int, ends: NDArray[np.
 def _dots_around(
     plan: BuildPlan, parts: PartsFolder, stripe: int, ends: NDArray[np.int64]
 ) -> tuple[NDArray[np.float32], int]:
-    """Return the dots of a stripe and of the rows next to it, shape (n, 3), and the number of dots before the stripe."""
+    """Return the dots of a stripe and of the rows next to it, shape (n, 3), and the number of dots before it."""
     first, last = max(stripe - 1, 0), min(stripe + 1, plan.stripes - 1)
     low, high = plan.rows_of(stripe)
     tables = []
