@@ -81,9 +81,9 @@ def build(hall: Hall, path: Path, workers: int) -> float:
 
 def views_of(hall: Hall, number: int, missing: float, spurious: float) -> list[PaperView]:
     """Return views all over a hall."""
-    views = []
+    views: list[PaperView] = []
     for k, place in enumerate(hall.places(number, VIEW_SIZE)):
-        floor = hall.around(*place, VIEW_SIZE)
+        floor = hall.around(float(place[0]), float(place[1]), VIEW_SIZE)
         views += paper_views(floor, place[None, :], missing, spurious, k)
     return views
 
@@ -154,7 +154,9 @@ def _private_bytes() -> int:
 
 def print_index(halls: list[Measured]) -> None:
     """Print what the maps cost."""
-    print('\n| dots | hall | file | bytes a dot | built in s (CPU) | µs a dot | opened in ms | private memory |')
+    print(
+        '\n| dots | hall | file | bytes a dot | built in s (CPU) | µs a dot | opened in ms | private memory |'
+    )
     print('|---|---|---|---|---|---|---|---|')
     for hall in halls:
         area = Hall(hall.dots, 1).side ** 2

@@ -41,10 +41,10 @@ def localizer_from_map_file(
 
 
 def _describe(floor: IndexedMap) -> str:
-    arrays = [
-        part for part in (*floor.grid, *floor.index, *floor.addresses) if isinstance(part, np.ndarray)
-    ]
+    arrays = [part for part in (*floor.grid, *floor.index, *floor.addresses) if isinstance(part, np.ndarray)]
     megabytes = sum(array.nbytes for array in arrays) / 1e6
     sheets = ', '.join(sheet.name for sheet in floor.sheets)
-    text = f'map of {len(floor.grid.points)} dots, {len(floor.index.entries)} constellations, {megabytes:.0f} MB'
+    text = (
+        f'map of {len(floor.grid.points)} dots, {len(floor.index.entries)} constellations, {megabytes:.0f} MB'
+    )
     return f'{text}, sheets: {sheets}' if sheets else text

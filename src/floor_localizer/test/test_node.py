@@ -211,9 +211,7 @@ def test_a_pose_on_a_sheet_is_in_the_frame_of_the_sheet(graph: IsolatedGraph) ->
     robot.send_image(10.0)
     robot.wait_for(robot.poses)
     assert robot.poses[0].header.frame_id == 'map/ground'
-    robot.send(
-        'initialpose', pose_with_covariance_stamped(POSE, np.eye(3) * 0.2, header(3.0, 'map/ground'))
-    )
+    robot.send('initialpose', pose_with_covariance_stamped(POSE, np.eye(3) * 0.2, header(3.0, 'map/ground')))
     assert robot.tracker.calls[-1][0] == 'area'
     assert robot.tracker.calls[-1][3] == 'ground'
     assert {value.key: value.value for value in robot.report().values}['sheet'] == 'ground'

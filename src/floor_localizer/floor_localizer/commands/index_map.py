@@ -27,9 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'index_map: {_explain(fault, options.out)}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print(
-            '\nindex_map: stopped; the same command goes on where it was', file=sys.stderr
-        )
+        print('\nindex_map: stopped; the same command goes on where it was', file=sys.stderr)
         return 130
     return 0
 
@@ -59,7 +57,10 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument('--out', type=Path, required=True, metavar='OUT.dotmap', help='file to write')
     parser.add_argument(
-        '--workers', type=_positive, default=os.cpu_count() or 1, help='processes on this computer (default: all cores)'
+        '--workers',
+        type=_positive,
+        default=os.cpu_count() or 1,
+        help='processes on this computer (default: all cores)',
     )
     parser.add_argument(
         '--scheduler',

@@ -33,9 +33,7 @@ class Sheet:
 
     def pose_on_map(self, T_sheet_base: PlanarPose) -> PlanarPose:
         """Return where a pose on the floor lies in the map."""
-        return PlanarPose(
-            T_sheet_base.x + self.offset[0], T_sheet_base.y + self.offset[1], T_sheet_base.yaw
-        )
+        return PlanarPose(T_sheet_base.x + self.offset[0], T_sheet_base.y + self.offset[1], T_sheet_base.yaw)
 
     def pose_on_sheet(self, T_map_base: PlanarPose) -> PlanarPose:
         """Return a pose of the map in the frame of the floor; the inverse of `pose_on_map`."""

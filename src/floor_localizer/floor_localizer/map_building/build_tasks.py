@@ -123,7 +123,9 @@ def _refuse_twins(points: NDArray[np.float64], x0: float, y0: float) -> None:
     twins = find_twins(points, np.array([x0, y0])) if len(points) else None
     if twins is not None:
         x, y = points[twins[0]]
-        raise DotMapError(f'the dot at ({x:.6f}, {y:.6f}) m stands in the map twice; leave one of the two out')
+        raise DotMapError(
+            f'the dot at ({x:.6f}, {y:.6f}) m stands in the map twice; leave one of the two out'
+        )
 
 
 def sort_range(

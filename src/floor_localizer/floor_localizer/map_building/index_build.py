@@ -116,9 +116,7 @@ class IndexBuild:
 
     def _stage(self, stage: str, function: Task, tasks: Sequence[tuple[Any, ...]]) -> list[Any]:
         """Run the tasks of a stage that are not done yet, and return what all of them told."""
-        missing = [
-            task for number, task in enumerate(tasks) if self._parts.result_of(stage, number) is None
-        ]
+        missing = [task for number, task in enumerate(tasks) if self._parts.result_of(stage, number) is None]
         with tqdm(total=len(tasks), initial=len(tasks) - len(missing), desc=stage, disable=None) as bar:
             for _ in self._runner.run(function, missing):
                 bar.update()
@@ -128,13 +126,13 @@ class IndexBuild:
         """Return the sheets, none for a single source."""
         if len(self._sources) == 1:
             return ()
-        corners = []
+        corners: list[tuple[float, float, float, float]] = []
         for number, source in enumerate(self._sources):
             pieces = [piece for piece in told if piece['sheet'] == number]
             check_number(sum(piece['dots'] for piece in pieces), str(source))
-            lower = np.min([piece['lower'] for piece in pieces], axis=0)
-            upper = np.max([piece['upper'] for piece in pieces], axis=0)
-            corners.append((*map(float, lower), *map(float, upper)))
+            x0, y0 = np.min([piece['lower'] for piece in pieces], axis=0).tolist()
+            x1, y1 = np.max([piece['upper'] for piece in pieces], axis=0).tolist()
+            corners.append((x0, y0, x1, y1))
         return lay_out_sheets([source.stem for source in self._sources], corners)
 
     def _plan(self, told: Sequence[Any], sheets: Sequence[Sheet]) -> BuildPlan:
@@ -174,7 +172,9 @@ class IndexBuild:
         dots = sum(piece['dots'] for piece in told)
 
         def occupied(side: float) -> int:
-            return _count_occupied((squares_of(p, lower, upper, side) for p in all_points()), lower, upper, side)
+            return _count_occupied(
+                (squares_of(p, lower, upper, side) for p in all_points()), lower, upper, side
+            )
 
         return {
             'lower': lower.tolist(),

@@ -120,7 +120,9 @@ def test_parts_of_another_map_are_not_mixed_in(source, tmp_path):
         IndexBuild([source], tmp_path / 'map', Dying(3), SMALL).run()
     other = tmp_path / 'floor.csv'
     other.write_bytes(source.read_bytes().replace(b'7', b'8'))
-    with pytest.raises(FloorLocalizerError, match='another map or version; remove it or choose another --out'):
+    with pytest.raises(
+        FloorLocalizerError, match='another map or version; remove it or choose another --out'
+    ):
         IndexBuild([other], tmp_path / 'map', OwnProcess(), SMALL).run()
 
 

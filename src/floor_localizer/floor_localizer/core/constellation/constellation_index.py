@@ -137,7 +137,9 @@ def index_rules(dots: int, cell: float) -> IndexRules:
         FloorLocalizerError: there are more dots than an entry can name.
     """
     if dots > DOTS_MAX:
-        raise FloorLocalizerError(f'{dots} dots are too many for one map, {DOTS_MAX} fit; split it into several')
+        raise FloorLocalizerError(
+            f'{dots} dots are too many for one map, {DOTS_MAX} fit; split it into several'
+        )
     thrift = _LARGE if dots > LARGE_MAP else _SMALL
     keys = int(thrift.keys_per_dot * dots)
     buckets = max(math.ceil(keys / thrift.keys_per_bucket), 1)
@@ -182,9 +184,7 @@ def list_constellations(
         np.zeros(_NEIGHBOURS),
         np.empty(_NEIGHBOURS, dtype=np.int64),
     )
-    room = _KeyRoom(
-        np.empty((OTHERS, 2)), np.empty(LANES, dtype=np.int64), np.empty(2, dtype=np.int64)
-    )
+    room = _KeyRoom(np.empty((OTHERS, 2)), np.empty(LANES, dtype=np.int64), np.empty(2, dtype=np.int64))
     lens = np.empty(MOST_IN_LENS, dtype=np.int64)
     groups = np.empty((MOST_GROUPS, OTHERS), dtype=np.int64)
     buckets = np.empty(_ROOM * (end - begin) + MOST_GROUPS, dtype=np.uint32)

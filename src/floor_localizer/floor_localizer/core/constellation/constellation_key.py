@@ -1,9 +1,10 @@
 """The invariants of six dots under shift, turn and scale: what the index stores and the search looks up.
 
 The two dots farthest apart are the base: the first is put at (0, 0), the second at (1, 0). The other four then have
-coordinates that neither shift, turn nor scale changes; in order of their x they make eight numbers, the lanes of a key.
-A key lies in a cell of the eight-dimensional grid; the cell is hashed to a bucket, and what is kept of the key besides is
-in which eighth of the cell it lies along each lane.
+coordinates that neither shift, turn nor scale changes; in order of their x they make eight numbers, the lanes of a
+key.
+A key lies in a cell of the eight-dimensional grid; the cell is hashed to a bucket, and what is kept of the key besides
+is in which eighth of the cell it lies along each lane.
 """
 
 from __future__ import annotations

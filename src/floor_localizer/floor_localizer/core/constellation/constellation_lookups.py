@@ -241,7 +241,7 @@ def fits(lookups: Lookups, lookup: int, parts: np.uint64) -> bool:
         parts: where in its cell the key is, as `pack_parts` tells.
     """
     owner, beyond = lookups.owners[lookup], lookups.beyond[lookup]
-    for k in range(LANES):
+    for k in range(LANES):  # noqa: SIM110 - numba compiles no all() over a generator
         if not (lookups.fitting[owner, k, (beyond >> k) & 1] >> part_of_lane(parts, k)) & 1:
             return False
     return True

@@ -57,7 +57,9 @@ class GridFrame(NamedTuple):
     rows: int
 
 
-def grid_frame(lower: NDArray[np.float64], upper: NDArray[np.float64], dots: int, spacing: float) -> GridFrame:
+def grid_frame(
+    lower: NDArray[np.float64], upper: NDArray[np.float64], dots: int, spacing: float
+) -> GridFrame:
     """Return cells that hold about one dot each.
 
     Args:
@@ -118,7 +120,9 @@ def typical_spacing(points: NDArray[np.float64]) -> float:
         points: shape (N, 2), dots [m].
     """
     lower, upper = points.min(axis=0), points.max(axis=0)
-    return spacing_of(lower, upper, len(points), lambda side: len(np.unique(squares_of(points, lower, upper, side))))
+    return spacing_of(
+        lower, upper, len(points), lambda side: len(np.unique(squares_of(points, lower, upper, side)))
+    )
 
 
 def spacing_of(
@@ -157,7 +161,8 @@ def pair_density(grid: DotGrid) -> float:
 
     On an evenly random floor this is the density; where dots crowd together it is higher, and so is chance.
     """
-    counts = np.diff(grid.starts.astype(np.int64)).reshape(grid.rows, grid.columns)
+    starts = grid.starts.astype(np.int64)
+    counts = (starts[1:] - starts[:-1]).reshape(grid.rows, grid.columns)
     return density_of_pairs(count_pairs(counts), len(grid.points), grid.cell)
 
 

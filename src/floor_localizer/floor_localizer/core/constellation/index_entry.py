@@ -44,7 +44,7 @@ def base_word(dx: float, dy: float, longest: float) -> np.uint64:
         longest: the longest base of the index [m].
     """
     turn = math.atan2(dy, dx) / (2.0 * math.pi)
-    direction = int(math.floor(turn * _DIRECTIONS + 0.5)) % _DIRECTIONS
+    direction = math.floor(turn * _DIRECTIONS + 0.5) % _DIRECTIONS
     length = int(math.log(longest / math.sqrt(dx * dx + dy * dy)) / _STEP)
     word = np.uint64(min(max(length, 0), _LENGTHS - 1)) << _LENGTH_SHIFT
     return word | np.uint64(direction) << _DIRECTION_SHIFT
