@@ -10,10 +10,8 @@ import pytest
 from floor_views import random_floor
 
 from floor_localizer.core.constellation.constellation_index import (
-    LARGE_MAP,
     MOST_IN_LENS,
     build_constellation_index,
-    index_rules,
     list_constellations,
     sort_into_buckets,
 )
@@ -34,6 +32,7 @@ from floor_localizer.core.constellation.index_entry import (
     parts_of_entry,
     second_of_entry,
 )
+from floor_localizer.core.constellation.index_rules import LARGE_MAP, index_rules
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 
 SIZE = (0.2, 0.15)

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation.constellation_index import IndexRules, index_rules
 from floor_localizer.core.constellation.dot_grid import BLOCK_ROWS, GridFrame
+from floor_localizer.core.constellation.index_rules import IndexRules, index_rules
 
 # Rows around a stripe that its constellations reach into, and one for the place of an end.
 MARGIN_ROWS = 4

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from floor_localizer.core.constellation.address_grid import address_shape
-from floor_localizer.core.constellation.constellation_index import LARGE_MAP, ConstellationIndex
+from floor_localizer.core.constellation.constellation_index import ConstellationIndex
 from floor_localizer.core.constellation.dot_grid import (
     DotGrid,
     density_of_pairs,
@@ -22,6 +22,7 @@ from floor_localizer.core.constellation.dot_grid import (
     spacing_of,
     squares_of,
 )
+from floor_localizer.core.constellation.index_rules import LARGE_MAP
 from floor_localizer.core.constellation.indexed_map import IndexedMap, address_grid
 from floor_localizer.core.sheets import Sheet, lay_out_sheets
 from floor_localizer.files import binary_form

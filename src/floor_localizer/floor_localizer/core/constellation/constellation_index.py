@@ -14,7 +14,6 @@ from floor_localizer.core.constellation.constellation_key import (
     OTHERS,
     base_coordinates,
     bucket_of_hash,
-    cell_step,
     cut_into_steps,
     hash_of_steps,
     imbalance,
@@ -23,57 +22,16 @@ from floor_localizer.core.constellation.constellation_key import (
     turn_around,
 )
 from floor_localizer.core.constellation.dot_grid import DotGrid, dots_within
-from floor_localizer.core.constellation.index_entry import DOTS_MAX, base_word, pack_entry, second_of_entry
+from floor_localizer.core.constellation.index_entry import base_word, pack_entry, second_of_entry
+from floor_localizer.core.constellation.index_rules import IndexRules, index_rules
 from floor_localizer.core.constellation.lens import MOST_GROUPS, groups_of_four
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 
-LARGE_MAP = 5_000_000
-"""A map of more dots is indexed more sparsely, and pairs are not laid on it."""
 # A base is indexed when at most so many dots are in its lens.
 MOST_IN_LENS = 6
-# Longest base in units of the mean spacing of dots.
-_WIDEST = 3.0
 _NEIGHBOURS = 64
 _UNKNOWN, _GOOD, _BAD = 0, 1, 2
 # Room for so many constellations a dot is made at first.
 _ROOM = 18
-
-
-class _Thrift(NamedTuple):
-    """How much memory the index of a map may take.
-
-    Attributes:
-        stride: of a base with the most dots in its lens, one constellation of so many is indexed.
-        keys_per_dot: about so many constellations a dot come of that.
-        keys_per_bucket: about so many share a bucket.
-        crowding: about so many share a cell.
-    """
-
-    stride: int
-    keys_per_dot: float
-    keys_per_bucket: float
-    crowding: float
-
-
-_SMALL = _Thrift(1, 15.3, 4.0, 0.5)
-# Memory is slower than the processor there: fewer, fuller cells.
-_LARGE = _Thrift(4, 7.7, 8.0, 2.0)
-
-
-class IndexRules(NamedTuple):
-    """How a map is indexed.
-
-    Attributes:
-        stride: of a base with the most dots in its lens, one constellation of so many is indexed.
-        buckets: number of buckets.
-        step: an eighth of a cell's side in units of the base's length.
-        longest: no base is longer [m].
-    """
-
-    stride: int
-    buckets: int
-    step: float
-    longest: float
 
 
 class ConstellationIndex(NamedTuple):
@@ -124,26 +82,6 @@ class _KeyRoom(NamedTuple):
     xy: NDArray[np.float64]
     steps: NDArray[np.int64]
     verdicts: NDArray[np.int64]
-
-
-def index_rules(dots: int, cell: float) -> IndexRules:
-    """Return how a map is indexed: by the number of its dots alone, so that its parts can be indexed apart.
-
-    Args:
-        dots: number of dots.
-        cell: side of the grid's cells [m].
-
-    Raises:
-        FloorLocalizerError: there are more dots than an entry can name.
-    """
-    if dots > DOTS_MAX:
-        raise FloorLocalizerError(
-            f'{dots} dots are too many for one map, {DOTS_MAX} fit; split it into several'
-        )
-    thrift = _LARGE if dots > LARGE_MAP else _SMALL
-    keys = int(thrift.keys_per_dot * dots)
-    buckets = max(math.ceil(keys / thrift.keys_per_bucket), 1)
-    return IndexRules(thrift.stride, buckets, cell_step(keys, thrift.crowding), _WIDEST * cell)
 
 
 def build_constellation_index(grid: DotGrid) -> ConstellationIndex:

@@ -8,11 +8,11 @@ import numpy as np
 
 from floor_localizer.core.constellation.address_grid import AddressGrid, build_address_grid
 from floor_localizer.core.constellation.constellation_index import (
-    LARGE_MAP,
     ConstellationIndex,
     build_constellation_index,
 )
 from floor_localizer.core.constellation.dot_grid import DotGrid, build_dot_grid, pair_density
+from floor_localizer.core.constellation.index_rules import LARGE_MAP
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.sheets import Sheet
 
