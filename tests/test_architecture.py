@@ -93,6 +93,7 @@ FORBIDDEN_ATTRIBUTES = {
 ROSDEP_KEYS = {
     'aiohttp': 'python3-aiohttp',
     'cv2': 'python3-opencv',
+    'distributed': 'python3-distributed',
     'jsonschema': 'python3-jsonschema',
     'matplotlib': 'python3-matplotlib',
     'numba': 'python3-numba',

@@ -26,6 +26,7 @@ setup(
             f'node = {NAME}.node:main',
             f'locate = {NAME}.commands.locate:main',
             f'inspect_map = {NAME}.commands.inspect_map:main',
+            f'index_map = {NAME}.commands.index_map:main',
             f'print_mat = {NAME}.commands.print_mat:main',
             f'calibrate_camera = {NAME}.commands.calibrate_camera:main',
             f'compare_maps = {NAME}.commands.compare_maps:main',

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+import numpy as np
+
+from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.dot_extraction import DotDetector
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.mount_check import check_mount
@@ -14,8 +19,15 @@ PREPARING = 'preparing the search; the very first start compiles it, for about a
 """What to tell people who wait."""
 
 
-def localizer_from_map_file(node_settings: NodeSettings, settings: LocalizerSettings) -> FloorLocalizer:
+def localizer_from_map_file(
+    node_settings: NodeSettings, settings: LocalizerSettings, tell: Callable[[str], object]
+) -> FloorLocalizer:
     """Return a localizer for the map that the settings name, compiled and ready for its first image.
+
+    Args:
+        node_settings: which map, camera and detection.
+        settings: of the match.
+        tell: is given a line on how large the map is.
 
     Raises:
         FloorLocalizerError: a map that is missing, malformed or not in metres, or a camera that does not look at
@@ -23,5 +35,16 @@ def localizer_from_map_file(node_settings: NodeSettings, settings: LocalizerSett
     """
     check_mount(node_settings.mount)  # before what takes long
     floor = load_indexed_map(node_settings.map_path)
+    tell(_describe(floor))
     warm_up()
     return FloorLocalizer(floor, node_settings.mount, settings, DotDetector(node_settings.dots))
+
+
+def _describe(floor: IndexedMap) -> str:
+    arrays = [part for part in (*floor.grid, *floor.index, *floor.addresses) if isinstance(part, np.ndarray)]
+    megabytes = sum(array.nbytes for array in arrays) / 1e6
+    sheets = ', '.join(sheet.name for sheet in floor.sheets)
+    text = (
+        f'map of {len(floor.grid.points)} dots, {len(floor.index.entries)} constellations, {megabytes:.0f} MB'
+    )
+    return f'{text}, sheets: {sheets}' if sheets else text

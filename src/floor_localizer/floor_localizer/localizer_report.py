@@ -62,7 +62,8 @@ def _no_fix_values(result: NoFix) -> dict[str, str]:
 def _fix_values(fix: Fix) -> dict[str, str]:
     pose = fix.T_map_base
     sigma_x, sigma_y, sigma_yaw = fix.covariance.diagonal() ** 0.5
-    return {
+    sheet = {'sheet': fix.sheet} if fix.sheet else {}
+    return sheet | {
         'dots': str(len(fix.dots)),
         'dots matched': str(int(fix.matched.sum())),
         'match rate': f'{fix.match_rate:.3f}',

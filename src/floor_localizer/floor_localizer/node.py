@@ -77,7 +77,7 @@ class FloorLocalizerNode(Node):
     def __init__(
         self,
         create_localizer: Callable[
-            [NodeSettings, LocalizerSettings], FloorLocalizer
+            [NodeSettings, LocalizerSettings, Callable[[str], object]], FloorLocalizer
         ] = localizer_from_map_file,
         create_tracker: Callable[[FloorLocalizer, TrackerSettings], FloorTracker] = FloorTracker,
         **options: Any,
@@ -99,7 +99,7 @@ class FloorLocalizerNode(Node):
         refuse_misspelled_parameters(self)
         self._report = LocalizerReport(self._map_name())
         self.get_logger().info(PREPARING)
-        localizer = create_localizer(self._settings, localizer_settings)
+        localizer = create_localizer(self._settings, localizer_settings, self.get_logger().info)
         self._had_fix: bool | None = None
         self._create_tracker = partial(create_tracker, localizer, self._settings.tracker)
         self._tracker = self._create_tracker()
@@ -149,9 +149,14 @@ class FloorLocalizerNode(Node):
         result = self._tracker.track(stamp, pixels, camera)
         self._report.add(result, perf_counter() - started)
         self._tell_change(result)
-        self._publish(Header(stamp=header.stamp, frame_id=self._settings.map_frame), result, camera)
+        self._publish(Header(stamp=header.stamp, frame_id=self._frame_of(result)), result, camera)
         if self._debug_image.get_subscription_count() > 0:
             self._debug_image.publish(image_from_array(debug_picture(pixels, result), header))
+
+    def _frame_of(self, result: Fix | NoFix) -> str:
+        """Return the frame of a pose: each sheet of a map has its own, as ``map/ground``."""
+        sheet = result.sheet if isinstance(result, Fix) else ''
+        return f'{self._settings.map_frame}/{sheet}' if sheet else self._settings.map_frame
 
     def _tell_change(self, result: Fix | NoFix) -> None:
         """Say a line when the pose is found or lost; the diagnostics tell the rest."""
@@ -161,8 +166,9 @@ class FloorLocalizerNode(Node):
         self._had_fix = has_fix
         if isinstance(result, Fix):
             pose = result.T_map_base
+            where = f' on {result.sheet}' if result.sheet else ''
             self.get_logger().info(
-                f'found: x {pose.x:.4f} m, y {pose.y:.4f} m, yaw {pose.yaw:.4f} rad, '
+                f'found{where}: x {pose.x:.4f} m, y {pose.y:.4f} m, yaw {pose.yaw:.4f} rad, '
                 f'{int(result.matched.sum())} of {len(result.dots)} dots match',
                 throttle_duration_sec=_TELL_INTERVAL,
             )
@@ -194,10 +200,11 @@ class FloorLocalizerNode(Node):
         self._tracker.add_odometry(stamp, T_odom_base)
 
     def _take_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
-        map_frame = self._settings.map_frame
-        if message.header.frame_id not in ('', map_frame):
-            raise PoseError(f'initialpose is in {message.header.frame_id!r}, it must be in {map_frame!r}')
-        self._tracker.set_area(*planar_pose_with_covariance(message.pose, 'initialpose'))
+        map_frame, frame = self._settings.map_frame, message.header.frame_id or self._settings.map_frame
+        root, _, sheet = frame.partition(f'{map_frame}/')
+        if frame != map_frame and (root or not sheet):
+            raise PoseError(f'initialpose is in {frame!r}, it must be in {map_frame!r} or a sheet of it')
+        self._tracker.set_area(*planar_pose_with_covariance(message.pose, 'initialpose'), sheet)
 
     def _relocalize(self) -> str:
         self._tracker.relocalize()

@@ -8,6 +8,7 @@ from dot_maps import random_map
 from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.files import binary_form
 from floor_localizer.files.binary_form import BinaryMap, load_binary, save_binary
+from floor_localizer.files.dot_map_file import dots_of
 from floor_localizer.files.file_errors import DotMapError
 
 
@@ -48,7 +49,7 @@ def test_load_gives_what_was_saved_to_the_last_bit(path: Path, original: BinaryM
 
 def test_arrays_are_read_only_aligned_views_of_the_file(path: Path) -> None:
     floor = load_binary(path).floor
-    for array in (floor.grid.points, floor.grid.starts, floor.index.codes, floor.addresses.bits):
+    for array in (floor.grid.points, floor.grid.starts, floor.index.entries, floor.addresses.bits):
         assert not array.flags.writeable
         assert not array.flags.owndata
         assert array.flags.aligned
@@ -72,11 +73,11 @@ def test_another_version_is_refused_with_both_numbers(path: Path) -> None:
     struct.pack_into('<I', content, 8, 7)
     path.write_bytes(content)
     assert 'version 7' in refusal(path)
-    assert 'version 2' in refusal(path)
+    assert 'version 3' in refusal(path)
 
 
 def test_an_index_made_by_other_rules_is_refused(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(binary_form._RULES, 'most_indexed', 99)
+    monkeypatch.setitem(binary_form._RULES, 'parts', 99)
     assert 'another version' in refusal(path)
 
 
@@ -91,6 +92,14 @@ def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:
     path.write_bytes(b'x,y,diameter\n0.1,0.2,0.003\n' * 10)
     assert 'is no dot map' in refusal(path)
     assert 'No such file' in refusal(tmp_path / 'none.dotmap')
+
+
+def test_unknown_diameters_take_no_room(path: Path, tmp_path: Path, original: BinaryMap) -> None:
+    save_binary(tmp_path / 'bare.dotmap', BinaryMap(original.floor, original.diameters[:0]))
+    loaded = load_binary(tmp_path / 'bare.dotmap')
+    assert np.isnan(dots_of(loaded).diameters).all()
+    assert len(dots_of(loaded)) == len(original.diameters)
+    assert (tmp_path / 'bare.dotmap').stat().st_size < path.stat().st_size
 
 
 def test_arrays_that_do_not_belong_together_are_refused(tmp_path: Path, original: BinaryMap) -> None:

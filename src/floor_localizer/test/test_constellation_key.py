@@ -1,4 +1,4 @@
-"""What must not change a key, and packed comparison against a plain one."""
+"""What must not change a key, and that its cell and its place in the cell tell where it is."""
 
 from __future__ import annotations
 
@@ -13,35 +13,28 @@ from hypothesis.extra import numpy as hnp
 from floor_localizer.core.constellation.constellation_key import (
     LANE_HASHES,
     LANES,
+    LOWER,
     OTHERS,
-    X_LOWER,
-    X_STEPS,
-    Y_LOWER,
-    Y_STEPS,
+    PARTS,
     base_coordinates,
     bucket_of_hash,
-    cell_sides,
-    hash_of_code,
+    cell_step,
+    cut_into_steps,
+    from_steps,
+    hash_of_steps,
     imbalance,
-    is_within,
-    lane_hashes,
-    pack,
-    pack_coordinates,
+    pack_parts,
+    part_of_lane,
     sort_by_x,
     to_steps,
     turn_around,
-    unpack,
 )
 
 # The first call compiles.
 UNHURRIED = settings(deadline=None)
-STEPS = hnp.arrays(np.int64, LANES, elements=st.integers(0, 127))
+STEP = 0.013
+STEPS = hnp.arrays(np.int64, LANES, elements=st.integers(0, 160))
 IN_LENS = np.array([[0.2, 0.5], [0.45, -0.3], [0.6, 0.1], [0.85, -0.4]])
-
-
-def packed(steps):
-    """As the compiled search holds it; outside of it numba hands out plain integers."""
-    return np.uint64(pack(steps))
 
 
 def coordinates(points, first=0, second=1):
@@ -111,88 +104,73 @@ def test_sorting_keeps_the_dots_whole():
     np.testing.assert_array_equal(xy, IN_LENS)
 
 
+def steps_of(xy, step=STEP):
+    steps = np.empty(LANES, dtype=np.int64)
+    cut_into_steps(xy, step, steps)
+    return steps
+
+
+def hash_of(steps):
+    return int(hash_of_steps(steps))
+
+
 def test_key_does_not_depend_on_the_order_of_the_dots_once_sorted():
     keys = set()
     for order in ([0, 1, 2, 3], [3, 2, 1, 0], [1, 3, 0, 2]):
         xy = IN_LENS[order].copy()
         sort_by_x(xy)
-        keys.add(int(pack_coordinates(xy)))
+        keys.add(tuple(steps_of(xy)))
     assert len(keys) == 1
 
 
-def test_key_holds_the_coordinates_to_half_a_step():
-    code = int(pack_coordinates(IN_LENS))
-    lanes = np.array(list(code.to_bytes(LANES, 'big'))).reshape(OTHERS, 2)
-    x, y = lanes[:, 0] / X_STEPS + X_LOWER, lanes[:, 1] / Y_STEPS + Y_LOWER
-    assert np.max(np.abs(x - IN_LENS[:, 0])) <= 0.5001 / X_STEPS
-    assert np.max(np.abs(y - IN_LENS[:, 1])) <= 0.5001 / Y_STEPS
+def test_steps_hold_the_coordinates_to_half_a_step():
+    steps = steps_of(IN_LENS).reshape(OTHERS, 2)
+    middles = [[from_steps(steps[k, axis], LOWER[axis], STEP) for axis in range(2)] for k in range(OTHERS)]
+    assert np.max(np.abs(middles - IN_LENS)) <= 0.5001 * STEP
 
 
-def test_coordinates_beyond_the_range_stop_at_its_ends():
-    assert to_steps(-5.0, X_LOWER, X_STEPS) == 0
-    assert to_steps(5.0, X_LOWER, X_STEPS) == 127
+def test_coordinates_below_the_range_are_in_its_first_step():
+    assert to_steps(-5.0, LOWER[0], STEP) == 0
 
 
 @UNHURRIED
 @given(STEPS)
-def test_packed_steps_lie_in_bytes_from_high_to_low(steps):
-    assert int(pack(steps)).to_bytes(LANES, 'big') == bytes(steps.tolist())
-
-
-@UNHURRIED
-@given(STEPS, STEPS, STEPS)
-def test_packed_comparison_is_that_of_every_lane(steps, lower, upper):
-    plain = bool(np.all((lower <= steps) & (steps <= upper)))
-    assert is_within(packed(steps), packed(lower), packed(upper)) == plain
-
-
-@UNHURRIED
-@given(STEPS, STEPS, STEPS)
-def test_what_lies_between_is_within(a, b, c):
-    lower, middle, upper = np.sort([a, b, c], axis=0)
-    assert is_within(packed(middle), packed(lower), packed(upper))
-
-
-@UNHURRIED
-@given(STEPS)
-def test_unpacking_is_the_inverse_of_packing(steps):
-    unpacked = np.empty(LANES, dtype=np.int64)
-    unpack(packed(steps), unpacked)
-    np.testing.assert_array_equal(unpacked, steps)
-
-
-def hash_of(steps, x_cell, y_cell):
-    return np.uint64(hash_of_code(packed(steps), lane_hashes(x_cell, y_cell)))
+def test_parts_tell_the_place_in_the_cell_along_every_lane(steps):
+    parts = np.uint64(pack_parts(steps))
+    assert parts < 1 << 24
+    assert [part_of_lane(parts, lane) for lane in range(LANES)] == (steps % PARTS).tolist()
 
 
 @UNHURRIED
 @given(STEPS, STEPS)
 def test_keys_of_the_same_cell_have_the_same_hash_and_others_another(steps, others):
-    cells = np.where(np.arange(LANES) % 2 == 0, 16, 10)
-    same = bool(np.all(steps // cells == others // cells))
-    assert (hash_of(steps, 16, 10) == hash_of(others, 16, 10)) == same
+    same = bool(np.all(steps // PARTS == others // PARTS))
+    assert (hash_of(steps) == hash_of(others)) == same
 
 
 @UNHURRIED
 @given(STEPS, st.integers(0, LANES - 1))
 def test_the_next_cell_along_a_lane_is_an_addition_away(steps, lane):
-    cells = np.where(np.arange(LANES) % 2 == 0, 16, 10)
-    steps[lane] = min(steps[lane], 127 - cells[lane])
-    beyond = steps + cells * (np.arange(LANES) == lane)
-    expected = (int(hash_of(steps, 16, 10)) + int(LANE_HASHES[lane])) % 2**64
-    assert int(hash_of(beyond, 16, 10)) == expected
+    beyond = steps + PARTS * (np.arange(LANES) == lane)
+    assert hash_of(beyond) == (hash_of(steps) + int(LANE_HASHES[lane])) % 2**64
+
+
+@pytest.mark.parametrize('number', [1, 3, 4096, 5000, 10**8])
+def test_buckets_are_within_their_number(number):
+    assert bucket_of_hash(np.uint64(0), number) == 0
+    assert bucket_of_hash(np.uint64(2**64 - 1), number) == number - 1
 
 
 def test_keys_of_a_random_floor_are_spread_over_the_buckets():
     cells = np.random.default_rng(0).integers(0, 8, (4000, LANES))
-    buckets = [bucket_of_hash(hash_of(16 * row // 2, 8, 8), 12) for row in cells]
-    fullest = np.bincount(buckets, minlength=4096).max()
-    assert len(np.unique(buckets)) > 0.55 * 4096
+    buckets = [bucket_of_hash(np.uint64(hash_of(PARTS * row)), 4100) for row in cells]
+    fullest = np.bincount(buckets, minlength=4100).max()
+    assert len(np.unique(buckets)) > 0.55 * 4100
     assert fullest < 12
 
 
 def test_cells_of_a_hundred_times_more_keys_are_finer_by_the_eighth_root():
-    few, many = np.array(cell_sides(10**6)), np.array(cell_sides(10**8))
-    np.testing.assert_allclose(many / few, 100.0 ** (-1.0 / LANES), atol=0.06)
-    assert min(cell_sides(0)) > 0
-    assert min(cell_sides(10**12)) > 0
+    assert cell_step(10**8, 0.5) / cell_step(10**6, 0.5) == pytest.approx(100.0 ** (-1.0 / LANES))
+    assert cell_step(8 * 10**6, 4.0) == pytest.approx(cell_step(10**6, 0.5))
+    assert cell_step(0, 0.5) > 0
+    assert cell_step(10**14, 0.5) > 0

@@ -9,21 +9,23 @@ import pytest
 
 from floor_localizer.core.constellation.constellation_index import build_constellation_index
 from floor_localizer.core.constellation.constellation_key import (
+    LANES,
     OTHERS,
     base_coordinates,
     bucket_of_hash,
-    hash_of_code,
+    cut_into_steps,
+    hash_of_steps,
     imbalance,
-    is_within,
-    lane_hashes,
-    pack_coordinates,
+    pack_parts,
     sort_by_x,
     turn_around,
 )
 from floor_localizer.core.constellation.constellation_lookups import (
     Wanted,
     add_constellation,
+    fits,
     is_full,
+    key_coordinates,
     no_lookups,
 )
 from floor_localizer.core.constellation.dot_grid import build_dot_grid
@@ -43,14 +45,15 @@ def coordinates(dots):
 
 
 def key_of(dots):
-    """The code of six dots in canonical form, and its bucket."""
+    """The parts of six dots in canonical form, their bucket, and their coordinates."""
     xy = coordinates(dots)
     if imbalance(xy) > 0.0:
         turn_around(xy)
     sort_by_x(xy)
-    code = np.uint64(pack_coordinates(xy))
-    table = lane_hashes(INDEX.x_cell, INDEX.y_cell)
-    return code, bucket_of_hash(np.uint64(hash_of_code(code, table)), INDEX.bits)
+    steps = np.empty(LANES, dtype=np.int64)
+    cut_into_steps(xy, INDEX.step, steps)
+    bucket = bucket_of_hash(np.uint64(hash_of_steps(steps)), len(INDEX.starts) - 1)
+    return np.uint64(pack_parts(steps)), bucket, xy
 
 
 def lookups_of(dots, least, below=math.inf, noise=NOISE):
@@ -63,14 +66,15 @@ def buckets_of(lookups):
     return lookups.buckets[: lookups.counts[1]].tolist()
 
 
-def is_opened(lookups, code, bucket):
-    """Whether the bucket of a key is opened for a form of the constellation that the key is within reach of."""
-    opened = zip(buckets_of(lookups), lookups.owners, strict=False)
-    return any(
-        opened_bucket == bucket
-        and is_within(code, np.uint64(lookups.lower[owner]), np.uint64(lookups.upper[owner]))
-        for opened_bucket, owner in opened
-    )
+def is_opened(lookups, parts, bucket, xy):
+    """Whether the bucket of a key is opened for a cell that the key is in and within reach of."""
+    found = np.empty((OTHERS, 2))
+    for lookup, opened in enumerate(buckets_of(lookups)):
+        if opened == bucket and fits(lookups, lookup, parts):
+            key_coordinates(lookups, lookup, parts, INDEX.step, found)
+            if np.max(np.abs(found - xy)) <= 0.501 * INDEX.step:
+                return True
+    return False
 
 
 @pytest.mark.parametrize('seed', range(20))

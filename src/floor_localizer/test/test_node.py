@@ -6,6 +6,7 @@ import math
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -42,8 +43,8 @@ class FakeTracker:
     def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
         self.calls.append(('odometry', stamp, T_odom_base))
 
-    def set_area(self, T_map_base: PlanarPose, covariance: np.ndarray) -> None:
-        self.calls.append(('area', T_map_base, covariance))
+    def set_area(self, T_map_base: PlanarPose, covariance: np.ndarray, sheet: str) -> None:
+        self.calls.append(('area', T_map_base, covariance, sheet))
 
     def relocalize(self) -> None:
         self.calls.append(('relocalize',))
@@ -196,11 +197,22 @@ def test_odometry_and_area_reach_the_tracker(graph: IsolatedGraph) -> None:
     robot = Robot(graph)
     robot.send('odom', odometry(3.25))
     robot.send('initialpose', pose_with_covariance_stamped(POSE, np.eye(3) * 0.2, header(3.0, 'map')))
-    (kind, stamp, pose), (other_kind, area, covariance) = robot.tracker.calls
-    assert (kind, stamp, other_kind) == ('odometry', 3.25, 'area')
+    (kind, stamp, pose), (other_kind, area, covariance, sheet) = robot.tracker.calls
+    assert (kind, stamp, other_kind, sheet) == ('odometry', 3.25, 'area', '')
     assert POSE.distance_to(pose) < 1e-12
     assert POSE.distance_to(area) < 1e-12
     np.testing.assert_array_equal(covariance, np.eye(3) * 0.2)
+
+
+def test_a_pose_on_a_sheet_is_in_the_frame_of_the_sheet(graph: IsolatedGraph) -> None:
+    robot = Robot(graph)
+    robot.tracker.answer = replace(a_fix(), sheet='ground')
+    robot.send_image(10.0)
+    robot.wait_for(robot.poses)
+    assert robot.poses[0].header.frame_id == 'map/ground'
+    robot.send('initialpose', pose_with_covariance_stamped(POSE, np.eye(3) * 0.2, header(3.0, 'map/ground')))
+    assert robot.tracker.calls[-1][3] == 'ground'
+    assert {value.key: value.value for value in robot.report().values}['sheet'] == 'ground'
 
 
 def test_a_jump_back_in_time_starts_a_new_tracker(graph: IsolatedGraph) -> None:

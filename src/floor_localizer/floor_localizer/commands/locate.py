@@ -73,7 +73,7 @@ def locate(options: argparse.Namespace) -> list[LocatedImage]:
 def prepare(settings: NodeSettings) -> FloorLocalizer:
     """Return the localizer, ready for its first image."""
     print(PREPARING, file=sys.stderr)
-    return localizer_from_map_file(settings, LocalizerSettings())
+    return localizer_from_map_file(settings, LocalizerSettings(), partial(print, file=sys.stderr))
 
 
 def locate_files(

@@ -45,6 +45,7 @@ class Fix:
         tilt: roll and pitch of the robot [rad].
         expected_chance_alignments: how many poses as good as this are expected by chance (see `acceptance`).
         used_prior: whether the pose was found near where it was expected.
+        sheet: name of the floor in whose frame pose and map dots are; empty for the frame of the whole map.
     """
 
     T_map_base: PlanarPose
@@ -57,6 +58,7 @@ class Fix:
     tilt: tuple[float, float]
     expected_chance_alignments: float
     used_prior: bool
+    sheet: str = ''
 
 
 class NoFixReason(Enum):

@@ -12,6 +12,7 @@ The steps of Fukase & Kanamori with what makes each of them fast and safe:
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,11 +26,13 @@ from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mi
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_extraction import DotDetector
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.floor_points import FloorPoints, join_points
 from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.pose_fit import MountedRays
 from floor_localizer.core.refinement import refine
 from floor_localizer.core.settings import LocalizerSettings
+from floor_localizer.core.sheets import sheet_of
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, wrap_angle
 
 _LEAST_DOTS = 5
@@ -69,17 +72,49 @@ class FloorLocalizer:
     def locate(
         self, image: NDArray[np.uint8], camera: PinholeCamera, prior: PosePrior | None = None
     ) -> Fix | NoFix:
-        """Find the pose from an image.
+        """Find the pose from an image, on a map of sheets in the frame of its sheet.
 
         Args:
             image: shape (h, w) grey or (h, w, 3) blue, green, red.
             camera: the camera's intrinsics, for images of this size.
-            prior: where the robot is expected, if that is known.
+            prior: where the robot is expected on the whole map, if that is known.
 
         Raises:
             DotImageError: the image is of another type or shape.
         """
-        return self.locate_dots(self.detect(image), camera, prior)
+        return self.on_sheet(self.locate_dots(self.detect(image), camera, prior))
+
+    def on_sheet(self, result: Fix | NoFix) -> Fix | NoFix:
+        """Return a result of `locate_dots` in the frame of the sheet that the robot is on, if the map has any."""
+        if isinstance(result, NoFix):
+            return result
+        sheet = sheet_of(self._floor.sheets, result.T_map_base.x, result.T_map_base.y)
+        if sheet is None:
+            return result
+        return replace(
+            result,
+            T_map_base=sheet.pose_on_sheet(result.T_map_base),
+            map_points=result.map_points - sheet.offset,
+            sheet=sheet.name,
+        )
+
+    def pose_on_map(self, pose: PlanarPose, sheet: str) -> PlanarPose:
+        """Return where a pose on a sheet lies on the whole map.
+
+        Args:
+            pose: in the frame of the sheet.
+            sheet: its name; empty for a map without sheets.
+
+        Raises:
+            FloorLocalizerError: the map has no such sheet.
+        """
+        sheets = {one.name: one for one in self._floor.sheets}
+        if not sheet and not sheets:
+            return pose
+        if sheet not in sheets:
+            known = ', '.join(sheets) or 'none'
+            raise FloorLocalizerError(f'the map has no sheet {sheet!r}; it has: {known}')
+        return sheets[sheet].pose_on_map(pose)
 
     def detect(self, image: NDArray[np.uint8]) -> DetectedDots:
         """Find the dots of an image, as `locate`."""
@@ -108,7 +143,7 @@ class FloorLocalizer:
         earlier: FloorPoints | None = None,
         effort: float = 1.0,
     ) -> Fix | NoFix:
-        """Find the pose from the dots of an image.
+        """Find the pose on the whole map from the dots of an image.
 
         Args:
             dots: the dots, in the raw image's coordinates.

@@ -50,7 +50,7 @@ def describe_map(dot_map: DotMap, floor: IndexedMap) -> MapFigures:
     known = dot_map.diameters[np.isfinite(dot_map.diameters)]
     arrays = (
         *(floor.grid.points, floor.grid.starts, floor.addresses.bits),
-        *(floor.index.codes, floor.index.bases, floor.index.starts),
+        *(floor.index.entries, floor.index.starts),
     )
     return MapFigures(
         dots=len(dot_map),
@@ -60,6 +60,6 @@ def describe_map(dot_map: DotMap, floor: IndexedMap) -> MapFigures:
         density=density,
         diameters=np.percentile(known, [0.0, 50.0, 100.0]) if len(known) else None,
         diameters_known=len(known) / len(dot_map),
-        constellations=len(floor.index.codes),
+        constellations=len(floor.index.entries),
         bytes_per_dot=sum(array.nbytes for array in arrays) / len(dot_map),
     )

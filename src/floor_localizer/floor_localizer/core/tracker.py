@@ -41,17 +41,22 @@ class FloorTracker:
         """Take an odometry pose at a time [s]."""
         self._motion.add_odometry(stamp, T_odom_base)
 
-    def set_area(self, T_map_base: PlanarPose, covariance: NDArray[np.float64]) -> None:
+    def set_area(self, T_map_base: PlanarPose, covariance: NDArray[np.float64], sheet: str = '') -> None:
         """Take the area where the robot is, from outside: only there is it looked for until it is found.
 
         Args:
             T_map_base: the middle of the area.
             covariance: shape (3, 3), of x, y [m] and yaw [rad].
+            sheet: in whose frame the area is, for a map of sheets.
+
+        Raises:
+            FloorLocalizerError: the map has no such sheet.
         """
+        middle = self._localizer.pose_on_map(T_map_base, sheet)
         self.relocalize()
         radius = _AREA_SIGMAS * math.sqrt(float(np.max(np.linalg.eigvalsh(covariance[:2, :2]))))
         turn = min(_AREA_SIGMAS * math.sqrt(float(covariance[2, 2])), math.pi)
-        self._area = PosePrior(T_map_base, radius, turn, must_hold=True)
+        self._area = PosePrior(middle, radius, turn, must_hold=True)
 
     def relocalize(self) -> None:
         """Forget where the robot is."""
@@ -61,7 +66,7 @@ class FloorTracker:
         self._last_thorough = -math.inf
 
     def track(self, stamp: float, image: NDArray[np.uint8], camera: PinholeCamera) -> Fix | NoFix:
-        """Find the pose in the next image.
+        """Find the pose in the next image, on a map of sheets in the frame of its sheet.
 
         Args:
             stamp: when it was taken [s].
@@ -90,7 +95,7 @@ class FloorTracker:
             self._seen.clear()
         else:
             self._seen.append((stamp, self._localizer.floor_points(dots, camera)))
-        return result
+        return self._localizer.on_sheet(result)
 
     def _needs_help(self, result: Fix | NoFix) -> bool:
         """Tell whether one view alone is not enough for a robot to drive by."""

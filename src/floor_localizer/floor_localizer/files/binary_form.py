@@ -6,7 +6,8 @@ then the arrays, little-endian, each at a multiple of 64 bytes:
     magic 8 bytes | version uint32 | header length uint32 | CRC-32 of the header uint32 | header | arrays
 
 The header holds the file's size, the numbers of the grids, the rules that the index was made by, and for each
-array its type, shape and place. Points are float32: exact to half a micrometre ten metres from the origin.
+array its type, shape and place. Points are float32: exact to half a micrometre ten metres from the origin, and to four
+micrometres a hundred metres from it.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import json
 import math
 import struct
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,37 +24,40 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation import constellation_index, constellation_key
+from floor_localizer.core.constellation import constellation_key, index_entry
 from floor_localizer.core.constellation.address_grid import AddressGrid
 from floor_localizer.core.constellation.constellation_index import ConstellationIndex
 from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.constellation.indexed_map import IndexedMap
+from floor_localizer.core.sheets import Sheet
 from floor_localizer.files.file_errors import DotMapError
 from shirube_files import written_beside
 
 SUFFIX = '.dotmap'
 MAGIC = b'\x89DOTMAP\n'
-VERSION = 2
+VERSION = 3
 _PREFIX = struct.Struct('<8sIII')
 _ALIGNMENT = 64
+HEAD = 1 << 16
+"""Bytes before the arrays."""
 _REMEDY = 'write it again from its CSV with "inspect_map MAP.csv --write MAP.dotmap"'
 # An index made by other rules than the search's would find nothing.
 _RULES = {
-    'x': [constellation_key.X_LOWER, constellation_key.X_STEPS],
-    'y': [constellation_key.Y_LOWER, constellation_key.Y_STEPS],
+    'lower': list(constellation_key.LOWER),
     'lanes': constellation_key.LANE_HASHES.tolist(),
-    'most_indexed': constellation_index.MOST_INDEXED,
+    'parts': constellation_key.PARTS,
+    'dot_bits': index_entry.DOT_BITS,
 }
 _PARTS: dict[str, Any] = {'grid': DotGrid, 'index': ConstellationIndex, 'addresses': AddressGrid}
-_TYPES = {
+TYPES = {
     'diameters': '<f4',
     'grid.points': '<f4',
-    'grid.starts': '<i8',
-    'index.codes': '<u8',
-    'index.bases': '<u4',
-    'index.starts': '<u4',
+    'grid.starts': '<u4',
     'addresses.bits': '|u1',
+    'index.starts': '<u4',
+    'index.entries': '<u8',
 }
+"""Type of each array, in the order in which they lie in the file."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +66,8 @@ class BinaryMap:
 
     Attributes:
         floor: the dots with their index.
-        diameters: shape (N,) float32, in the order of the grid's points [m], NaN where unknown.
+        diameters: shape (N,) float32, in the order of the grid's points [m], NaN where unknown; shape (0,) where none
+            is known.
     """
 
     floor: IndexedMap
@@ -75,23 +81,73 @@ def save_binary(path: Path, binary_map: BinaryMap) -> None:
         DotMapError: the place cannot be written to.
     """
     values = _values_of(binary_map)
-    arrays = {name: np.ascontiguousarray(values.pop(name), dtype) for name, dtype in _TYPES.items()}
-    header: dict[str, Any] = {'rules': _RULES, 'numbers': values, 'arrays': {}, 'size': 0}
-    # The header tells the arrays' places, which depend on its length: room is left for what is not in it yet.
-    start = _aligned(_PREFIX.size + len(json.dumps(header)) + 128 * len(arrays) + 64)
-    end = start
-    for name, array in arrays.items():
-        header['arrays'][name] = {'dtype': array.dtype.str, 'shape': array.shape, 'offset': end}
-        end = _aligned(end + array.nbytes)
-    header['size'] = end
-    text = json.dumps(header).encode().ljust(start - _PREFIX.size)
+    arrays = {name: np.ascontiguousarray(values[name], dtype) for name, dtype in TYPES.items()}
+    places = places_of({name: array.shape for name, array in arrays.items()})
     try:
         with written_beside(path) as file:
-            file.write(_PREFIX.pack(MAGIC, VERSION, len(text), zlib.crc32(text)) + text)
-            for array in arrays.values():
-                file.write(array.tobytes() + bytes(-array.nbytes % _ALIGNMENT))
+            file.write(head_of(path, places, binary_map))
+            for name, array in arrays.items():
+                file.seek(places[name].offset)
+                file.write(array.tobytes())
+            file.truncate(end_of(places))
     except OSError as fault:
         raise DotMapError(f'{path}: cannot be written ({fault.strerror}); choose a writable place') from fault
+
+
+@dataclass(frozen=True)
+class ArrayPlace:
+    """Where an array lies in the file.
+
+    Attributes:
+        dtype: its type.
+        shape: its shape.
+        offset: its first byte.
+    """
+
+    dtype: str
+    shape: tuple[int, ...]
+    offset: int
+
+    @property
+    def bytes(self) -> int:
+        """How long it is."""
+        return math.prod(self.shape) * np.dtype(self.dtype).itemsize
+
+
+def places_of(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, ArrayPlace]:
+    """Return where arrays of such shapes lie; only the last one's place does not depend on its own size."""
+    places, end = {}, HEAD
+    for name, dtype in TYPES.items():
+        places[name] = ArrayPlace(dtype, tuple(shapes[name]), end)
+        end = _aligned(end + places[name].bytes)
+    return places
+
+
+def end_of(places: Mapping[str, ArrayPlace]) -> int:
+    """Return the size of the file."""
+    return _aligned(max(place.offset + place.bytes for place in places.values()))
+
+
+def head_of(path: Path, places: Mapping[str, ArrayPlace], binary_map: BinaryMap) -> bytes:
+    """Return what stands before the arrays of a map.
+
+    Raises:
+        DotMapError: the names of the sheets are too long.
+    """
+    header = {
+        'rules': _RULES,
+        'numbers': {name: value for name, value in _values_of(binary_map).items() if name not in TYPES},
+        'arrays': {
+            name: {'dtype': place.dtype, 'shape': place.shape, 'offset': place.offset}
+            for name, place in places.items()
+        },
+        'size': end_of(places),
+    }
+    text = json.dumps(header).encode()
+    if len(text) > HEAD - _PREFIX.size:
+        raise DotMapError(f'{path}: the names of the sheets are too long; shorten them')
+    text = text.ljust(HEAD - _PREFIX.size)
+    return _PREFIX.pack(MAGIC, VERSION, len(text), zlib.crc32(text)) + text
 
 
 def load_binary(path: Path) -> BinaryMap:
@@ -111,7 +167,8 @@ def load_binary(path: Path) -> BinaryMap:
         ) from fault
     header = _read_header(path, content)
     try:
-        values = {name: _view(content, header['arrays'][name], dtype) for name, dtype in _TYPES.items()}
+        places = {name: _place_in(header, name) for name in TYPES}
+        values = {name: array_at(content, place) for name, place in places.items()}
         binary_map = _assemble(values | header['numbers'])
         _check_sizes(binary_map)
     except (KeyError, TypeError, ValueError) as fault:
@@ -126,7 +183,12 @@ def _aligned(place: int) -> int:
 def _values_of(binary_map: BinaryMap) -> dict[str, Any]:
     """Return all arrays and numbers of a map by their names in the file."""
     floor = binary_map.floor
-    values: dict[str, Any] = {'diameters': binary_map.diameters, 'density': floor.density}
+    sheets = [[sheet.name, sheet.offset, sheet.lower, sheet.upper] for sheet in floor.sheets]
+    values: dict[str, Any] = {
+        'diameters': binary_map.diameters,
+        'density': floor.density,
+        'sheets': sheets,
+    }
     for part in _PARTS:
         values |= {f'{part}.{name}': value for name, value in getattr(floor, part)._asdict().items()}
     return values
@@ -137,7 +199,8 @@ def _assemble(values: dict[str, Any]) -> BinaryMap:
         part: kind(**{name: values[f'{part}.{name}'] for name in kind._fields})
         for part, kind in _PARTS.items()
     }
-    return BinaryMap(IndexedMap(**parts, density=values['density']), values['diameters'])
+    sheets = tuple(Sheet(name, *(tuple(place) for place in places)) for name, *places in values['sheets'])
+    return BinaryMap(IndexedMap(**parts, density=values['density'], sheets=sheets), values['diameters'])
 
 
 def _read_header(path: Path, content: NDArray[np.uint8]) -> dict[str, Any]:
@@ -160,28 +223,31 @@ def _read_header(path: Path, content: NDArray[np.uint8]) -> dict[str, Any]:
     return header
 
 
-def _view(content: NDArray[np.uint8], entry: dict[str, Any], dtype: str) -> NDArray[Any]:
-    """Return one array of the file without reading it."""
-    if entry['dtype'] != dtype:
-        raise ValueError(entry['dtype'])
-    length = math.prod(entry['shape']) * np.dtype(dtype).itemsize
-    part = content[entry['offset'] : entry['offset'] + length]
-    return part.view(dtype).reshape(entry['shape'])
+def _place_in(header: dict[str, Any], name: str) -> ArrayPlace:
+    place = ArrayPlace(**header['arrays'][name])
+    if place.dtype != TYPES[name]:
+        raise ValueError(place.dtype)
+    return place
+
+
+def array_at(content: NDArray[np.uint8], place: ArrayPlace) -> NDArray[Any]:
+    """Return one array of the content of a file without reading it."""
+    part = content[place.offset : place.offset + place.bytes]
+    return part.view(place.dtype).reshape(place.shape)
 
 
 def _check_sizes(binary_map: BinaryMap) -> None:
     """Check that the arrays belong together, as the search reads them without looking."""
     grid, index, addresses = binary_map.floor.grid, binary_map.floor.index, binary_map.floor.addresses
-    dots, constellations = len(grid.points), len(index.codes)
+    dots, constellations = len(grid.points), len(index.entries)
     fits = (
         grid.points.shape == (dots, 2)
-        and binary_map.diameters.shape == (dots,)
+        and binary_map.diameters.shape in {(dots,), (0,)}
         and grid.starts.shape == (grid.rows * grid.columns + 1,)
         and grid.starts[-1] == dots
-        and index.bases.shape == (constellations, 2)
-        and index.starts.shape == ((1 << index.bits) + 1,)
+        and len(index.starts) > 1
         and index.starts[-1] == constellations
-        and min(index.x_cell, index.y_cell) > 0
+        and min(index.step, index.longest) > 0.0
         and addresses.bits.ndim == 2
         and min(grid.cell, addresses.block, binary_map.floor.density) > 0.0
     )

@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.files.dot_map_check import check_dot_map
@@ -26,13 +27,10 @@ def load_csv(path: Path) -> DotMap:
     lines = _read_lines(path)
     if not any(lines):
         raise DotMapError(f'{path}: is empty; write the header "{HEADER}" and a dot a line, in metres')
-    if [column.strip().lower() for column in lines[0].split(',')] != _COLUMNS:
-        raise DotMapError(
-            f'{path}, line 1: the header is "{lines[0][:40]}"; it must be "{HEADER}" '
-            '(metres; diameter may be empty)'
-        )
+    _check_columns(path, lines[0])
     numbers = [number for number, line in enumerate(lines[1:], start=2) if line]
-    dot_map = _parse(path, lines, numbers)
+    table = parse_rows(path, [lines[number - 1] for number in numbers], numbers)
+    dot_map = DotMap(np.ascontiguousarray(table[:, :2]), np.ascontiguousarray(table[:, 2]))
     check_dot_map(dot_map, str(path), lambda dot: f'line {numbers[dot]}')
     return dot_map
 
@@ -68,11 +66,39 @@ def _read_lines(path: Path) -> list[str]:
     return [line.strip() for line in text.split('\n')]
 
 
-def _parse(path: Path, lines: list[str], numbers: list[int]) -> DotMap:
-    """Parse the lines of the given numbers all at once, and one by one only to tell which is malformed."""
-    rows = [lines[number - 1] for number in numbers]
+def check_header(path: Path, head: bytes) -> None:
+    """Refuse a file whose first line is not the header of a dot map.
+
+    Raises:
+        DotMapError: naming what stands there.
+    """
+    _check_columns(path, head.decode('utf-8-sig', 'replace').strip())
+
+
+def _check_columns(path: Path, head: str) -> None:
+    if [column.strip().lower() for column in head.split(',')] != _COLUMNS:
+        raise DotMapError(
+            f'{path}, line 1: the header is "{head[:40]}"; it must be "{HEADER}" '
+            '(metres; diameter may be empty)'
+        )
+
+
+def parse_rows(path: Path, rows: list[str], numbers: list[int]) -> NDArray[np.float64]:
+    """Parse rows all at once, and one by one only to tell which is malformed.
+
+    Args:
+        path: of the file, for the message.
+        rows: that are not empty.
+        numbers: in which line of the file each stands.
+
+    Returns:
+        x, y and diameter, shape (n, 3), NaN for an empty diameter.
+
+    Raises:
+        DotMapError: a row is malformed.
+    """
     if not rows:
-        return DotMap(np.empty((0, 2)), np.empty(0))
+        return np.empty((0, 3))
     filled = [row + 'nan' if row.endswith(',') else row for row in rows]
     try:
         table = np.loadtxt(io.StringIO('\n'.join(filled)), delimiter=',', comments=None, ndmin=2)
@@ -80,7 +106,7 @@ def _parse(path: Path, lines: list[str], numbers: list[int]) -> DotMap:
         table = np.empty((0, 0))
     if table.shape != (len(rows), 3) or 'nan' in '\n'.join(rows).lower():
         table = np.array([_parse_row(f'{path}, line {n}', row) for n, row in zip(numbers, rows, strict=True)])
-    return DotMap(np.ascontiguousarray(table[:, :2]), np.ascontiguousarray(table[:, 2]))
+    return table
 
 
 def _parse_row(where: str, row: str) -> list[float]:

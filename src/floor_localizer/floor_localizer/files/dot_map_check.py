@@ -33,11 +33,43 @@ def check_dot_map(dot_map: DotMap, source: str, place: Callable[[int], str]) -> 
         DotMapError: numbers that are not finite, diameters that are not positive, too few dots, a dot twice,
             or a unit other than metres.
     """
-    points, diameters = dot_map.points, dot_map.diameters
-    if len(points) < LEAST_DOTS:
+    check_number(len(dot_map), source)
+    check_dots(dot_map.points, dot_map.diameters, source, place)
+    known = dot_map.diameters[np.isfinite(dot_map.diameters)]
+    diameter = float(np.median(known)) if len(known) else 0.0
+    check_units(diameter, typical_spacing(dot_map.points), source)
+    twins = find_twins(dot_map.points, dot_map.points.min(axis=0))
+    if twins is not None:
         raise DotMapError(
-            f'{source}: has {len(points)} dots, at least {LEAST_DOTS} are needed; survey more of the floor'
+            f'{source}, {place(twins[1])}: is the same dot as {place(twins[0])}; leave one of the two out'
         )
+
+
+def check_number(dots: int, source: str) -> None:
+    """Refuse a map of too few dots."""
+    if dots < LEAST_DOTS:
+        raise DotMapError(
+            f'{source}: has {dots} dots, at least {LEAST_DOTS} are needed; survey more of the floor'
+        )
+
+
+def check_dots(
+    points: NDArray[np.float64],
+    diameters: NDArray[np.float64],
+    source: str,
+    place: Callable[[int], str],
+) -> None:
+    """Refuse numbers that no dot can have: `check_dot_map` as far as it looks at each dot alone.
+
+    Args:
+        points: shape (n, 2) [m].
+        diameters: shape (n,) [m], NaN where unknown.
+        source: as for `check_dot_map`.
+        place: as for `check_dot_map`.
+
+    Raises:
+        DotMapError: numbers that are not finite, diameters that are not positive.
+    """
     for name, column in (('x', points[:, 0]), ('y', points[:, 1])):
         if not np.isfinite(column).all():
             where = place(_first(~np.isfinite(column)))
@@ -49,19 +81,14 @@ def check_dot_map(dot_map: DotMap, source: str, place: Callable[[int], str]) -> 
             f'{source}, {place(dot)}: diameter is {diameters[dot]:g}, it must be positive; '
             'leave it empty where it is unknown'
         )
-    _check_units(dot_map, source)
-    _check_twins(points, source, place)
 
 
 def _first(mask: NDArray[np.bool_]) -> int:
     return int(np.flatnonzero(mask)[0])
 
 
-def _check_units(dot_map: DotMap, source: str) -> None:
-    """Refuse a map that is not in metres, told by the diameters and by the spacing of the dots."""
-    known = dot_map.diameters[np.isfinite(dot_map.diameters)]
-    diameter = float(np.median(known)) if len(known) else 0.0
-    spacing = typical_spacing(dot_map.points)
+def check_units(diameter: float, spacing: float, source: str) -> None:
+    """Refuse a map that is not in metres, told by median diameter (0 if unknown) and spacing of the dots [m]."""
     if diameter > _LARGEST_DIAMETER:
         sign, is_millimetres = f'diameters of {diameter:.3g} m', diameter > _DIAMETER_IN_MILLIMETRES
     elif spacing > _WIDEST_SPACING:
@@ -74,15 +101,17 @@ def _check_units(dot_map: DotMap, source: str) -> None:
     )
 
 
-def _check_twins(points: NDArray[np.float64], source: str, place: Callable[[int], str]) -> None:
-    """Refuse a dot that stands in the map twice."""
-    steps = np.round((points - points.min(axis=0)) / _SAME_PLACE).astype(np.int64)
+def find_twins(points: NDArray[np.float64], lower: NDArray[np.float64]) -> tuple[int, int] | None:
+    """Return two dots of the same place, the earlier one first, or None.
+
+    Args:
+        points: shape (n, 2) [m].
+        lower: shape (2,), what their places are counted from [m].
+    """
+    steps = np.round((points - lower) / _SAME_PLACE).astype(np.int64)
     order = np.lexsort(steps.T)
     twins = (np.diff(steps[order], axis=0) == 0).all(axis=1)
-    if twins.any():
-        earlier = _first(twins)
-        first, second = order[earlier], order[earlier + 1]
-        raise DotMapError(
-            f'{source}, {place(int(second))}: is the same dot as {place(int(first))}; '
-            'leave one of the two out'
-        )
+    if not twins.any():
+        return None
+    earlier = _first(twins)
+    return int(order[earlier]), int(order[earlier + 1])

@@ -32,8 +32,7 @@ def load_dot_map(path: Path) -> DotMap:
     """
     if not _is_binary(path):
         return load_csv(path)
-    binary_map = load_binary(path)
-    return DotMap(binary_map.floor.grid.points.astype(np.float64), binary_map.diameters.astype(np.float64))
+    return dots_of(load_binary(path))
 
 
 def load_dots_and_index(path: Path) -> tuple[DotMap, IndexedMap]:
@@ -58,7 +57,15 @@ def write_indexed_map(path: Path, dot_map: DotMap, floor: IndexedMap) -> None:
         DotMapError: the place cannot be written to.
     """
     _, order = build_dot_grid(dot_map.points)
-    save_binary(path, BinaryMap(floor, dot_map.diameters[order].astype(np.float32)))
+    diameters = dot_map.diameters[order].astype(np.float32)
+    save_binary(path, BinaryMap(floor, diameters if np.isfinite(diameters).any() else diameters[:0]))
+
+
+def dots_of(binary_map: BinaryMap) -> DotMap:
+    """Return the dots of a map in the order of its grid."""
+    points = binary_map.floor.grid.points.astype(np.float64)
+    diameters = binary_map.diameters.astype(np.float64)
+    return DotMap(points, diameters if len(diameters) else np.full(len(points), np.nan))
 
 
 def _is_binary(path: Path) -> bool:

@@ -16,7 +16,7 @@ from shirube_files import written_beside
 
 COLUMNS = (
     *('image', 'stamp', 'x', 'y', 'yaw', 'sigma_x', 'sigma_y', 'sigma_yaw'),
-    *('dots', 'matched', 'scale', 'roll', 'pitch', 'expected_chance_alignments', 'reason', 'detail'),
+    *('dots', 'matched', 'scale', 'roll', 'pitch', 'expected_chance_alignments', 'reason', 'detail', 'sheet'),
 )
 
 
@@ -46,7 +46,7 @@ def _fields(image: LocatedImage) -> list[str]:
             *(f'{result.scale:.6f}', f'{result.tilt[0]:.6f}', f'{result.tilt[1]:.6f}'),
             f'{result.expected_chance_alignments:.3g}',
         ]
-        return [*numbers, '', '']
+        return [*numbers, '', '', result.sheet]
     dots = str(len(result.dots)) if isinstance(result, NoFix) and result.dots is not None else ''
     detail = result.detail if isinstance(result, NoFix) else ''
-    return [*[''] * 6, dots, *[''] * 5, image.failure, detail]
+    return [*[''] * 6, dots, *[''] * 5, image.failure, detail, '']

@@ -35,12 +35,17 @@ class AddressGrid(NamedTuple):
 
 
 @njit(cache=True)
+def address_shape(rows: int, columns: int) -> tuple[int, int]:
+    """Return the shape of the bits for a grid of so many rows and columns of cells."""
+    return math.ceil(rows / _BLOCK) + 8, (math.ceil(columns / _BLOCK) + 8) // 8 + 1
+
+
+@njit(cache=True)
 def build_address_grid(grid: DotGrid) -> AddressGrid:
     """Mark the blocks whose centres are near a dot."""
     block, reach = _BLOCK * grid.cell, _REACH * grid.cell
-    columns = math.ceil(grid.columns / _BLOCK) + 8
-    rows = math.ceil(grid.rows / _BLOCK) + 8
-    bits = np.zeros((rows, columns // 8 + 1), dtype=np.uint8)
+    bits = np.zeros(address_shape(grid.rows, grid.columns), dtype=np.uint8)
+    rows, columns = bits.shape[0], 8 * bits.shape[1]
     margin = 4 * block
     x0, y0 = grid.x0 - margin, grid.y0 - margin
     steps = int(reach / block) + 1

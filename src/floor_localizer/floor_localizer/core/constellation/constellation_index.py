@@ -1,4 +1,4 @@
-"""The index: every small constellation of six map dots, sorted by its key."""
+"""The index: every small constellation of six map dots, in the bucket of its key."""
 
 from __future__ import annotations
 
@@ -10,50 +10,44 @@ from numba import njit
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.constellation_key import (
+    LANES,
     OTHERS,
     base_coordinates,
     bucket_of_hash,
-    cell_sides,
-    hash_of_code,
+    cut_into_steps,
+    hash_of_steps,
     imbalance,
-    lane_hashes,
-    pack_coordinates,
+    pack_parts,
     sort_by_x,
     turn_around,
 )
 from floor_localizer.core.constellation.dot_grid import DotGrid, dots_within
+from floor_localizer.core.constellation.index_entry import base_word, pack_entry, second_of_entry
+from floor_localizer.core.constellation.index_rules import IndexRules, index_rules
 from floor_localizer.core.constellation.lens import MOST_GROUPS, groups_of_four
 
-# A base is indexed when at most this many dots are in its lens.
-MOST_INDEXED = 6
-# Longest base in units of the mean spacing of dots.
-_WIDEST = 3.0
+# A base is indexed when at most so many dots are in its lens.
+MOST_IN_LENS = 6
 _NEIGHBOURS = 64
+_UNKNOWN, _GOOD, _BAD = 0, 1, 2
 # Room for so many constellations a dot is made at first.
 _ROOM = 18
-_KEYS_PER_BUCKET = 4.0
 
 
 class ConstellationIndex(NamedTuple):
     """Constellations of six dots by their key; the arrays may be memory-mapped.
 
     Attributes:
-        codes: shape (M,) uint64, the packed key of each constellation, bucket by bucket.
-        bases: shape (M, 2) uint32, its base: the grid's indices of the dots at (0, 0) and (1, 0).
-        starts: shape (2**bits + 1,) uint32, where each bucket begins.
-        bits: number of bits of a bucket's number.
-        x_cell: side of a hash cell along x in steps of a key.
-        y_cell: the same along y.
-        reach: the longest base [m].
+        entries: shape (M,) uint64, what is kept of each constellation (`index_entry`), bucket by bucket.
+        starts: shape (buckets + 1,) uint32, where each bucket begins.
+        step: an eighth of a cell's side in units of the base's length.
+        longest: no base is longer [m].
     """
 
-    codes: NDArray[np.uint64]
-    bases: NDArray[np.uint32]
+    entries: NDArray[np.uint64]
     starts: NDArray[np.uint32]
-    bits: int
-    x_cell: int
-    y_cell: int
-    reach: float
+    step: float
+    longest: float
 
 
 class Surroundings(NamedTuple):
@@ -62,12 +56,32 @@ class Surroundings(NamedTuple):
     Attributes:
         dots: shape (64,), indices in the grid.
         points: shape (64, 2), from the first dot [m].
+        x: shape (64,), the same along x.
+        y: shape (64,), along y.
         squared: shape (64,), squared distances from it [m^2].
+        near: shape (64,), room to gather them in.
     """
 
     dots: NDArray[np.int64]
     points: NDArray[np.float64]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
     squared: NDArray[np.float64]
+    near: NDArray[np.int64]
+
+
+class _KeyRoom(NamedTuple):
+    """Room to make the keys of one base in.
+
+    Attributes:
+        xy: shape (4, 2), coordinates of the others.
+        steps: shape (8,), their steps.
+        verdicts: shape (2,), whether the other end is found again from either end.
+    """
+
+    xy: NDArray[np.float64]
+    steps: NDArray[np.int64]
+    verdicts: NDArray[np.int64]
 
 
 def build_constellation_index(grid: DotGrid) -> ConstellationIndex:
@@ -76,144 +90,211 @@ def build_constellation_index(grid: DotGrid) -> ConstellationIndex:
     Few large constellations tell places apart as well as many small ones, and sixteen a dot leave some whole when half
     of the dots are missing. The size follows the density around each dot, so sparse places are indexed like dense ones.
     """
-    codes, bases, reach = _list_constellations(grid, _WIDEST * grid.cell)
-    bits = max(math.ceil(math.log2(max(len(codes) / _KEYS_PER_BUCKET, 2.0))), 1)
-    index = ConstellationIndex(
-        np.empty_like(codes),
-        np.empty_like(bases),
-        np.zeros((1 << bits) + 1, dtype=np.uint32),
-        bits,
-        *cell_sides(len(codes)),
-        reach,
-    )
-    _fill_buckets(codes, bases, index)
-    for array in (index.codes, index.bases, index.starts):
-        array.flags.writeable = False
-    return index
+    rules = index_rules(len(grid.points), grid.cell)
+    buckets, entries = list_constellations(grid, 0, len(grid.points), 0, rules)
+    starts = np.zeros(rules.buckets + 1, dtype=np.uint32)
+    entries = sort_into_buckets(buckets, entries, 0, starts)
+    entries.flags.writeable = starts.flags.writeable = False
+    return ConstellationIndex(entries, starts, rules.step, rules.longest)
 
 
 @njit(cache=True)
-def _list_constellations(
-    grid: DotGrid, widest: float
-) -> tuple[NDArray[np.uint64], NDArray[np.uint32], float]:
-    """List the constellations of all dots with bases no longer than ``widest`` [m].
+def list_constellations(
+    grid: DotGrid, begin: int, end: int, number_before: int, rules: IndexRules
+) -> tuple[NDArray[np.uint32], NDArray[np.uint64]]:
+    """List the constellations of some dots, each once: of the ends of its base, the earlier one counts.
+
+    Args:
+        grid: the map, or a part of it that reaches at least four cells beyond these dots.
+        begin: the first of these dots in that grid.
+        end: one past the last.
+        number_before: dots of the map before the first of the grid.
+        rules: how the map is indexed.
 
     Returns:
-        their keys, shape (M,), their bases, shape (M, 2), and the longest base [m].
+        the bucket of each, shape (M,), and what is kept of it, shape (M,).
     """
     around = Surroundings(
-        np.empty(_NEIGHBOURS, dtype=np.int64), np.zeros((_NEIGHBOURS, 2)), np.zeros(_NEIGHBOURS)
+        np.empty(_NEIGHBOURS, dtype=np.int64),
+        np.zeros((_NEIGHBOURS, 2)),
+        np.zeros(_NEIGHBOURS),
+        np.zeros(_NEIGHBOURS),
+        np.zeros(_NEIGHBOURS),
+        np.empty(_NEIGHBOURS, dtype=np.int64),
     )
-    lens = np.empty(MOST_INDEXED + 1, dtype=np.int64)
+    room = _KeyRoom(np.empty((OTHERS, 2)), np.empty(LANES, dtype=np.int64), np.empty(2, dtype=np.int64))
+    lens = np.empty(MOST_IN_LENS, dtype=np.int64)
     groups = np.empty((MOST_GROUPS, OTHERS), dtype=np.int64)
-    xy = np.empty((OTHERS, 2))
-    codes = np.empty(_ROOM * len(grid.points) + MOST_GROUPS, dtype=np.uint64)
-    bases = np.empty((len(codes), 2), dtype=np.uint32)
-    total, reach = 0, 0.0
-    for first in range(len(grid.points)):
-        count = _look_around(grid, first, widest, around)
+    buckets = np.empty(_ROOM * (end - begin) + MOST_GROUPS, dtype=np.uint32)
+    entries = np.empty(len(buckets), dtype=np.uint64)
+    total = 0
+    for first in range(begin, end):
+        count = _look_around(grid, first, rules.longest, around)
         for second in range(OTHERS + 1, count):
             if around.dots[second] <= first:
                 continue
             inside = _dots_in_lens(around, second, lens)
-            if inside < OTHERS or inside > MOST_INDEXED:
+            if inside == 0:
                 continue
             length = math.sqrt(around.squared[second])
             found = groups_of_four(around.points, lens[:inside], length, groups)
-            if total + found > len(codes):
-                codes = np.concatenate((codes, np.empty_like(codes)))
-                bases = np.concatenate((bases, np.empty_like(bases)))
-            for g in range(found):
-                codes[total], swapped = _key(around.points, second, groups[g], xy)
-                bases[total, swapped], bases[total, 1 - swapped] = first, around.dots[second]
-                total += 1
-            if found > 0:
-                reach = max(reach, length)
-    return codes[:total], bases[:total], reach
+            if total + found > len(buckets):
+                buckets = np.concatenate((buckets, np.empty_like(buckets)))
+                entries = np.concatenate((entries, np.empty_like(entries)))
+            stride = rules.stride if inside == MOST_IN_LENS else 1
+            total = _add_entries(
+                grid,
+                around,
+                second,
+                groups[:found:stride],
+                number_before,
+                rules,
+                room,
+                buckets,
+                entries,
+                total,
+            )
+    return buckets[:total].copy(), entries[:total].copy()
 
 
 @njit(cache=True)
-def _fill_buckets(codes: NDArray[np.uint64], bases: NDArray[np.uint32], index: ConstellationIndex) -> None:
-    """Write keys and bases to the index bucket by bucket (a counting sort)."""
-    table = lane_hashes(index.x_cell, index.y_cell)
+def _add_entries(
+    grid: DotGrid,
+    around: Surroundings,
+    second: int,
+    groups: NDArray[np.int64],
+    number_before: int,
+    rules: IndexRules,
+    room: _KeyRoom,
+    buckets: NDArray[np.uint32],
+    entries: NDArray[np.uint64],
+    total: int,
+) -> int:
+    """Write the constellations of one base behind the ``total`` that are there, and return how many there are then.
+
+    A base of which one end is not found again from the other is left out: another dot is too near.
+    """
+    if len(groups) == 0:
+        return total
+    steps = room.steps
+    x, y = around.x[second], around.y[second]
+    ends = around.dots[0], around.dots[second]
+    words = base_word(x, y, rules.longest), base_word(-x, -y, rules.longest)
+    verdicts = room.verdicts
+    verdicts[:] = _UNKNOWN
+    for others in groups:
+        swapped = _cut_key(around.points, second, others, rules.step, room.xy, steps)
+        if verdicts[swapped] == _UNKNOWN:
+            other_end = second_of_entry(grid, words[swapped], ends[swapped], rules.longest)
+            verdicts[swapped] = _GOOD if other_end == ends[1 - swapped] else _BAD
+        if verdicts[swapped] == _GOOD:
+            buckets[total] = bucket_of_hash(hash_of_steps(steps), rules.buckets)
+            entries[total] = pack_entry(pack_parts(steps), words[swapped], ends[swapped] + number_before)
+            total += 1
+    return total
+
+
+@njit(cache=True)
+def sort_into_buckets(
+    buckets: NDArray[np.uint32], entries: NDArray[np.uint64], first_bucket: int, starts: NDArray[np.uint32]
+) -> NDArray[np.uint64]:
+    """Return entries bucket by bucket, those of one bucket in the order in which they came (a counting sort).
+
+    Args:
+        buckets: shape (m,), the bucket of each, all within the range of ``starts``.
+        entries: shape (m,).
+        first_bucket: the bucket that ``starts`` begins with.
+        starts: shape (b + 1,), zeros; written: where each bucket begins.
+    """
     # The bucket of a key counts one place ahead: filling it moves its beginning to its end, where the next one begins.
-    begins = index.starts[1:]
-    for code in codes:
-        begins[bucket_of_hash(hash_of_code(code, table), index.bits)] += np.uint32(1)
+    begins = starts[1:]
+    for bucket in buckets:
+        begins[bucket - first_bucket] += np.uint32(1)
     total = np.uint32(0)
     for bucket in range(len(begins)):
         count = begins[bucket]
         begins[bucket] = total
         total += count
-    for i in range(len(codes)):
-        bucket = bucket_of_hash(hash_of_code(codes[i], table), index.bits)
-        entry = begins[bucket]
-        begins[bucket] = entry + np.uint32(1)
-        index.codes[entry] = codes[i]
-        index.bases[entry, 0], index.bases[entry, 1] = bases[i, 0], bases[i, 1]
+    ordered = np.empty_like(entries)
+    for i in range(len(entries)):
+        bucket = buckets[i] - first_bucket
+        ordered[begins[bucket]] = entries[i]
+        begins[bucket] += np.uint32(1)
+    return ordered
 
 
 @njit(cache=True)
 def _look_around(grid: DotGrid, first: int, widest: float, around: Surroundings) -> int:
     """Write the dots around one, itself first and the others from near to far, and return their number."""
     x, y = np.float64(grid.points[first, 0]), np.float64(grid.points[first, 1])
-    count = dots_within(grid, x, y, widest, around.dots)
-    near = around.dots[:count].copy()
-    around.dots[0] = first
+    dots, xs, ys, squared = around.dots, around.x, around.y, around.squared
+    near = around.near[: dots_within(grid, x, y, widest, around.near)]
+    dots[0] = first
     filled = 1
     for dot in near:
         if dot == first:
             continue
         dx, dy = np.float64(grid.points[dot, 0]) - x, np.float64(grid.points[dot, 1]) - y
-        squared = dx * dx + dy * dy
+        distance = dx * dx + dy * dy
         k = filled
-        while k > 1 and around.squared[k - 1] > squared:
-            around.dots[k], around.squared[k] = around.dots[k - 1], around.squared[k - 1]
-            around.points[k, 0], around.points[k, 1] = around.points[k - 1, 0], around.points[k - 1, 1]
+        while k > 1 and squared[k - 1] > distance:
+            dots[k], squared[k], xs[k], ys[k] = dots[k - 1], squared[k - 1], xs[k - 1], ys[k - 1]
             k -= 1
-        around.dots[k], around.squared[k] = dot, squared
-        around.points[k, 0], around.points[k, 1] = dx, dy
+        dots[k], squared[k], xs[k], ys[k] = dot, distance, dx, dy
         filled += 1
+    around.points[:, 0], around.points[:, 1] = xs, ys
     return filled
 
 
 @njit(cache=True)
 def _dots_in_lens(around: Surroundings, second: int, lens: NDArray[np.int64]) -> int:
-    """Write the dots in the lens of the base from the middle dot to ``second``, and return their number.
+    """Write the dots in the lens of the base from the middle dot to ``second`` if it is indexed, return their number.
 
-    As the dots are in order, only those before the second are near enough to the first. One more than may be
-    indexed is enough to know.
+    As the dots are in order, only those before the second are near enough to the first. Most bases have too many dots
+    in their lenses, and to count them first takes a fraction of the time: there is nothing to be decided on the way.
     """
-    x, y = around.points[second, 0], around.points[second, 1]
+    x, y, most = around.x[second], around.y[second], around.squared[second]
+    inside = 0
+    for k in range(1, second):
+        dx, dy = around.x[k] - x, around.y[k] - y
+        inside += dx * dx + dy * dy <= most
+    if inside < OTHERS or inside > MOST_IN_LENS:
+        return 0
     found = 0
     for k in range(1, second):
-        dx, dy = around.points[k, 0] - x, around.points[k, 1] - y
-        if dx * dx + dy * dy <= around.squared[second]:
+        dx, dy = around.x[k] - x, around.y[k] - y
+        if dx * dx + dy * dy <= most:
             lens[found] = k
             found += 1
-            if found == len(lens):
-                break
-    return found
+    return inside
 
 
 @njit(cache=True)
-def _key(
-    points: NDArray[np.float64], second: int, others: NDArray[np.int64], xy: NDArray[np.float64]
-) -> tuple[np.uint64, int]:
-    """Return the key of one constellation with its ends so that the others are more on the first one's side.
+def _cut_key(
+    points: NDArray[np.float64],
+    second: int,
+    others: NDArray[np.int64],
+    step: float,
+    xy: NDArray[np.float64],
+    steps: NDArray[np.int64],
+) -> int:
+    """Write the key of one constellation with its ends so that the others are more on the first one's side.
 
     Args:
         points: shape (n, 2), dots [m]; the first is one end of the base.
         second: the other end.
         others: shape (4,), the other dots.
+        step: side of a step in units of the base's length.
         xy: shape (4, 2), room to work in.
+        steps: shape (8,), written.
 
     Returns:
-        the key, and 1 if the ends changed places in it.
+        1 if the ends changed places in it, else 0.
     """
     base_coordinates(points, np.int64(0), second, others, xy)
     swapped = 1 if imbalance(xy) > 0.0 else 0
     if swapped:
         turn_around(xy)
     sort_by_x(xy)
-    return pack_coordinates(xy), swapped
+    cut_into_steps(xy, step, steps)
+    return swapped

@@ -1,8 +1,10 @@
 """The invariants of six dots under shift, turn and scale: what the index stores and the search looks up.
 
 The two dots farthest apart are the base: the first is put at (0, 0), the second at (1, 0). The other four then have
-coordinates that neither shift, turn nor scale changes; in order of their x they make eight numbers, kept in eight
-lanes of one 64-bit word.
+coordinates that neither shift, turn nor scale changes; in order of their x they make eight numbers, the lanes of a
+key.
+A key lies in a cell of the eight-dimensional grid; the cell is hashed to a bucket, and what is kept of the key besides
+is in which eighth of the cell it lies along each lane.
 """
 
 from __future__ import annotations
@@ -18,20 +20,14 @@ LANES = 2 * OTHERS
 
 # Inside the lens of points that are nearer to both ends of the base than its length, x is in 0..1 and y in +-0.866;
 # the rest is room for noise.
-X_LOWER, X_SPAN = -0.1, 1.2
-Y_LOWER, Y_SPAN = -1.0, 2.0
-_LARGEST = 127
-X_STEPS = _LARGEST / X_SPAN
-Y_STEPS = _LARGEST / Y_SPAN
+X_LOWER, Y_LOWER = -0.1, -1.0
+LOWER = (X_LOWER, Y_LOWER)
 
-# The side of a cell is the eighth root of this over the number of keys: a bucket then fills a cache line or two.
-_CROWDING = 0.5
+PARTS = 8
+"""A cell is so many steps wide along each lane."""
+PART_BITS = np.uint64(3)
+_PART_MASK = np.uint64(PARTS - 1)
 _FINEST, _COARSEST = 0.03, 0.3
-
-# A lane is seven bits of a step and a guard bit above them, which catches the borrow of a subtraction.
-_LANE = np.uint64(8)
-_LANE_MASK = np.uint64(_LARGEST)
-_GUARDS = np.uint64(0x8080808080808080)
 
 LANE_HASHES = np.array(
     [
@@ -47,12 +43,6 @@ LANE_HASHES = np.array(
     dtype=np.uint64,
 )
 """What a step to the next cell along a lane adds to a hash: odd numbers without a pattern."""
-
-
-@njit(cache=True)
-def to_steps(value: float, lower: float, steps: float) -> int:
-    """Return a coordinate as a whole number of steps in 0..127."""
-    return min(max(int((value - lower) * steps + 0.5), 0), _LARGEST)
 
 
 @njit(cache=True)
@@ -104,71 +94,67 @@ def sort_by_x(xy: NDArray[np.float64]) -> None:
         xy[m, 0], xy[m, 1] = x, y
 
 
-@njit(cache=True)
-def pack_coordinates(xy: NDArray[np.float64]) -> np.uint64:
-    """Return the coordinates of the others, shape (4, 2), as one number."""
-    code = np.uint64(0)
-    for k in range(OTHERS):
-        code = (code << _LANE) | np.uint64(to_steps(xy[k, 0], X_LOWER, X_STEPS))
-        code = (code << _LANE) | np.uint64(to_steps(xy[k, 1], Y_LOWER, Y_STEPS))
-    return code
+def cell_step(keys: int, crowding: float) -> float:
+    """Return the side of a step, an eighth of a cell's, in units of the base's length for an index of so many keys.
 
-
-@njit(cache=True)
-def pack(steps: NDArray[np.int64]) -> np.uint64:
-    """Return eight steps in 0..127, shape (8,) in the order x y x y ..., as one number."""
-    code = np.uint64(0)
-    for k in range(LANES):
-        code = (code << _LANE) | np.uint64(steps[k])
-    return code
-
-
-@njit(cache=True)
-def is_within(code: np.uint64, lower: np.uint64, upper: np.uint64) -> bool:
-    """Tell whether all eight steps of a packed key lie between those of two others, ends included."""
-    return (((code | _GUARDS) - lower) & ((upper | _GUARDS) - code) & _GUARDS) == _GUARDS
-
-
-def cell_sides(keys: int) -> tuple[int, int]:
-    """Return the sides of a hash cell along x and y in steps for an index of so many keys.
+    More keys in a cell are read at once; fewer make cells so fine that noise leaves them.
 
     The cells of eight coordinates shrink with the eighth root of the number of keys, so that a cell holds as many in a
     large index as in a small one.
+
+    Args:
+        keys: number of keys.
+        crowding: how many share a cell.
     """
-    side = min(max((_CROWDING / max(keys, 1)) ** (1.0 / LANES), _FINEST), _COARSEST)
-    return max(round(side * X_STEPS), 1), max(round(side * Y_STEPS), 1)
+    side = min(max((crowding / max(keys, 1)) ** (1.0 / LANES), _FINEST), _COARSEST)
+    return side / PARTS
 
 
 @njit(cache=True)
-def lane_hashes(x_cell: int, y_cell: int) -> NDArray[np.uint64]:
-    """Return what each step of each lane adds to a key's hash, shape (8, 128).
-
-    It is a multiple of the number of the step's cell, so that the next cell along a lane is one addition away.
-    """
-    table = np.empty((LANES, _LARGEST + 1), dtype=np.uint64)
-    for k in range(LANES):
-        for step in range(_LARGEST + 1):
-            table[k, step] = np.uint64(step // (x_cell if k % 2 == 0 else y_cell)) * LANE_HASHES[k]
-    return table
+def to_steps(value: float, lower: float, step: float) -> int:
+    """Return the number of the step that a coordinate is in; what lies below the range is in its first."""
+    return max(int((value - lower) / step), 0)
 
 
 @njit(cache=True)
-def hash_of_code(code: np.uint64, table: NDArray[np.uint64]) -> np.uint64:
-    """Return the hash of the cell of a packed key by the table of `lane_hashes`."""
+def from_steps(steps: int, lower: float, step: float) -> float:
+    """Return the coordinate in the middle of a step."""
+    return lower + (steps + 0.5) * step
+
+
+@njit(cache=True)
+def cut_into_steps(xy: NDArray[np.float64], step: float, steps: NDArray[np.int64]) -> None:
+    """Write the steps of the coordinates of the others, shape (4, 2), to ``steps``, shape (8,): x y x y ..."""
+    for k in range(OTHERS):
+        steps[2 * k] = to_steps(xy[k, 0], X_LOWER, step)
+        steps[2 * k + 1] = to_steps(xy[k, 1], Y_LOWER, step)
+
+
+@njit(cache=True)
+def hash_of_steps(steps: NDArray[np.int64]) -> np.uint64:
+    """Return the hash of the cell that eight steps are in: the next cell along a lane is one addition away."""
     mixed = np.uint64(0)
     for k in range(LANES):
-        mixed += table[k, np.int64((code >> (_LANE * np.uint64(LANES - 1 - k))) & _LANE_MASK)]
+        mixed += np.uint64(steps[k] // PARTS) * LANE_HASHES[k]
     return mixed
 
 
 @njit(cache=True)
-def bucket_of_hash(mixed: np.uint64, bits: int) -> int:
-    """Return the bucket in 0 .. 2**bits - 1 of a hash: its upper bits are well mixed."""
-    return int(mixed >> np.uint64(64 - bits))
+def bucket_of_hash(mixed: np.uint64, buckets: int) -> int:
+    """Return the bucket in 0 .. buckets - 1, fewer than 2**32, of a hash: its upper bits are well mixed."""
+    return int(((mixed >> np.uint64(32)) * np.uint64(buckets)) >> np.uint64(32))
 
 
 @njit(cache=True)
-def unpack(code: np.uint64, steps: NDArray[np.int64]) -> None:
-    """Write the eight steps of a packed key to ``steps``, shape (8,)."""
+def pack_parts(steps: NDArray[np.int64]) -> np.uint64:
+    """Return where in its cell a key is, three bits a lane, the first lane uppermost."""
+    parts = np.uint64(0)
     for k in range(LANES):
-        steps[k] = np.int64((code >> (_LANE * np.uint64(LANES - 1 - k))) & _LANE_MASK)
+        parts = (parts << PART_BITS) | np.uint64(steps[k] % PARTS)
+    return parts
+
+
+@njit(cache=True)
+def part_of_lane(parts: np.uint64, lane: int) -> int:
+    """Return which of the eight steps of its cell a key is in along a lane."""
+    return int((parts >> (PART_BITS * np.uint64(LANES - 1 - lane))) & _PART_MASK)

@@ -18,14 +18,13 @@ from floor_localizer.core.constellation.constellation_index import Constellation
 from floor_localizer.core.constellation.constellation_key import (
     LANE_HASHES,
     LANES,
+    LOWER,
     OTHERS,
-    X_LOWER,
-    X_STEPS,
-    Y_LOWER,
-    Y_STEPS,
+    PARTS,
     bucket_of_hash,
+    from_steps,
     imbalance,
-    pack_coordinates,
+    part_of_lane,
     turn_around,
 )
 
@@ -34,7 +33,6 @@ _LANE_GATE = 2.6
 # The logistic curve of this slope is the normal distribution to a hundredth.
 _SLOPE = 1.702
 _ROOM, _CELL_ROOM = 32, 1024
-_LANE_STEPS = np.array([X_STEPS, Y_STEPS] * OTHERS)
 
 
 class Lookups(NamedTuple):
@@ -44,20 +42,22 @@ class Lookups(NamedTuple):
         seeds: shape (q, 6), the view dots of each constellation, base first, the others in the order of the key.
         xy: shape (q, 4, 2), the coordinates of its others.
         noise: shape (q,), standard deviation of a dot's place in units of its base's length.
-        lower: shape (q,) uint64, the least steps of a key that fits, packed.
-        upper: shape (q,) uint64, the largest.
+        cells: shape (q, 8, 2), along each lane the cell at home and the one next to it.
+        fitting: shape (q, 8, 2) uint8, for each of these a set of bits: the eighths of the cell that a key may be in.
         buckets: shape (c,), buckets to open.
         owners: shape (c,), the constellation that each is opened for.
+        beyond: shape (c,), a set of bits: along which lanes the cell is not the one at home.
         counts: shape (2,), number of constellations and of buckets.
     """
 
     seeds: NDArray[np.int64]
     xy: NDArray[np.float64]
     noise: NDArray[np.float64]
-    lower: NDArray[np.uint64]
-    upper: NDArray[np.uint64]
+    cells: NDArray[np.int64]
+    fitting: NDArray[np.uint8]
     buckets: NDArray[np.int64]
     owners: NDArray[np.int64]
+    beyond: NDArray[np.int64]
     counts: NDArray[np.int64]
 
 
@@ -80,8 +80,9 @@ def no_lookups() -> Lookups:
         np.empty((_ROOM, 2 + OTHERS), dtype=np.int64),
         np.empty((_ROOM, OTHERS, 2)),
         np.empty(_ROOM),
-        np.empty(_ROOM, dtype=np.uint64),
-        np.empty(_ROOM, dtype=np.uint64),
+        np.empty((_ROOM, LANES, 2), dtype=np.int64),
+        np.empty((_ROOM, LANES, 2), dtype=np.uint8),
+        np.empty(_CELL_ROOM, dtype=np.int64),
         np.empty(_CELL_ROOM, dtype=np.int64),
         np.empty(_CELL_ROOM, dtype=np.int64),
         np.zeros(2, dtype=np.int64),
@@ -176,51 +177,87 @@ def _add_form(
 ) -> None:
     """Add the wanted cells of a constellation in one order of its dots, which is right with some probability."""
     odds = np.empty(LANES)
-    steps = np.empty(LANES, dtype=np.uint64)
+    hashes = np.empty(LANES, dtype=np.uint64)
+    one = lookups.counts[0]
     mixed = np.uint64(0)
     for k in range(LANES):
-        x, y = xy[k >> 1, 0], xy[k >> 1, 1]
-        # A dot's own noise and its share of that of the base's ends.
-        spread = noise * math.sqrt(1.0 + x * x + (1.0 - x) * (1.0 - x) + 2.0 * y * y)
-        if k % 2 == 0:
-            cell, odds[k], steps[k] = _home(x, X_LOWER, X_STEPS, spread, index.x_cell, LANE_HASHES[k])
-        else:
-            cell, odds[k], steps[k] = _home(y, Y_LOWER, Y_STEPS, spread, index.y_cell, LANE_HASHES[k])
-        mixed += np.uint64(cell) * LANE_HASHES[k]
+        home, away, odds[k] = _home(xy[k >> 1, k & 1], LOWER[k & 1], index.step, _spread(xy[k >> 1], noise))
+        lookups.cells[one, k, 0], lookups.cells[one, k, 1] = home, away
+        mixed += np.uint64(home) * LANE_HASHES[k]
+        hashes[k] = LANE_HASHES[k] if away > home else np.uint64(0) - LANE_HASHES[k]
         likely /= 1.0 + odds[k]
     if likely < wanted.least:
         return
     before = lookups.counts[1]
-    _add_cells(index, lookups, mixed, likely, odds, steps, wanted)
+    _add_cells(index, lookups, mixed, likely, odds, hashes, wanted)
     if lookups.counts[1] == before:
         return
-    one = lookups.counts[0]
     lookups.counts[0] = one + 1
     lookups.seeds[one, 0], lookups.seeds[one, 1], lookups.noise[one] = seeds[0], seeds[1], noise
-    lower, upper = np.empty((OTHERS, 2)), np.empty((OTHERS, 2))
     for k in range(OTHERS):
-        x, y = xy[k, 0], xy[k, 1]
         lookups.seeds[one, 2 + k] = seeds[2 + k]
-        lookups.xy[one, k, 0], lookups.xy[one, k, 1] = x, y
-        reach = _LANE_GATE * noise * math.sqrt(1.0 + x * x + (1.0 - x) * (1.0 - x) + 2.0 * y * y)
-        lower[k, 0], lower[k, 1], upper[k, 0], upper[k, 1] = x - reach, y - reach, x + reach, y + reach
-    lookups.lower[one] = pack_coordinates(lower)
-    lookups.upper[one] = pack_coordinates(upper)
+        lookups.xy[one, k, 0], lookups.xy[one, k, 1] = xy[k, 0], xy[k, 1]
+    for k in range(LANES):
+        reach = _LANE_GATE * _spread(xy[k >> 1], noise)
+        for side in range(2):
+            lookups.fitting[one, k, side] = _fitting_parts(
+                lookups.cells[one, k, side], xy[k >> 1, k & 1], reach, LOWER[k & 1], index.step
+            )
 
 
 @njit(cache=True)
-def _home(
-    value: float, lower: float, steps: float, spread: float, side: int, lane_hash: np.uint64
-) -> tuple[int, float, np.uint64]:
-    """Return the cell of a coordinate, the odds that noise moved it out of the next one, and that one's hash
-    less its own.
+def _spread(dot: NDArray[np.float64], noise: float) -> float:
+    """Return the standard deviation of a coordinate: a dot's own noise and its share of that of the base's ends."""
+    x, y = dot[0], dot[1]
+    return noise * math.sqrt(1.0 + x * x + (1.0 - x) * (1.0 - x) + 2.0 * y * y)
+
+
+@njit(cache=True)
+def _home(value: float, lower: float, step: float, spread: float) -> tuple[int, int, float]:
+    """Return the cell of a coordinate, the next one, and the odds that noise moved it from there."""
+    side = PARTS * step
+    place = max((value - lower) / side, 0.0)
+    home = int(place)
+    left = place - home
+    away = home + 1 if left > 0.5 else home - 1
+    return home, away, math.exp(-_SLOPE * min(left, 1.0 - left) * side / spread)
+
+
+@njit(cache=True)
+def _fitting_parts(cell: int, value: float, reach: float, lower: float, step: float) -> int:
+    """Return a set of bits: which eighths of a cell have a part within reach of a coordinate."""
+    fitting = 0
+    for part in range(PARTS):
+        if abs(from_steps(cell * PARTS + part, lower, step) - value) <= reach + 0.5 * step:
+            fitting |= 1 << part
+    return fitting
+
+
+@njit(cache=True)
+def fits(lookups: Lookups, lookup: int, parts: np.uint64) -> bool:
+    """Tell whether a key of an opened cell is within reach along all lanes.
+
+    Args:
+        lookups: what there is to look up.
+        lookup: which cell was opened.
+        parts: where in its cell the key is, as `pack_parts` tells.
     """
-    place = min(max((value - lower) * steps + 0.5, 0.0), 127.0)
-    cell = int(place) // side
-    left = place - cell * side
-    right = side - left
-    odds = math.exp(-_SLOPE * min(left, right) / (spread * steps))
-    return cell, odds, lane_hash if right < left else np.uint64(0) - lane_hash
+    owner, beyond = lookups.owners[lookup], lookups.beyond[lookup]
+    for k in range(LANES):  # noqa: SIM110 - numba compiles no all() over a generator
+        if not (lookups.fitting[owner, k, (beyond >> k) & 1] >> part_of_lane(parts, k)) & 1:
+            return False
+    return True
+
+
+@njit(cache=True)
+def key_coordinates(
+    lookups: Lookups, lookup: int, parts: np.uint64, step: float, xy: NDArray[np.float64]
+) -> None:
+    """Write the coordinates of a key of an opened cell to ``xy``, shape (4, 2); otherwise as `fits`."""
+    owner, beyond = lookups.owners[lookup], lookups.beyond[lookup]
+    for k in range(LANES):
+        cell = lookups.cells[owner, k, (beyond >> k) & 1]
+        xy[k >> 1, k & 1] = from_steps(cell * PARTS + part_of_lane(parts, k), LOWER[k & 1], step)
 
 
 @njit(cache=True)
@@ -236,6 +273,7 @@ def _add_cells(
     """Add the cell at home and those next to it along any lanes, if they are likely enough."""
     hashes = np.empty(1 << LANES, dtype=np.uint64)
     shares = np.empty(1 << LANES)
+    beyond = np.zeros(1 << LANES, dtype=np.int64)
     hashes[0], shares[0] = mixed, likely
     count = 1
     for k in range(LANES):
@@ -245,10 +283,12 @@ def _add_cells(
         for c in range(count):
             share = shares[c] * odds[k]
             if share >= wanted.least:
-                hashes[count], shares[count] = hashes[c] + steps[k], share
+                hashes[count], shares[count], beyond[count] = hashes[c] + steps[k], share, beyond[c] | 1 << k
                 count += 1
     for c in range(count):
-        if shares[c] < wanted.below and lookups.counts[1] < len(lookups.buckets):
-            lookups.buckets[lookups.counts[1]] = bucket_of_hash(hashes[c], index.bits)
-            lookups.owners[lookups.counts[1]] = lookups.counts[0]
+        one = lookups.counts[1]
+        if shares[c] < wanted.below and one < len(lookups.buckets):
+            lookups.buckets[one] = bucket_of_hash(hashes[c], len(index.starts) - 1)
+            lookups.owners[one] = lookups.counts[0]
+            lookups.beyond[one] = beyond[c]
             lookups.counts[1] += 1

@@ -12,25 +12,27 @@ from floor_localizer.core.constellation.alignment import grow
 from floor_localizer.core.constellation.constellation_bases import ViewBases, list_bases
 from floor_localizer.core.constellation.constellation_index import ConstellationIndex
 from floor_localizer.core.constellation.constellation_key import (
-    LANES,
     OTHERS,
-    X_LOWER,
-    X_STEPS,
-    Y_LOWER,
-    Y_STEPS,
     base_coordinates,
-    is_within,
-    unpack,
 )
 from floor_localizer.core.constellation.constellation_lookups import (
     Lookups,
     Wanted,
     add_constellation,
+    fits,
     is_full,
+    key_coordinates,
     no_lookups,
 )
 from floor_localizer.core.constellation.dot_grid import DotGrid
-from floor_localizer.core.constellation.lens import MOST_GROUPS, dots_in_lens, groups_of_four
+from floor_localizer.core.constellation.index_entry import (
+    LENGTH_ROUNDING,
+    first_of_entry,
+    length_of_entry,
+    parts_of_entry,
+    second_of_entry,
+)
+from floor_localizer.core.constellation.lens import MOST_GROUPS, distance, dots_in_lens, groups_of_four
 from floor_localizer.core.constellation.search_state import Search, judge
 from floor_localizer.core.constellation.view_dots import ViewDots
 
@@ -38,6 +40,8 @@ from floor_localizer.core.constellation.view_dots import ViewDots
 _NOISIEST = 0.028
 # Six dots fit when the sum of their squared residuals over the noise's is below: 97.5 % of chi square of 8 degrees.
 _MISFIT_MAX = 17.5
+# The base of a key may be longer or shorter by so many standard deviations of a dot's place.
+_LENGTH_GATE = 3.7
 # Cells are opened in rounds, the likely ones first.
 _ROUNDS = (0.1, 0.02, 0.004, 0.0008)
 # A constellation with one more dot in its lens is so much less likely to be whole.
@@ -53,7 +57,7 @@ def search_constellations(
     grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search, most_cells: int
 ) -> bool:
     """Look up the view's constellations until a pose is accepted or ``most_cells`` cells are opened."""
-    bases = list_bases(view, view.sigma / _NOISIEST, index.reach * (1.0 + view.scale_tolerance))
+    bases = list_bases(view, view.sigma / _NOISIEST, index.longest * (1.0 + view.scale_tolerance))
     lookups = no_lookups()
     below = math.inf
     for least in _ROUNDS:
@@ -112,13 +116,13 @@ def _look_up(
     grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search, lookups: Lookups
 ) -> bool:
     """Try all keys that fit until a pose is accepted; then those of the same key, for places that look the same."""
-    accepted = _try_entries(grid, index, view, search, lookups, _UNKNOWN)
-    if accepted < 0:
+    lookup, entry = _try_entries(grid, index, view, search, lookups, _UNKNOWN)
+    if lookup < 0:
         return False
-    owner, entry = accepted >> 40, accepted & ((1 << 40) - 1)
+    owner = lookups.owners[lookup]
     seeds, noise = lookups.seeds[owner].copy(), lookups.noise[owner]
     xy = np.empty((OTHERS, 2))
-    _coordinates(index.codes[entry], xy)
+    key_coordinates(lookups, lookup, parts_of_entry(index.entries[entry]), index.step, xy)
     lookups.counts[:] = 0
     add_constellation(index, lookups, seeds, xy, noise, Wanted(_LEAST_ALIKE, math.inf))
     _try_entries(grid, index, view, search, lookups, entry)
@@ -133,8 +137,8 @@ def _try_entries(
     search: Search,
     lookups: Lookups,
     known: int,
-) -> int:
-    """Open all cells and return the constellation and entry of the index that an accepted pose comes from, or -1.
+) -> tuple[int, int]:
+    """Open all cells and return the cell and the entry of the index that an accepted pose comes from, or -1 twice.
 
     With the ``known`` entry that it came from, not -1, the others are tried to the end.
     All beginnings, then all first keys are read before any is used: they are far apart in memory, and so the processor
@@ -148,43 +152,55 @@ def _try_entries(
         ends[c] = index.starts[lookups.buckets[c] + 1]
     for c in range(count):
         if begins[c] < ends[c]:
-            heads[c] = index.codes[begins[c]]
+            heads[c] = index.entries[begins[c]]
     search.counts[0] += count
     lookups.counts[:] = 0
+    key = np.empty((OTHERS, 2))
     for c in range(count):
-        owner = lookups.owners[c]
-        for entry in range(begins[c], ends[c]):
-            code = heads[c] if entry == begins[c] else index.codes[entry]
-            if not is_within(code, lookups.lower[owner], lookups.upper[owner]) or entry == known:
+        for place in range(begins[c], ends[c]):
+            entry = heads[c] if place == begins[c] else index.entries[place]
+            if place == known or not fits(lookups, c, parts_of_entry(entry)):
                 continue
-            if _misfit(code, lookups.xy[owner]) > _MISFIT_MAX * lookups.noise[owner] ** 2:
+            key_coordinates(lookups, c, parts_of_entry(entry), index.step, key)
+            if not _is_alike(view, lookups, lookups.owners[c], key, index, entry):
                 continue
             search.counts[1] += 1
-            first, second = np.int64(index.bases[entry, 0]), np.int64(index.bases[entry, 1])
-            good, a, b = grow(grid, view, lookups.seeds[owner], first, second)
+            first = first_of_entry(entry)
+            second = second_of_entry(grid, entry, first, index.longest)
+            if second < 0:
+                continue
+            good, a, b = grow(grid, view, lookups.seeds[lookups.owners[c]], first, second)
             if good and judge(grid, view, search, a, b) and known < 0:
-                return owner << 40 | entry
-    return -1
+                return c, place
+    return -1, -1
 
 
 @njit(cache=True)
-def _coordinates(code: np.uint64, xy: NDArray[np.float64]) -> None:
-    """Write the coordinates of a key to ``xy``, shape (4, 2)."""
-    steps = np.empty(LANES, dtype=np.int64)
-    unpack(code, steps)
-    for k in range(OTHERS):
-        xy[k, 0] = steps[2 * k] / X_STEPS + X_LOWER
-        xy[k, 1] = steps[2 * k + 1] / Y_STEPS + Y_LOWER
+def _is_alike(
+    view: ViewDots,
+    lookups: Lookups,
+    owner: int,
+    key: NDArray[np.float64],
+    index: ConstellationIndex,
+    entry: np.uint64,
+) -> bool:
+    """Tell whether a key, shape (4, 2), fits a constellation of the view, and the length of its base as well."""
+    noise, rounding = lookups.noise[owner], index.step / math.sqrt(12.0)
+    if _misfit(key, lookups.xy[owner]) > _MISFIT_MAX * (noise * noise + rounding * rounding):
+        return False
+    length = distance(view.points, lookups.seeds[owner, 0], lookups.seeds[owner, 1])
+    room = view.scale_tolerance + LENGTH_ROUNDING + _LENGTH_GATE * noise
+    return abs(length / length_of_entry(entry, index.longest) - 1.0) <= room
 
 
 @njit(cache=True)
-def _misfit(code: np.uint64, xy: NDArray[np.float64]) -> float:
-    """Return the sum of squared residuals of the best similarity from six dots, shape (4, 2) and the base, to
-    those of a key.
+def _misfit(key: NDArray[np.float64], xy: NDArray[np.float64]) -> float:
+    """Return the sum of squared residuals of the best similarity from six dots to those of a key.
+
+    Args:
+        key: shape (4, 2), coordinates of the others of the key; the base's ends are (0, 0) and (1, 0) on either side.
+        xy: shape (4, 2), those of the view.
     """
-    key = np.empty((OTHERS, 2))
-    _coordinates(code, key)
-    # The base's ends are 0 and 1 on either side.
     z, t = complex(1.0, 0.0), complex(1.0, 0.0)
     zz, tt, zt = 1.0, 1.0, complex(1.0, 0.0)
     for k in range(OTHERS):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -12,13 +13,16 @@ from numpy.typing import NDArray
 # A bounding box that is mostly empty floor must not cost more memory than this for every dot.
 _CELLS_PER_DOT = 16
 
+BLOCK_ROWS = 4
+"""Rows and columns of cells in a block over which pairs are counted."""
+
 
 class DotGrid(NamedTuple):
     """Dots in row-major order of their cells; the arrays may be memory-mapped.
 
     Attributes:
         points: shape (N, 2) float32, dots in the map frame [m], those of one cell side by side.
-        starts: shape (rows * columns + 1,) int64, where each cell's dots begin.
+        starts: shape (rows * columns + 1,) uint32, where each cell's dots begin.
         x0: lower edge of the first column [m].
         y0: lower edge of the first row [m].
         cell: side of a cell [m].
@@ -27,12 +31,55 @@ class DotGrid(NamedTuple):
     """
 
     points: NDArray[np.float32]
-    starts: NDArray[np.int64]
+    starts: NDArray[np.uint32]
     x0: float
     y0: float
     cell: float
     columns: int
     rows: int
+
+
+class GridFrame(NamedTuple):
+    """How the floor is cut into cells.
+
+    Attributes:
+        x0: lower edge of the first column [m].
+        y0: lower edge of the first row [m].
+        cell: side of a cell [m].
+        columns: number of cells along x.
+        rows: number of cells along y.
+    """
+
+    x0: float
+    y0: float
+    cell: float
+    columns: int
+    rows: int
+
+
+def grid_frame(
+    lower: NDArray[np.float64], upper: NDArray[np.float64], dots: int, spacing: float
+) -> GridFrame:
+    """Return cells that hold about one dot each.
+
+    Args:
+        lower: shape (2,), lower left corner of the dots [m].
+        upper: shape (2,), their upper right corner [m].
+        dots: their number.
+        spacing: their `typical_spacing` [m].
+    """
+    size = np.maximum(upper - lower, 1e-3)
+    cell = max(spacing, math.sqrt(size[0] * size[1] / (_CELLS_PER_DOT * dots)))
+    columns, rows = (int(n) + 1 for n in size // cell)
+    return GridFrame(float(lower[0]), float(lower[1]), cell, columns, rows)
+
+
+def rows_and_columns(
+    frame: GridFrame, points: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return row and column of the cells that points, shape (N, 2) [m], are in, shape (N,) each."""
+    column, row = ((points - (frame.x0, frame.y0)) / frame.cell).astype(np.int64).T
+    return row, column
 
 
 def build_dot_grid(points: NDArray[np.float64]) -> tuple[DotGrid, NDArray[np.int64]]:
@@ -44,19 +91,23 @@ def build_dot_grid(points: NDArray[np.float64]) -> tuple[DotGrid, NDArray[np.int
     Returns:
         the grid, and the order, shape (N,), such that ``points[order]`` are the grid's points.
     """
-    lower = points.min(axis=0)
-    size = np.maximum(points.max(axis=0) - lower, 1e-3)
-    cell = max(typical_spacing(points), math.sqrt(size[0] * size[1] / (_CELLS_PER_DOT * len(points))))
-    columns, rows = (int(n) + 1 for n in size // cell)
-    column, row = ((points - lower) / cell).astype(np.int64).T
-    flat = row * columns + column
-    order = np.argsort(flat, kind='stable')
-    starts = np.zeros(rows * columns + 1, dtype=np.int64)
-    np.cumsum(np.bincount(flat, minlength=rows * columns), out=starts[1:])
-    grid_points = points[order].astype(np.float32)
+    kept = points.astype(np.float32)
+    points = kept.astype(np.float64)
+    frame = grid_frame(points.min(axis=0), points.max(axis=0), len(points), typical_spacing(points))
+    row, column = rows_and_columns(frame, points)
+    order, starts = sort_into_cells(row * frame.columns + column, frame.rows * frame.columns)
+    grid_points = kept[order]
     for array in (grid_points, starts):
         array.flags.writeable = False
-    return DotGrid(grid_points, starts, float(lower[0]), float(lower[1]), cell, columns, rows), order
+    return DotGrid(grid_points, starts, *frame), order
+
+
+def sort_into_cells(cells: NDArray[np.int64], number: int) -> tuple[NDArray[np.int64], NDArray[np.uint32]]:
+    """Return the order of dots by their cells, shape (N,), and where each of the cells begins, shape (number + 1,)."""
+    order = np.argsort(cells, kind='stable')
+    starts = np.zeros(number + 1, dtype=np.uint32)
+    starts[1:] = np.cumsum(np.bincount(cells, minlength=number))
+    return order, starts
 
 
 def typical_spacing(points: NDArray[np.float64]) -> float:
@@ -68,15 +119,41 @@ def typical_spacing(points: NDArray[np.float64]) -> float:
     Args:
         points: shape (N, 2), dots [m].
     """
-    lower = points.min(axis=0)
-    size = np.maximum(points.max(axis=0) - lower, 1e-3)
-    coarse = max(math.sqrt(size[0] * size[1] / max(len(points) / 8.0, 1.0)), 1e-4)
+    lower, upper = points.min(axis=0), points.max(axis=0)
+    return spacing_of(
+        lower, upper, len(points), lambda side: len(np.unique(squares_of(points, lower, upper, side)))
+    )
+
+
+def spacing_of(
+    lower: NDArray[np.float64],
+    upper: NDArray[np.float64],
+    dots: int,
+    occupied: Callable[[float], int],
+) -> float:
+    """Return the typical spacing of dots of which only counts are known, as `typical_spacing` [m].
+
+    Args:
+        lower: shape (2,), lower left corner of the dots [m].
+        upper: shape (2,), their upper right corner [m].
+        dots: their number.
+        occupied: tells how many squares of a side [m], laid from the corner, hold dots.
+    """
+    size = np.maximum(upper - lower, 1e-3)
+    coarse = max(math.sqrt(size[0] * size[1] / max(dots / 8.0, 1.0)), 1e-4)
     for _ in range(3):
-        shape = (size // coarse).astype(np.int64) + 1
-        occupied = len(np.unique(((points - lower) // coarse) @ np.array([1, shape[0]])))
-        spacing = math.sqrt(occupied * coarse * coarse / len(points))
+        spacing = math.sqrt(occupied(coarse) * coarse * coarse / dots)
         coarse = spacing * math.sqrt(8.0)
     return spacing
+
+
+def squares_of(
+    points: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64], side: float
+) -> NDArray[np.int64]:
+    """Return the numbers of the squares, laid from the corner, that points are in, shape (N,)."""
+    columns = int(max(upper[0] - lower[0], 1e-3) // side) + 1
+    column, row = ((points - lower) // side).astype(np.int64).T
+    return row * columns + column
 
 
 def pair_density(grid: DotGrid) -> float:
@@ -84,13 +161,28 @@ def pair_density(grid: DotGrid) -> float:
 
     On an evenly random floor this is the density; where dots crowd together it is higher, and so is chance.
     """
-    side = 4
-    rows, columns = grid.rows // side + 1, grid.columns // side + 1
-    counts = np.zeros((rows * side, columns * side))
-    counts[: grid.rows, : grid.columns] = np.diff(grid.starts).reshape(grid.rows, grid.columns)
-    blocks = counts.reshape(rows, side, columns, side).sum(axis=(1, 3))
-    pairs = float(np.sum(blocks * (blocks - 1.0)) / np.sum(blocks))
-    return max(pairs / (side * grid.cell) ** 2, 1.0 / grid.cell**2)
+    starts = grid.starts.astype(np.int64)
+    counts = (starts[1:] - starts[:-1]).reshape(grid.rows, grid.columns)
+    return density_of_pairs(count_pairs(counts), len(grid.points), grid.cell)
+
+
+def count_pairs(counts: NDArray[np.int64]) -> int:
+    """Return the number of ordered pairs of dots that share a block of cells.
+
+    Args:
+        counts: shape (rows, columns), dots in each cell; the first row begins a block.
+    """
+    side = BLOCK_ROWS
+    rows, columns = (n // side + 1 for n in counts.shape)
+    padded = np.zeros((rows * side, columns * side), dtype=np.int64)
+    padded[: counts.shape[0], : counts.shape[1]] = counts
+    blocks = padded.reshape(rows, side, columns, side).sum(axis=(1, 3))
+    return int(np.sum(blocks * (blocks - 1)))
+
+
+def density_of_pairs(pairs: int, dots: int, cell: float) -> float:
+    """Return the density that `pair_density` tells from the pairs of all blocks."""
+    return max(pairs / dots / (BLOCK_ROWS * cell) ** 2, 1.0 / cell**2)
 
 
 @njit(cache=True)
@@ -104,8 +196,8 @@ def nearest_dot(grid: DotGrid, x: float, y: float, reach: float) -> tuple[int, f
     if last_column < first_column:
         return best, best_squared
     for row in range(first_row, last_row + 1):
-        start = grid.starts[row * grid.columns + first_column]
-        end = grid.starts[row * grid.columns + last_column + 1]
+        start = np.int64(grid.starts[row * grid.columns + first_column])
+        end = np.int64(grid.starts[row * grid.columns + last_column + 1])
         for i in range(start, end):
             dx = grid.points[i, 0] - x
             dy = grid.points[i, 1] - y
@@ -129,8 +221,8 @@ def dots_within(grid: DotGrid, x: float, y: float, reach: float, found: NDArray[
     if last_column < first_column:
         return count
     for row in range(first_row, last_row + 1):
-        start = grid.starts[row * grid.columns + first_column]
-        end = grid.starts[row * grid.columns + last_column + 1]
+        start = np.int64(grid.starts[row * grid.columns + first_column])
+        end = np.int64(grid.starts[row * grid.columns + last_column + 1])
         for i in range(start, end):
             dx = grid.points[i, 0] - x
             dy = grid.points[i, 1] - y

@@ -28,7 +28,9 @@ _GLANCES, _MISSES = 6, 4
 def search_pairs(
     grid: DotGrid, addresses: AddressGrid, view: ViewDots, search: Search, most_pairs: int
 ) -> bool:
-    """Lay up to ``most_pairs`` pairs of the view on the map until a pose is accepted."""
+    """Lay up to ``most_pairs`` pairs of the view on the map until a pose is accepted; none on one without addresses."""
+    if addresses.bits.size == 0:
+        return False
     seeds = np.empty(2, dtype=np.int64)
     pairs = choose_pairs(view, _SHORTEST * grid.cell, _LONGEST * grid.cell)
     for first, second in pairs[:most_pairs]:
@@ -75,11 +77,11 @@ def _lay_on_map(
         for column in range(grid.columns):
             cell = row * grid.columns + column
             first_column, last_column = max(column - rings, 0), min(column + rings, grid.columns - 1)
-            for a in range(grid.starts[cell], grid.starts[cell + 1]):
+            for a in range(np.int64(grid.starts[cell]), np.int64(grid.starts[cell + 1])):
                 x, y = grid.points[a, 0], grid.points[a, 1]
                 for other_row in range(first_row, last_row + 1):
-                    start = grid.starts[other_row * grid.columns + first_column]
-                    end = grid.starts[other_row * grid.columns + last_column + 1]
+                    start = np.int64(grid.starts[other_row * grid.columns + first_column])
+                    end = np.int64(grid.starts[other_row * grid.columns + last_column + 1])
                     for b in range(start, end):
                         dx, dy = grid.points[b, 0] - x, grid.points[b, 1] - y
                         if not least <= dx * dx + dy * dy <= most:

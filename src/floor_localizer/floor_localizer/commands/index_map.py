@@ -1,0 +1,81 @@
+"""``index_map``: dot maps of any size → the binary form that opens at once, built in parts."""
+
+from __future__ import annotations
+
+import argparse
+import errno
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.map_building.index_build import IndexBuild
+from floor_localizer.map_building.task_runner import task_runner
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0, 1 when a file or an option is bad, 130 when it is interrupted."""
+    options = make_parser().parse_args(arguments)
+    try:
+        with task_runner(options.workers, options.scheduler) as runner:
+            IndexBuild(options.maps, options.out, runner).run()
+    except FloorLocalizerError as fault:
+        print(f'index_map: {fault}', file=sys.stderr)
+        return 1
+    except OSError as fault:
+        print(f'index_map: {_explain(fault, options.out)}', file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print('\nindex_map: stopped; the same command goes on where it was', file=sys.stderr)
+        return 130
+    return 0
+
+
+def _explain(fault: OSError, out: Path) -> str:
+    if fault.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        return (
+            f'{out}: no room left ({fault.strerror}); make room and give the same command again, '
+            'what is done is kept'
+        )
+    return f'{fault.filename or out}: {fault.strerror}; choose a writable place'
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command's options."""
+    parser = argparse.ArgumentParser(
+        prog='index_map',
+        description='Write dot maps of any size in the binary form that opens at once. A build that was stopped or '
+        'killed goes on when the same command is given again.',
+    )
+    parser.add_argument(
+        'maps',
+        type=Path,
+        nargs='+',
+        metavar='MAP.csv',
+        help='dot map; several are the sheets (floors) of one map, named after the files',
+    )
+    parser.add_argument('--out', type=Path, required=True, metavar='OUT.dotmap', help='file to write')
+    parser.add_argument(
+        '--workers',
+        type=_positive,
+        default=os.cpu_count() or 1,
+        help='processes on this computer (default: all cores)',
+    )
+    parser.add_argument(
+        '--scheduler',
+        metavar='ADDRESS',
+        help='of a dask scheduler, as tcp://10.0.0.1:8786, whose workers see the same files: they do the work',
+    )
+    return parser
+
+
+def _positive(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError('must be at least 1')
+    return number
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,98 @@
+"""What the index keeps of a constellation, in one 64-bit word.
+
+    24 bits: eighth of the cell along each lane | 5: length of the base | 7: its direction | 28: its dot at (0, 0)
+
+The other end of the base is the map dot nearest to where length and direction point; a constellation of which that
+is not true is not indexed.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from floor_localizer.core.constellation.dot_grid import DotGrid, nearest_dot
+
+DOT_BITS = 28
+DOTS_MAX = 1 << DOT_BITS
+"""A map of more dots cannot be indexed."""
+
+_DIRECTIONS, _LENGTHS = 128, 32
+_DIRECTION_SHIFT = np.uint64(DOT_BITS)
+_LENGTH_SHIFT = np.uint64(DOT_BITS + 7)
+_PARTS_SHIFT = np.uint64(DOT_BITS + 12)
+_DOT_MASK = np.uint64(DOTS_MAX - 1)
+_DIRECTION_MASK = np.uint64(_DIRECTIONS - 1)
+_LENGTH_MASK = np.uint64(_LENGTHS - 1)
+# Lengths fall by this factor from one to the next; the last is an eighth of the longest.
+_STEP = 3.0 * math.log(2.0) / _LENGTHS
+LENGTH_ROUNDING = 0.5 * _STEP
+"""A length is kept to this share."""
+# The other end is looked for a little farther than rounding puts it off, in units of the length.
+_REACH = 1.1 * math.hypot(LENGTH_ROUNDING, math.pi / _DIRECTIONS)
+
+
+@njit(cache=True)
+def base_word(dx: float, dy: float, longest: float) -> np.uint64:
+    """Return what an entry keeps of a base besides its first dot.
+
+    Args:
+        dx: from the dot at (0, 0) to the one at (1, 0) along x [m].
+        dy: the same along y [m].
+        longest: the longest base of the index [m].
+    """
+    turn = math.atan2(dy, dx) / (2.0 * math.pi)
+    direction = math.floor(turn * _DIRECTIONS + 0.5) % _DIRECTIONS
+    length = int(math.log(longest / math.sqrt(dx * dx + dy * dy)) / _STEP)
+    word = np.uint64(min(max(length, 0), _LENGTHS - 1)) << _LENGTH_SHIFT
+    return word | np.uint64(direction) << _DIRECTION_SHIFT
+
+
+@njit(cache=True)
+def pack_entry(parts: np.uint64, base: np.uint64, first: int) -> np.uint64:
+    """Return the word for a constellation.
+
+    Args:
+        parts: where in its cell the key is, as `pack_parts` tells.
+        base: as `base_word` tells.
+        first: the dot at (0, 0), below `DOTS_MAX`.
+    """
+    return parts << _PARTS_SHIFT | base | np.uint64(first)
+
+
+@njit(cache=True)
+def parts_of_entry(entry: np.uint64) -> np.uint64:
+    """Return where in its cell the key is, as `pack_parts` tells."""
+    return entry >> _PARTS_SHIFT
+
+
+@njit(cache=True)
+def first_of_entry(entry: np.uint64) -> int:
+    """Return the dot at (0, 0)."""
+    return int(entry & _DOT_MASK)
+
+
+@njit(cache=True)
+def length_of_entry(entry: np.uint64, longest: float) -> float:
+    """Return the length of the base [m], to a share of `LENGTH_ROUNDING`."""
+    return longest * math.exp(-(np.float64((entry >> _LENGTH_SHIFT) & _LENGTH_MASK) + 0.5) * _STEP)
+
+
+@njit(cache=True)
+def second_of_entry(grid: DotGrid, entry: np.uint64, first: int, longest: float) -> int:
+    """Return the dot at (1, 0), or -1 where there is none.
+
+    Args:
+        grid: the map, or the part of it around the base.
+        entry: the word.
+        first: the dot at (0, 0) in that grid.
+        longest: the longest base of the index [m].
+    """
+    length = length_of_entry(entry, longest)
+    direction = np.float64((entry >> _DIRECTION_SHIFT) & _DIRECTION_MASK)
+    turn = direction * (2.0 * math.pi / _DIRECTIONS)
+    x = np.float64(grid.points[first, 0]) + length * math.cos(turn)
+    y = np.float64(grid.points[first, 1]) + length * math.sin(turn)
+    return nearest_dot(grid, x, y, _REACH * length)[0]

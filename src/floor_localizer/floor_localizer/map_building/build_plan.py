@@ -1,0 +1,103 @@
+"""How a map is cut for its build: stripes of rows of cells, and ranges of buckets."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.constellation.dot_grid import BLOCK_ROWS, GridFrame
+from floor_localizer.core.constellation.index_rules import IndexRules, index_rules
+
+# Rows around a stripe that its constellations reach into, and one for the place of an end.
+MARGIN_ROWS = 4
+_BUCKETS_PER_RANGE = 1 << 20
+
+
+@dataclass(frozen=True)
+class BuildPlan:
+    """What all tasks know of the map.
+
+    Attributes:
+        folder: of the parts.
+        pieces: number of pieces of the CSV.
+        offsets: for each sheet, x and y of its origin in the map [m].
+        frame: how the floor is cut into cells.
+        rules: how the map is indexed.
+        dots: number of dots.
+        with_diameters: whether any diameter is known.
+        stripe_rows: rows of cells in a stripe.
+    """
+
+    folder: Path
+    pieces: int
+    offsets: tuple[tuple[float, float], ...]
+    frame: GridFrame
+    rules: IndexRules
+    dots: int
+    with_diameters: bool
+    stripe_rows: int
+
+    @property
+    def stripes(self) -> int:
+        """Number of stripes."""
+        return math.ceil(self.frame.rows / self.stripe_rows)
+
+    @property
+    def ranges(self) -> int:
+        """Number of ranges of buckets."""
+        return math.ceil(self.rules.buckets / _BUCKETS_PER_RANGE)
+
+    def rows_of(self, stripe: int) -> tuple[int, int]:
+        """Return the first row of a stripe and one past its last."""
+        begin = stripe * self.stripe_rows
+        return begin, min(begin + self.stripe_rows, self.frame.rows)
+
+    def buckets_of(self, number: int) -> tuple[int, int]:
+        """Return the first bucket of a range and one past its last."""
+        begin = number * _BUCKETS_PER_RANGE
+        return begin, min(begin + _BUCKETS_PER_RANGE, self.rules.buckets)
+
+    def ranges_of(self, buckets: NDArray[np.uint32]) -> NDArray[np.uint16]:
+        """Return the ranges that buckets are in, shape (m,)."""
+        return (buckets // np.uint32(_BUCKETS_PER_RANGE)).astype(np.uint16)
+
+
+def plan_build(
+    folder: Path,
+    pieces: int,
+    offsets: tuple[tuple[float, float], ...],
+    frame: GridFrame,
+    dots: int,
+    *,
+    with_diameters: bool,
+    stripe_dots: int,
+) -> BuildPlan:
+    """Return the plan for a map.
+
+    Args:
+        folder: of the parts.
+        pieces: number of pieces of the CSV.
+        offsets: as in `BuildPlan`.
+        frame: how the floor is cut into cells.
+        dots: number of dots.
+        with_diameters: whether any diameter is known.
+        stripe_dots: about so many dots are in a stripe.
+
+    Raises:
+        FloorLocalizerError: there are too many dots for one map.
+    """
+    blocks = math.ceil(frame.rows / max(math.ceil(dots / stripe_dots), 1) / BLOCK_ROWS)
+    return BuildPlan(
+        folder,
+        pieces,
+        offsets,
+        frame,
+        index_rules(dots, frame.cell),
+        dots,
+        with_diameters,
+        blocks * BLOCK_ROWS,
+    )

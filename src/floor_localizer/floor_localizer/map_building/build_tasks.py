@@ -1,0 +1,165 @@
+"""The tasks of a build. Each reads files and writes files, so that it can run anywhere and again."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.constellation.constellation_index import list_constellations, sort_into_buckets
+from floor_localizer.core.constellation.dot_grid import (
+    DotGrid,
+    count_pairs,
+    rows_and_columns,
+    sort_into_cells,
+)
+from floor_localizer.files.binary_form import ArrayPlace
+from floor_localizer.files.dot_map_check import find_twins
+from floor_localizer.files.file_errors import DotMapError
+from floor_localizer.map_building.build_plan import MARGIN_ROWS, BuildPlan
+from floor_localizer.map_building.csv_pieces import CsvPiece, read_piece
+from floor_localizer.map_building.parts_folder import PartsFolder
+
+Places = Mapping[str, ArrayPlace]
+
+
+def read_dots(folder: Path, number: int, piece: CsvPiece) -> None:
+    """Parse a piece of the CSV; tell its number of dots, their corners and the median of the known diameters."""
+    parts = PartsFolder(folder)
+    table = read_piece(piece)
+    known = table[np.isfinite(table[:, 2]), 2]
+    parts.save('dots', number, table)
+    parts.finish(
+        'read',
+        number,
+        {
+            'sheet': piece.sheet,
+            'dots': len(table),
+            'lower': table[:, :2].min(axis=0, initial=np.inf).tolist(),
+            'upper': table[:, :2].max(axis=0, initial=-np.inf).tolist(),
+            'diameter': float(np.median(known)) if len(known) else None,
+        },
+    )
+
+
+def points_on_map(table: NDArray[np.float64], offset: tuple[float, float]) -> NDArray[np.float32]:
+    """Return the dots of a sheet, shape (n, >= 2) [m], as the map keeps them, shape (n, 2)."""
+    return (table[:, :2] + offset).astype(np.float32)
+
+
+def cut_into_stripes(plan: BuildPlan, number: int, sheet: int) -> None:
+    """Sort the dots of a piece by stripe; tell how many are in each."""
+    parts = PartsFolder(plan.folder)
+    table = parts.load('dots', number)
+    points = points_on_map(table, plan.offsets[sheet])
+    row, _ = rows_and_columns(plan.frame, points.astype(np.float64))
+    stripes = row // plan.stripe_rows
+    order = np.argsort(stripes, kind='stable')
+    parts.save('cut', number, np.column_stack([points, table[:, 2].astype(np.float32)])[order])
+    parts.finish('cut', number, np.bincount(stripes, minlength=plan.stripes).tolist())
+
+
+def index_stripe(plan: BuildPlan, places: Places, stripe: int, ends: NDArray[np.int64]) -> None:
+    """Write the dots of a stripe to the map and list their constellations; tell the pairs, and entries by range.
+
+    Args:
+        plan: of the build.
+        places: where the arrays lie in the map.
+        stripe: which one.
+        ends: shape (pieces, stripes + 1), where each stripe begins and the last one ends in each piece.
+    """
+    parts, frame = PartsFolder(plan.folder), plan.frame
+    rows = plan.rows_of(stripe)
+    table, before = _dots_around(plan, parts, stripe, ends)
+    low, high = max(rows[0] - MARGIN_ROWS, 0), min(rows[1] + MARGIN_ROWS, frame.rows)
+    row, column = rows_and_columns(frame, table[:, :2].astype(np.float64))
+    order, starts = sort_into_cells((row - low) * frame.columns + column, (high - low) * frame.columns)
+    points = np.ascontiguousarray(table[order, :2])
+    begin, end = (int(starts[(r - low) * frame.columns]) for r in rows)
+    _refuse_twins(points[begin:end].astype(np.float64), frame.x0, frame.y0)
+    own = starts[(rows[0] - low) * frame.columns : (rows[1] - low) * frame.columns + 1].astype(np.int64)
+    _write(parts.map_file, places['grid.points'], 2 * before, points[begin:end])
+    _write(parts.map_file, places['grid.starts'], rows[0] * frame.columns, own - begin + before)
+    if plan.with_diameters:
+        _write(parts.map_file, places['diameters'], before, table[order[begin:end], 2])
+    for array in (points, starts):
+        array.flags.writeable = False
+    y0 = frame.y0 + low * frame.cell
+    grid = DotGrid(points, starts, frame.x0, y0, frame.cell, frame.columns, high - low)
+    buckets, entries = list_constellations(grid, begin, end, before - begin, plan.rules)
+    ranges = plan.ranges_of(buckets)
+    by_range = np.argsort(ranges, kind='stable')
+    parts.save('buckets', stripe, buckets[by_range])
+    parts.save('entries', stripe, entries[by_range])
+    parts.finish(
+        'index',
+        stripe,
+        {
+            'pairs': count_pairs(np.diff(own).reshape(rows[1] - rows[0], frame.columns)),
+            'entries': np.bincount(ranges, minlength=plan.ranges).tolist(),
+        },
+    )
+
+
+def _dots_around(
+    plan: BuildPlan, parts: PartsFolder, stripe: int, ends: NDArray[np.int64]
+) -> tuple[NDArray[np.float32], int]:
+    """Return the dots of a stripe and of the rows next to it, shape (n, 3), and the number of dots before it."""
+    first, last = max(stripe - 1, 0), min(stripe + 1, plan.stripes - 1)
+    low, high = plan.rows_of(stripe)
+    tables = []
+    for piece, cut in enumerate(parts.load_all('cut', plan.pieces)):
+        table = np.asarray(cut[ends[piece, first] : ends[piece, last + 1]])
+        row, _ = rows_and_columns(plan.frame, table[:, :2].astype(np.float64))
+        tables.append(table[(row >= low - MARGIN_ROWS) & (row < high + MARGIN_ROWS)])
+    return np.concatenate(tables), int(np.sum(ends[:, stripe] - ends[:, 0]))
+
+
+def _refuse_twins(points: NDArray[np.float64], x0: float, y0: float) -> None:
+    twins = find_twins(points, np.array([x0, y0])) if len(points) else None
+    if twins is not None:
+        x, y = points[twins[0]]
+        raise DotMapError(
+            f'the dot at ({x:.6f}, {y:.6f}) m stands in the map twice; leave one of the two out'
+        )
+
+
+def sort_range(
+    plan: BuildPlan, places: Places, number: int, slices: NDArray[np.int64], entries_before: int
+) -> None:
+    """Write the entries of a range of buckets and where each bucket begins to the map.
+
+    Args:
+        plan: of the build.
+        places: where the arrays lie in the map.
+        number: which range.
+        slices: shape (stripes, 2), where its entries begin and end in each stripe.
+        entries_before: number of entries of the ranges before.
+    """
+    parts = PartsFolder(plan.folder)
+    begin, end = plan.buckets_of(number)
+    gathered: dict[str, Any] = {
+        name: np.concatenate(
+            [array[a:b] for array, (a, b) in zip(parts.load_all(name, plan.stripes), slices, strict=True)]
+        )
+        for name in ('buckets', 'entries')
+    }
+    starts = np.zeros(end - begin + 1, dtype=np.uint32)
+    entries = sort_into_buckets(gathered['buckets'], gathered['entries'], begin, starts)
+    _write(parts.map_file, places['index.entries'], entries_before, entries)
+    _write(parts.map_file, places['index.starts'], begin, starts.astype(np.int64) + entries_before)
+    parts.finish('sort', number, len(entries))
+
+
+def _write(path: Path, place: ArrayPlace, first: int, values: NDArray[Any]) -> None:
+    """Write values to an array of the map from its number ``first`` on."""
+    content = np.ascontiguousarray(values, place.dtype).tobytes()
+    with path.open('r+b') as file:
+        file.seek(place.offset + first * np.dtype(place.dtype).itemsize)
+        file.write(content)
+        file.flush()
+        os.fdatasync(file.fileno())

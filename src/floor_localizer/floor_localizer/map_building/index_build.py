@@ -1,0 +1,276 @@
+"""Builds the binary form of a map from CSVs that need not fit into memory, in steps that can be done again."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from floor_localizer.core.constellation.address_grid import address_shape
+from floor_localizer.core.constellation.constellation_index import ConstellationIndex
+from floor_localizer.core.constellation.dot_grid import (
+    DotGrid,
+    density_of_pairs,
+    grid_frame,
+    spacing_of,
+    squares_of,
+)
+from floor_localizer.core.constellation.index_rules import LARGE_MAP
+from floor_localizer.core.constellation.indexed_map import IndexedMap, address_grid
+from floor_localizer.core.sheets import Sheet, lay_out_sheets
+from floor_localizer.files import binary_form
+from floor_localizer.files.dot_map_check import check_number, check_units
+from floor_localizer.map_building.build_plan import BuildPlan, plan_build
+from floor_localizer.map_building.build_tasks import (
+    cut_into_stripes,
+    index_stripe,
+    points_on_map,
+    read_dots,
+    sort_range,
+)
+from floor_localizer.map_building.csv_pieces import digest_of, split_csv
+from floor_localizer.map_building.parts_folder import PartsFolder
+from floor_localizer.map_building.task_runner import Task, TaskRunner
+
+# More squares than this are not kept one by one.
+_SQUARES_MAX = 1 << 28
+
+
+@dataclass(frozen=True)
+class PartSizes:
+    """How large the parts are: the result is the same, memory and time are not.
+
+    Attributes:
+        piece_bytes: of a CSV that are read at once.
+        stripe_dots: dots that are indexed at once.
+    """
+
+    piece_bytes: int = 1 << 25
+    stripe_dots: int = 1_000_000
+
+
+DEFAULT_SIZES = PartSizes()
+"""So that a task takes some hundred megabytes and half a minute."""
+
+
+class IndexBuild:
+    """One build: ``run`` begins it or goes on with it."""
+
+    def __init__(
+        self, sources: Sequence[Path], out: Path, runner: TaskRunner, sizes: PartSizes | None = None
+    ) -> None:
+        """Prepare.
+
+        Args:
+            sources: dot maps as CSV; several are the sheets of one map, named after the files.
+            out: the file to write.
+            runner: what the tasks run on.
+            sizes: of the parts, None for the defaults.
+        """
+        self._sources = sources
+        self._out = out
+        self._runner = runner
+        self._sizes = sizes or DEFAULT_SIZES
+        self._folder = out.with_name(f'{out.name}.parts')
+        self._parts = PartsFolder(self._folder)
+
+    def run(self) -> None:
+        """Build the map, or what is missing of it.
+
+        Raises:
+            FloorLocalizerError: a malformed CSV, parts of another map, too many dots.
+            OSError: the place cannot be written to, or the disk is full; what is done is kept.
+        """
+        pieces = [
+            piece
+            for sheet, source in enumerate(self._sources)
+            for piece in split_csv(source, sheet, self._sizes.piece_bytes)
+        ]
+        digests = [[source.name, digest_of(source)] for source in self._sources]
+        self._parts.begin(
+            {
+                'version': binary_form.VERSION,
+                'sources': digests,
+                'sizes': [self._sizes.piece_bytes, self._sizes.stripe_dots],
+            }
+        )
+        told = self._stage(
+            'read', read_dots, [(self._folder, number, piece) for number, piece in enumerate(pieces)]
+        )
+        check_number(sum(piece['dots'] for piece in told), ', '.join(map(str, self._sources)))
+        sheets = self._sheets(told)
+        plan = self._plan(told, sheets)
+        counts = self._stage(
+            'cut', cut_into_stripes, [(plan, number, piece.sheet) for number, piece in enumerate(pieces)]
+        )
+        self._parts.drop('dots')
+        self._write_map(plan, np.array(counts, dtype=np.int64).reshape(len(pieces), -1), sheets)
+        self._parts.map_file.replace(self._out)
+        self._parts.remove()
+
+    def _stage(self, stage: str, function: Task, tasks: Sequence[tuple[Any, ...]]) -> list[Any]:
+        """Run the tasks of a stage that are not done yet, and return what all of them told."""
+        missing = [task for number, task in enumerate(tasks) if self._parts.result_of(stage, number) is None]
+        with tqdm(total=len(tasks), initial=len(tasks) - len(missing), desc=stage, disable=None) as bar:
+            for _ in self._runner.run(function, missing):
+                bar.update()
+        return [self._parts.result_of(stage, number) for number in range(len(tasks))]
+
+    def _sheets(self, told: Sequence[Any]) -> tuple[Sheet, ...]:
+        """Return the sheets, none for a single source."""
+        if len(self._sources) == 1:
+            return ()
+        corners: list[tuple[float, float, float, float]] = []
+        for number, source in enumerate(self._sources):
+            pieces = [piece for piece in told if piece['sheet'] == number]
+            check_number(sum(piece['dots'] for piece in pieces), str(source))
+            x0, y0 = np.min([piece['lower'] for piece in pieces], axis=0).tolist()
+            x1, y1 = np.max([piece['upper'] for piece in pieces], axis=0).tolist()
+            corners.append((x0, y0, x1, y1))
+        return lay_out_sheets([source.stem for source in self._sources], corners)
+
+    def _plan(self, told: Sequence[Any], sheets: Sequence[Sheet]) -> BuildPlan:
+        """Return how the map is cut, from counts over all dots."""
+        offsets = tuple(sheet.offset for sheet in sheets) or ((0.0, 0.0),)
+        known = self._parts.result_of('spacing', 0)
+        if known is None:
+            known = self._measure(told, offsets)
+            self._parts.finish('spacing', 0, known)
+        dots = sum(piece['dots'] for piece in told)
+        diameters = [piece['diameter'] for piece in told if piece['diameter'] is not None]
+        check_units(
+            float(np.median(diameters)) if diameters else 0.0,
+            known['spacing'],
+            ', '.join(map(str, self._sources)),
+        )
+        return plan_build(
+            self._folder,
+            len(told),
+            offsets,
+            grid_frame(np.array(known['lower']), np.array(known['upper']), dots, known['spacing']),
+            dots,
+            with_diameters=bool(diameters),
+            stripe_dots=self._sizes.stripe_dots,
+        )
+
+    def _measure(self, told: Sequence[Any], offsets: Sequence[tuple[float, float]]) -> dict[str, Any]:
+        """Return the corners of the map and the spacing of its dots."""
+
+        def all_points() -> Iterable[NDArray[np.float64]]:
+            for number, piece in enumerate(told):
+                table = self._parts.load('dots', number)
+                yield points_on_map(table, offsets[piece['sheet']]).astype(np.float64)
+
+        corners = np.array([(p.min(axis=0), p.max(axis=0)) for p in all_points() if len(p)])
+        lower, upper = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
+        dots = sum(piece['dots'] for piece in told)
+
+        def occupied(side: float) -> int:
+            return _count_occupied(
+                (squares_of(p, lower, upper, side) for p in all_points()), lower, upper, side
+            )
+
+        return {
+            'lower': lower.tolist(),
+            'upper': upper.tolist(),
+            'spacing': spacing_of(lower, upper, dots, occupied),
+        }
+
+    def _write_map(self, plan: BuildPlan, counts: NDArray[np.int64], sheets: Sequence[Sheet]) -> None:
+        """Write dots, index and header to the file in the folder of the parts."""
+        ends = np.hstack([np.zeros((len(counts), 1), dtype=np.int64), np.cumsum(counts, axis=1)])
+        shapes = _shapes_of(plan)
+        places = binary_form.places_of(shapes)
+        self._parts.map_file.touch()
+        told = self._stage(
+            'index', index_stripe, [(plan, places, stripe, ends) for stripe in range(plan.stripes)]
+        )
+        self._parts.drop('cut')
+        by_range = np.array([stripe['entries'] for stripe in told], dtype=np.int64)
+        shapes['index.entries'] = (int(by_range.sum()),)
+        places = binary_form.places_of(shapes)
+        before = np.concatenate([[0], np.cumsum(by_range.sum(axis=0))])
+        stops = np.cumsum(by_range, axis=1)
+        self._stage(
+            'sort',
+            sort_range,
+            [
+                (
+                    plan,
+                    places,
+                    number,
+                    np.column_stack([stops[:, number] - by_range[:, number], stops[:, number]]),
+                    int(before[number]),
+                )
+                for number in range(plan.ranges)
+            ],
+        )
+        density = density_of_pairs(sum(stripe['pairs'] for stripe in told), plan.dots, plan.frame.cell)
+        self._write_head(plan, places, density, sheets)
+
+    def _write_head(
+        self,
+        plan: BuildPlan,
+        places: dict[str, binary_form.ArrayPlace],
+        density: float,
+        sheets: Sequence[Sheet],
+    ) -> None:
+        """Write what depends on the whole map: address matrix and header."""
+        path = self._parts.map_file
+        with path.open('r+b') as file:
+            file.truncate(binary_form.end_of(places))
+        content = np.asarray(np.memmap(path, dtype=np.uint8, mode='r'))
+        arrays = {name: binary_form.array_at(content, place) for name, place in places.items()}
+        grid = DotGrid(arrays['grid.points'], arrays['grid.starts'], *plan.frame)
+        addresses = address_grid(grid)
+        index = ConstellationIndex(
+            arrays['index.entries'], arrays['index.starts'], plan.rules.step, plan.rules.longest
+        )
+        binary_map = binary_form.BinaryMap(
+            IndexedMap(grid, index, addresses, density, tuple(sheets)), arrays['diameters']
+        )
+        with path.open('r+b') as file:
+            file.write(binary_form.head_of(self._out, places, binary_map))
+            file.seek(places['addresses.bits'].offset)
+            file.write(addresses.bits.tobytes())
+            file.flush()
+            os.fsync(file.fileno())
+
+
+def _shapes_of(plan: BuildPlan) -> dict[str, tuple[int, ...]]:
+    """Return the shapes of the map's arrays, with no entries yet."""
+    frame, dots = plan.frame, plan.dots
+    return {
+        'diameters': (dots if plan.with_diameters else 0,),
+        'grid.points': (dots, 2),
+        'grid.starts': (frame.rows * frame.columns + 1,),
+        'addresses.bits': (0, 0) if dots > LARGE_MAP else address_shape(frame.rows, frame.columns),
+        'index.starts': (plan.rules.buckets + 1,),
+        'index.entries': (0,),
+    }
+
+
+def _count_occupied(
+    parts: Iterable[NDArray[np.int64]],
+    lower: NDArray[np.float64],
+    upper: NDArray[np.float64],
+    side: float,
+) -> int:
+    """Return how many different squares there are in all parts."""
+    squares = math.prod(int(length // side) + 1 for length in np.maximum(upper - lower, 1e-3))
+    if squares <= _SQUARES_MAX:
+        is_occupied = np.zeros(squares, dtype=np.bool_)
+        for part in parts:
+            is_occupied[part] = True
+        return int(np.count_nonzero(is_occupied))
+    different = np.empty(0, dtype=np.int64)
+    for part in parts:
+        different = np.union1d(different, part)
+    return len(different)

@@ -1,0 +1,92 @@
+"""Where the tasks of a build run: in this process, in processes of this computer, or on a cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, Protocol
+
+from floor_localizer.files.file_errors import DotMapError
+
+Task = Callable[..., Any]
+_PATIENCE = 20.0  # with a scheduler that does not answer [s]
+
+
+class TaskRunner(Protocol):
+    """Runs tasks that do not depend on each other."""
+
+    def run(self, function: Task, arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
+        """Call the function with each of the arguments; yield whenever one is done, in any order."""
+        ...
+
+
+class OwnProcess:
+    """Runs the tasks one after the other."""
+
+    def run(self, function: Task, arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
+        """Call the function with each of the arguments; yield whenever one is done."""
+        for given in arguments:
+            function(*given)
+            yield
+
+
+class DaskRunner:
+    """Runs the tasks on the workers of a dask.distributed client."""
+
+    def __init__(self, client: Any) -> None:
+        """Use a ``distributed.Client``."""
+        self._client = client
+
+    def run(self, function: Task, arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
+        """Call the function with each of the arguments; yield whenever one is done, in any order."""
+        from distributed import as_completed  # noqa: PLC0415 as in `task_runner`
+        from distributed.scheduler import KilledWorker  # noqa: PLC0415
+
+        futures = [self._client.submit(function, *given, pure=False) for given in arguments]
+        try:
+            for future in as_completed(futures):
+                future.result()
+                yield
+        except KilledWorker as fault:
+            raise DotMapError(
+                'a worker died several times at the same task (is its memory enough?); '
+                'give the same command again with fewer --workers: what is done is kept'
+            ) from fault
+        finally:
+            self._client.cancel(futures)
+
+
+@contextmanager
+def task_runner(workers: int, scheduler: str | None = None) -> Iterator[TaskRunner]:
+    """Start what the tasks run on, and end it.
+
+    Args:
+        workers: processes of this computer; with one, the tasks run in this process.
+        scheduler: address of a dask scheduler whose workers see the same files; None for this computer.
+
+    Raises:
+        DotMapError: the scheduler does not answer.
+    """
+    if scheduler is None and workers == 1:
+        yield OwnProcess()
+        return
+    # Only builds need it, and it takes half a second to import.
+    from distributed import Client, LocalCluster  # noqa: PLC0415
+
+    if scheduler is None:
+        with (
+            LocalCluster(
+                n_workers=workers, threads_per_worker=1, dashboard_address=None, memory_limit=0
+            ) as cluster,
+            Client(cluster) as client,
+        ):
+            yield DaskRunner(client)
+        return
+    try:
+        client = Client(scheduler, timeout=_PATIENCE)
+    except (OSError, ValueError) as fault:
+        raise DotMapError(
+            f'--scheduler {scheduler}: does not answer; start "dask scheduler" there, or leave it out'
+        ) from fault
+    with client:
+        yield DaskRunner(client)

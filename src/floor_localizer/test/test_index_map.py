@@ -1,0 +1,120 @@
+"""The command: a map of parts, killed and given again; every fault one line."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from dot_maps import random_map
+
+from floor_localizer.commands.index_map import main
+from floor_localizer.files.csv_form import save_csv
+from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
+from floor_localizer.map_building import index_build
+from floor_localizer.map_building.index_build import PartSizes
+
+# A limit on the size of files stands for a disk's end: writing fails in the same way.
+COMMAND = """
+import os, resource, sys
+if 'MOST_BYTES' in os.environ:
+    resource.setrlimit(resource.RLIMIT_FSIZE, 2 * (int(os.environ['MOST_BYTES']),))
+from floor_localizer.commands import index_map
+from floor_localizer.map_building import index_build
+index_build.DEFAULT_SIZES = index_build.PartSizes(9000, 300)
+sys.exit(index_map.main(sys.argv[1:]))
+"""
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    save_csv(tmp_path / 'floor.csv', random_map(3, (0.9, 0.8)))
+    return tmp_path / 'floor.csv'
+
+
+def expected(source: Path) -> bytes:
+    path = source.with_name('at_once.dotmap')
+    write_indexed_map(path, *load_dots_and_index(source))
+    return path.read_bytes()
+
+
+def start(*arguments: object, **environment: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, '-c', COMMAND, *map(str, arguments), '--workers', '1'],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env=os.environ | environment,
+    )
+
+
+def fault_of(error: str) -> str:
+    lines = [line for line in error.splitlines() if line.startswith('index_map: ')]
+    assert len(lines) == 1
+    assert 'Traceback' not in error
+    return lines[0]
+
+
+def test_a_build_that_was_killed_goes_on(source: Path, tmp_path: Path) -> None:
+    out = tmp_path / 'floor.dotmap'
+    process = start(source, '--out', out)
+    parts = tmp_path / 'floor.dotmap.parts'
+    while not list(parts.glob('cut-*.json')) and process.poll() is None:
+        time.sleep(0.005)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    assert process.returncode == -signal.SIGKILL
+    assert not out.exists()
+    second = start(source, '--out', out)
+    second.communicate()
+    assert second.returncode == 0
+    assert out.read_bytes() == expected(source)
+    assert not parts.exists()
+
+
+def test_a_disk_without_room_is_one_line_and_nothing_is_lost(source: Path, tmp_path: Path) -> None:
+    out = tmp_path / 'floor.dotmap'
+    _, error = start(source, '--out', out, MOST_BYTES='90000').communicate()
+    assert 'no room left' in fault_of(error)
+    assert 'what is done is kept' in error
+    assert not out.exists()
+    assert main([str(source), '--out', str(out), '--workers', '1']) == 1  # other sizes of parts
+    again = start(source, '--out', out)
+    again.communicate()
+    assert again.returncode == 0
+    assert out.read_bytes() == expected(source)
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'part'),
+    [
+        ('none.csv --out x.dotmap', 'none.csv: cannot be read (No such file or directory)'),
+        ('floor.csv --out floor.csv/x.dotmap', 'choose a writable place'),
+        ('floor.csv empty.csv --out x.dotmap', 'empty.csv, line 1: the header is ""'),
+        ('floor.csv few.csv --out x.dotmap', 'few.csv: has 1 dots'),
+        ('floor.csv --out x.dotmap --scheduler tcp://127.0.0.1:9', 'does not answer'),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_1(
+    source: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: str,
+    part: str,
+) -> None:
+    monkeypatch.chdir(source.parent)
+    monkeypatch.setattr('floor_localizer.map_building.task_runner._PATIENCE', 1.0)
+    Path('empty.csv').touch()
+    Path('few.csv').write_text('x,y,diameter\n0.1,0.2,\n')
+    given = arguments.split()
+    assert main(given if '--scheduler' in given else [*given, '--workers', '1']) == 1
+    assert part in fault_of(capsys.readouterr().err)
+
+
+def test_the_default_sizes_hold_a_task_in_little_memory() -> None:
+    assert PartSizes() == index_build.DEFAULT_SIZES
+    assert PartSizes().stripe_dots <= 2_000_000
