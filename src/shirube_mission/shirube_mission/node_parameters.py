@@ -76,7 +76,7 @@ def mission_nodes(files: BuildingFiles, port: str) -> tuple[NodeSetup, ...]:
                 'camera_height_known': True,
                 'zone_radius': ORDERS_REACH,
                 # In the dark it shall fall silent instead of telling what the wheels say.
-                'odometry.gap_way': 1.0,
+                'odometry.gap_way': 0.1,
                 # The robot's wheels are 0.2 m apart and slip by 5 mm after a metre.
                 'odometry.slip': 0.004,
                 'odometry.turn_slip': 0.035,

@@ -121,6 +121,8 @@ class BeaconTracker:
             self._lost_images = 0
         elif len(set(rays.ids.tolist())) > 1:
             self._lost_images += 1
+        if isinstance(found, NoBeaconFix) and not filter_.is_confirmed:
+            return found  # what odometry says is no word of the lamps: who fuses both would count it twice
         doubts = found.doubts if isinstance(found, BeaconFix) else _unfitting(rays, used)
         squares = PoseLeastSquares(rays, lamps, camera, KnownStates(), self._settings)
         residuals = squares.evaluate(filter_.bearing_state).residuals

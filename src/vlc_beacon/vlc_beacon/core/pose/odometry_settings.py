@@ -44,7 +44,7 @@ class OdometrySettings:
     )
     gap_way: float = setting(
         3.0,
-        'a pose that was carried on so far without a lamp is given up; a turn by a radian counts as 0.3 m',
+        'a pose that was carried on so far without a lamp is not told until one is seen; a radian counts as 0.3 m',
         unit='m',
         minimum=0.0,
         maximum=1000.0,

@@ -88,10 +88,14 @@ class PoseFilter:
 
     @property
     def is_certain(self) -> bool:
-        """Whether the position is known as well as the settings ask for, and not by the wheels for too long."""
+        """Whether the position is known as well as the settings ask for."""
         spread = float(np.linalg.eigvalsh(self._P[:2, :2])[-1])
-        is_known = math.sqrt(max(spread, 0.0)) <= self._settings.position_sigma_max
-        return is_known and self._gap_way <= self._settings.gap_way
+        return math.sqrt(max(spread, 0.0)) <= self._settings.position_sigma_max
+
+    @property
+    def is_confirmed(self) -> bool:
+        """Whether a lamp was in its place within the way that odometry may bridge."""
+        return self._gap_way <= self._settings.gap_way
 
     def expected(self) -> ExpectedPose:
         """Return where the robot is, for `BeaconLocator.locate`."""
