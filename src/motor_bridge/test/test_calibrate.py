@@ -62,7 +62,7 @@ def test_values_that_stood_nowhere_are_added_and_the_source_can_stay(tmp_path):
 
 def test_other_nodes_in_the_file_keep_their_wheels(tmp_path):
     path, other = tmp_path / 'robot.yaml', 'other_driver:\n  ros__parameters:\n    wheel_radius: 9.0\n'
-    for text in (f'{other}motor_bridge:\n  ros__parameters:\n    port: /dev/x\n{other}', MANY_NODES):
+    for text in (f'{other}motor_bridge:\n  ros__parameters:\n    port: /dev/x\nnext_{other}', MANY_NODES):
         path.write_text(text)
         numbers = ['--straight', '1.0', '1.1', '--turn', '360', '360']
         assert calibrate.main(['--params', str(path), *numbers]) == 0

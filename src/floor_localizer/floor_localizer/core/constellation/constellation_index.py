@@ -114,14 +114,7 @@ def list_constellations(
     Returns:
         the bucket of each, shape (M,), and what is kept of it, shape (M,).
     """
-    around = Surroundings(
-        np.empty(_NEIGHBOURS, dtype=np.int64),
-        np.zeros((_NEIGHBOURS, 2)),
-        np.zeros(_NEIGHBOURS),
-        np.zeros(_NEIGHBOURS),
-        np.zeros(_NEIGHBOURS),
-        np.empty(_NEIGHBOURS, dtype=np.int64),
-    )
+    around = _room_around()
     room = _KeyRoom(np.empty((OTHERS, 2)), np.empty(LANES, dtype=np.int64), np.empty(2, dtype=np.int64))
     lens = np.empty(MOST_IN_LENS, dtype=np.int64)
     groups = np.empty((MOST_GROUPS, OTHERS), dtype=np.int64)
@@ -155,6 +148,13 @@ def list_constellations(
                 total,
             )
     return buckets[:total].copy(), entries[:total].copy()
+
+
+@njit(cache=True)
+def _room_around() -> Surroundings:
+    dots, near = np.empty(_NEIGHBOURS, np.int64), np.empty(_NEIGHBOURS, np.int64)
+    x, y, squared = np.zeros(_NEIGHBOURS), np.zeros(_NEIGHBOURS), np.zeros(_NEIGHBOURS)
+    return Surroundings(dots, np.zeros((_NEIGHBOURS, 2)), x, y, squared, near)
 
 
 @njit(cache=True)
