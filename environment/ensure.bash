@@ -7,16 +7,16 @@ forget_other_environments() {
         RMW_IMPLEMENTATION _ROS_WHEELS_BOOTSTRAP_COMPLETE PIP_TARGET PIP_PREFIX PIP_USER PIP_REQUIRE_VIRTUALENV
 }
 
-# find_python "3.12 3.11" prints the path of the first Python of such a version that can make environments.
+# find_python "3.12 3.11" prints the path of a Python of the first such version that can make environments.
 # The shims of version managers may exist without working, so each candidate is asked.
 find_python() {
-    local versions=$1 version name path answer no_venv='' other=''
-    local -a names=() candidates=()
-    for version in $versions; do names+=("python$version"); done
-    for name in "${names[@]}" python3; do
-        while read -r path; do [ -n "$path" ] && candidates+=("$path"); done < <(type -aP "$name")
+    local versions=$1 version path answer no_venv='' other=''
+    local -a candidates=()
+    for version in $versions; do
+        while read -r path; do [ -n "$path" ] && candidates+=("$path"); done < <(type -aP "python$version")
+        candidates+=(~/.pyenv/versions/"$version"*/bin/python3)
     done
-    for version in $versions; do candidates+=(~/.pyenv/versions/"$version"*/bin/python3); done
+    while read -r path; do [ -n "$path" ] && candidates+=("$path"); done < <(type -aP python3)
     for path in "${candidates[@]}"; do
         [ -x "$path" ] || continue
         answer=$("$path" -ISc 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null) || continue

@@ -45,7 +45,7 @@ def test_newest_fitting_python_on_the_path_is_taken(tmp_path: Path) -> None:
 
 def test_broken_shim_is_passed_over_for_the_one_behind_it(tmp_path: Path) -> None:
     stand_in(tmp_path / 'bin/python3.12', '3.12', broken=True)
-    stand_in(tmp_path / 'bin/python3.11', '3.11', venv=False)
+    stand_in(tmp_path / 'bin/python3.11', '3.11')
     behind = stand_in(tmp_path / '.pyenv/versions/3.12.1/bin/python3', '3.12')
     assert find_python(tmp_path, tmp_path / 'bin').stdout.strip() == str(behind)
 
@@ -91,20 +91,43 @@ def test_unfinished_installation_is_done_again_and_a_finished_one_is_kept(
 
     run = subprocess.run
     monkeypatch.setattr(install.subprocess, 'run', quick_venv)
-    monkeypatch.setattr(install, 'run_pip', failing_pip)
+    monkeypatch.setattr(install, 'run', failing_pip)
     assert install.main([str(folder), 'locks', 'project', 'dev.lock']) == 1
     assert PIP_CALL in capsys.readouterr().err
     (folder / 'left over').touch()
 
-    monkeypatch.setattr(install, 'run_pip', lambda _folder, _arguments, title, _count: calls.append(title))
+    monkeypatch.setattr(install, 'run', lambda _folder, arguments, _variables=None: calls.append(arguments))
     assert install.main([str(folder), 'locks', 'project', 'dev.lock']) == 0
-    assert len(calls) == 2
+    assert len(calls) == 3
     assert not (folder / 'left over').exists()
 
     assert install.main([str(folder), 'locks', 'project', 'dev.lock']) == 0
-    assert len(calls) == 2
+    assert len(calls) == 3
     assert install.main([str(folder), 'locks', 'changed project', 'dev.lock']) == 0
-    assert calls[2:] == ['Installing shirube itself']
+    assert [arguments[-2:] for arguments in calls[3:]] == [['--editable', str(ROOT)]]
+
+
+def test_what_pip_is_told_about_sources_is_handed_on(install: ModuleType, tmp_path: Path) -> None:
+    python = tmp_path / 'bin/python'
+    python.parent.mkdir()
+    listed = """:env:.index-url='https://mirror/simple'
+global.cert='/etc/own.pem'
+global.extra-index-url='https://one https://two'
+global.index-url='https://outdone'
+global.timeout='60'"""
+    python.write_text(f'#!/bin/bash\ncat <<"E"\n{listed}\nE\n')
+    python.chmod(0o755)
+    options, variables = install.pip_settings(tmp_path)
+    sources = [
+        '--index-url',
+        'https://mirror/simple',
+        '--extra-index-url',
+        'https://one',
+        '--extra-index-url',
+        'https://two',
+    ]
+    assert options == sources
+    assert variables == {'SSL_CERT_FILE': '/etc/own.pem'}
 
 
 def test_environment_of_somebody_else_is_left_alone(
