@@ -23,11 +23,12 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from floor_localizer.core.fix import Fix, NoFix
-from floor_localizer.node import FloorLocalizerNode
+from floor_localizer.node import FloorLocalizerNode, main
 from shirube_geometry import PinholeCamera, PlanarPose
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.isolated_graph import IsolatedGraph
 from shirube_ros.pose_conversion import odometry_message, planar_pose, pose_with_covariance_stamped
+from shirube_ros.start_here import start_here
 
 PIXELS = np.random.default_rng(4).integers(0, 256, (235, 235), dtype=np.uint8)
 INFO = CameraInfo(width=235, height=235, k=[339.44, 0.0, 117.0, 0.0, 339.44, 117.0, 0.0, 0.0, 1.0])
@@ -273,19 +274,13 @@ def test_without_a_map_the_demo_floor_is_announced(
         ('camera_xyz:=[0.0, 0.0, -0.13]', 'camera_xyz: z is -0.13 m'),
     ],
 )
-def test_a_bad_start_is_one_line_and_exit_code_1(parameter: str, words: str) -> None:
-    program = subprocess.run(
-        [sys.executable, '-m', 'floor_localizer.node', '--ros-args', '-p', parameter],
-        env=os.environ | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert program.returncode == 1
-    refusals = [line for line in program.stderr.splitlines() if not line.startswith(('[INFO]', '[WARN]'))]
-    assert len(refusals) == 1
-    assert words in refusals[0]
+def test_a_bad_start_is_one_line_and_exit_code_1(
+    capfd: pytest.CaptureFixture[str], parameter: str, words: str
+) -> None:
+    assert start_here(main, '--ros-args', '-p', parameter) == 1
+    said = capfd.readouterr().err.splitlines()
+    (line,) = (line for line in said if not line.startswith(('[INFO]', '[WARN]')))
+    assert words in line
 
 
 def test_a_refused_parameter_is_all_that_is_said() -> None:

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -19,10 +16,11 @@ from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.grid.occupancy_map import OccupancyMap
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.files.occupancy_map_file import save_occupancy_map
-from reward_planner.node import RewardPlannerNode
+from reward_planner.node import RewardPlannerNode, main
 from shirube_geometry import PlanarPose
 from shirube_ros.point_cloud_conversion import cloud_from_points
 from shirube_ros.pose_conversion import pose_stamped
+from shirube_ros.start_here import start_here
 
 
 @pytest.mark.parametrize(
@@ -234,16 +232,8 @@ def test_what_takes_long_at_the_start_is_told_before(graph, capfd):
     assert 'preparing; the very first start compiles the loops' in capfd.readouterr().err
 
 
-def test_a_bad_start_is_one_line_and_exit_code_1():
-    program = subprocess.run(
-        [sys.executable, '-m', 'reward_planner.node', '--ros-args', '-p', 'map_file:=/no/such/map.yaml'],
-        env=os.environ | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert program.returncode == 1
-    refusals = [line for line in program.stderr.splitlines() if not line.startswith(('[INFO]', '[WARN]'))]
-    assert len(refusals) == 1
-    assert '/no/such/map.yaml: cannot be read' in refusals[0]
+def test_a_bad_start_is_one_line_and_exit_code_1(capfd):
+    assert start_here(main, '--ros-args', '-p', 'map_file:=/no/such/map.yaml') == 1
+    said = capfd.readouterr().err.splitlines()
+    (line,) = (line for line in said if not line.startswith(('[INFO]', '[WARN]')))
+    assert '/no/such/map.yaml: cannot be read' in line

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from random_places import random_images, random_place
 
+from shirube_ros.start_here import start_here
 from stereo_landmark.files.place_file import save_place
+from stereo_landmark.node import main
 
 
 @pytest.mark.parametrize(
@@ -24,22 +23,14 @@ from stereo_landmark.files.place_file import save_place
     ],
 )
 def test_a_bad_start_is_one_line_and_exit_code_1(
-    tmp_path: Path, parameters: tuple[str, ...], words: str
+    tmp_path: Path, parameters: tuple[str, ...], words: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / 'wrong').mkdir()
     save_place(tmp_path / 'right', random_place(1, 'wall'), random_images(1))
     (tmp_path / 'wrong/wrong.yaml').write_text('a: 1')
     given = [parameter.format(folder=tmp_path) for parameter in parameters]
     arguments = ['--ros-args', *(word for parameter in given for word in ('-p', parameter))] if given else []
-    program = subprocess.run(
-        [sys.executable, '-m', 'stereo_landmark.node', *arguments],
-        env=os.environ | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'},
-        capture_output=True,
-        text=True,
-        timeout=100,
-        check=False,
-    )
-    assert program.returncode == 1
-    (line,) = program.stderr.splitlines()
+    assert start_here(main, *arguments) == 1
+    (line,) = capfd.readouterr().err.splitlines()
     assert line.startswith('stereo_landmark: ')
     assert words in line

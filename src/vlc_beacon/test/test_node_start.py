@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from shirube_ros.start_here import start_here
+from vlc_beacon.node import main
 
 BEACONS = 'beacons: [{id: 1, xyz: [0.0, 0.0, 2.5], radius: 0.03}]'
 
@@ -25,7 +25,11 @@ BEACONS = 'beacons: [{id: 1, xyz: [0.0, 0.0, 2.5], radius: 0.03}]'
     ],
 )
 def test_a_bad_start_is_one_line_and_exit_code_1(
-    tmp_path: Path, content: str | None, parameters: tuple[str, ...], words: str
+    tmp_path: Path,
+    content: str | None,
+    parameters: tuple[str, ...],
+    words: str,
+    capfd: pytest.CaptureFixture[str],
 ) -> None:
     path = tmp_path / 'beacons.yaml'
     given = list(parameters)
@@ -33,15 +37,7 @@ def test_a_bad_start_is_one_line_and_exit_code_1(
         path.write_text(content)
         given.append(f'beacons_file:={path}')
     arguments = ['--ros-args', *(word for parameter in given for word in ('-p', parameter))] if given else []
-    program = subprocess.run(
-        [sys.executable, '-m', 'vlc_beacon.node', *arguments],
-        env=os.environ | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert program.returncode == 1
-    (line,) = program.stderr.splitlines()
+    assert start_here(main, *arguments) == 1
+    (line,) = capfd.readouterr().err.splitlines()
     assert line.startswith('vlc_beacon: ')
     assert words in line
