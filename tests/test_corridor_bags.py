@@ -15,6 +15,8 @@ from scene_simulator.stereo_rig import raw_rig
 from shirube_bags.bag_reader import BagReader
 from shirube_geometry import yaw_from_quaternion
 
+pytestmark = pytest.mark.newest_set_only
+
 BAGS = Path(__file__).parents[1] / 'bags'
 DRIVES = {f'corridor_{name}': (name, False) for name in RUNS} | {'corridor_raw': ('right', True)}
 

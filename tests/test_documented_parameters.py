@@ -29,6 +29,8 @@ from vlc_beacon.core.trust.trust_settings import TrustSettings
 from vlc_beacon.files.beacons_file import load_beacons
 from vlc_beacon.node_settings import NodeSettings as VlcBeaconSettings
 
+pytestmark = pytest.mark.newest_set_only
+
 ROOT = Path(__file__).resolve().parents[1]
 
 

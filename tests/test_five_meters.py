@@ -13,6 +13,8 @@ from scene_simulator.corridor_generator import CorridorDesign, corridor
 from scene_simulator.stereo_rig import StereoRig
 from shirube_geometry import PlanarPose, level_camera, matrix_from_rpy
 
+pytestmark = pytest.mark.newest_set_only
+
 BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
 EVEN = np.array([0.0, 0.3, 0.6, 0.9, 1.2])
 UNEVEN = np.array([0.0, 0.3, 0.65, 0.95, 1.33])

@@ -8,6 +8,8 @@ import pytest
 from shirube_cli.floor_demo import demo_floor
 from shirube_cli.project import find_root
 
+pytestmark = pytest.mark.newest_set_only
+
 
 @pytest.mark.timeout(300)
 def test_floor_drive_is_tracked_within_the_limits_and_reported(

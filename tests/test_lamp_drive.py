@@ -29,6 +29,8 @@ from vlc_beacon.located_image import LocatedImage
 from vlc_beacon.node_settings import NodeSettings
 from vlc_beacon.receiver_from_files import beacons_of, judge_of
 
+pytestmark = pytest.mark.newest_set_only
+
 BAG = Path(__file__).parents[1] / 'bags' / 'lamp_drive'
 IMAGES = 1500
 """The first 25 s: both commands of both lamps are heard where they count."""

@@ -12,6 +12,8 @@ import pytest
 from scene_simulator.gain_sensor import GainSensor
 from scene_simulator.stereo_rig import RECTIFIED
 
+pytestmark = pytest.mark.newest_set_only
+
 BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
 
 

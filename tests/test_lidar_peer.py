@@ -12,6 +12,8 @@ import pytest
 
 from shirube_geometry import PlanarPose
 
+pytestmark = pytest.mark.newest_set_only
+
 BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
 SHELF_HEIGHT = 1.8
 

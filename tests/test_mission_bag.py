@@ -111,6 +111,7 @@ def test_localizers_that_are_off_break_the_limits(shift: PlanarPose, tmp_path: P
 
 
 @pytest.mark.timeout(600)
+@pytest.mark.newest_set_only
 def test_the_live_node_is_within_the_limits_too(tmp_path: Path) -> None:
     poses: dict[int, PlanarPose] = {}
 

@@ -16,6 +16,8 @@ from motor_bridge.core.velocity import Velocity
 from motor_bridge.core.wheel_base import WheelBase
 from motor_bridge.loop_report import LoopReport
 
+pytestmark = pytest.mark.newest_set_only
+
 PERIOD = 1.0 / 30.0
 REPLY_SECONDS = 0.1
 

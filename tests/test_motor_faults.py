@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.newest_set_only
+
 BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
 
 

@@ -9,6 +9,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.newest_set_only
+
 BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
 PIXEL = 0.13 / 339.44  # [m]
 

@@ -25,6 +25,8 @@ from shirube_bags.bag_reader import BagReader
 from shirube_bags.lockstep import replay_in_lockstep
 from shirube_ros.isolated_graph import isolated_graph
 
+pytestmark = pytest.mark.newest_set_only
+
 ROOT = Path(__file__).resolve().parents[1]
 SCENE = RoomDrive()
 CAMERA_TOPICS = ('image_rect/compressed', 'camera_info')

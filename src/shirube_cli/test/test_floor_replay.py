@@ -14,6 +14,8 @@ from shirube_cli.floor_report import figures_as_text, page
 from shirube_cli.project import find_root
 from shirube_cli.workspace import build_workspace
 
+pytestmark = pytest.mark.newest_set_only
+
 ROOT = find_root()
 BAG = ROOT / 'bags' / 'floor_drive'
 STAND_IN = Path(__file__).with_name('stand_in_localizer.py')

@@ -6,7 +6,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from shirube_cli.kernel_cache import PROGRAMS, PYTHON, digest_loops, fresh_cache, put_beside_installed
+
+pytestmark = pytest.mark.newest_set_only
 
 SOURCES = Path(__file__).resolve().parents[2]
 

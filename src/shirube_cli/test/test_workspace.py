@@ -12,6 +12,8 @@ from shirube_cli.workspace import build_workspace, digest_package, find_executab
 
 SETUP = """
 from setuptools import setup
+
+pytestmark = pytest.mark.newest_set_only
 setup(
     name='probe', version='0', packages=['probe'],
     data_files=[

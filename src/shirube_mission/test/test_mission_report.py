@@ -17,6 +17,8 @@ from shirube_mission.report.mission_report import write_report
 from shirube_mission.report.report_page import PICTURES, goal_table, page
 from shirube_mission.report.trace_errors import as_array, errors_of, in_map, zone_spans
 
+pytestmark = pytest.mark.newest_set_only
+
 GOOD = GoalRecord(True, 10.0, 0.012, 0.02, 0.008)
 LATE = GoalRecord(False, 10.0, 0.012, 0.02, 0.008)
 FAR = GoalRecord(True, 10.0, 0.031, 0.02, 0.008)

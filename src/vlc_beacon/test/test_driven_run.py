@@ -30,6 +30,8 @@ from vlc_beacon.core.trust.counters import Counters
 from vlc_beacon.core.trust.trust_settings import TrustSettings
 from vlc_beacon.core.trust.verdict import Accepted
 
+pytestmark = pytest.mark.newest_set_only
+
 KEY = CommandKey(bytes(range(32)))
 CAMERA = PinholeCamera(320, 320, 150.0, 150.0, 159.5, 159.5)
 RADIUS = 0.12
