@@ -49,6 +49,7 @@ def main() -> int:
             summaries.append(summary)
         if summary is None or not summary['success']:
             failures[seed] = fault if summary is None else reason(summary)
+            print(f'Seed {seed}: {failures[seed]}', file=sys.stderr, flush=True)
     print_sums(summaries)
     print(f'\n{len(seeds) - len(failures)} of {len(seeds)} succeeded.')
     for seed, why in failures.items():

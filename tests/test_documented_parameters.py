@@ -21,7 +21,9 @@ from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.node_settings import NodeSettings as RewardPlannerSettings
-from shirube_settings import describe_settings
+from shirube_mission.building_files import BuildingFiles
+from shirube_mission.node_parameters import mission_nodes
+from shirube_settings import describe_settings, settings_from_values
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.node_settings import NodeSettings as StereoLandmarkSettings
 from vlc_beacon.core.receiver.settings import ReceiverSettings
@@ -87,6 +89,16 @@ def test_the_example_configuration_holds_known_parameters_at_their_defaults(node
     for name, value in given.items():
         default = known[name]
         assert (tuple(value) if isinstance(value, list) else value) == default, name
+
+
+def test_the_nodes_take_what_the_mission_gives_them() -> None:
+    for node in mission_nodes(BuildingFiles(ROOT), '/dev/ttyUSB0'):
+        taken: set[str] = set()
+        for cls in SETTINGS[node.package]:
+            names = {description.name for description in describe_settings(cls)} & set(node.parameters)
+            settings_from_values(cls, {name: node.parameters[name] for name in names})
+            taken |= names
+        assert taken == set(node.parameters)
 
 
 def test_the_example_beacons_can_be_read() -> None:

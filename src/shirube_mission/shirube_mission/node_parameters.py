@@ -96,7 +96,7 @@ def mission_nodes(files: BuildingFiles, port: str) -> tuple[NodeSetup, ...]:
         _planner(),
         NodeSetup(
             'motor_bridge',
-            {'port': port, 'update_rate': 50.0, 'reply_timeout': 2.0, 'max_linear_velocity': CRUISE_SPEED},
+            {'port': port, 'update_rate': 50.0, 'reply_timeout': 1.0, 'max_linear_velocity': CRUISE_SPEED},
             {},
         ),
     )
