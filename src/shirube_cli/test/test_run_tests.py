@@ -28,6 +28,7 @@ def test_the_workspace_is_built_before_the_whole_suite_only(
     monkeypatch.setattr(run_tests, 'find_root', lambda: tmp_path)
     monkeypatch.setattr(run_tests, 'build_workspace', built.append)
     monkeypatch.setattr(run_tests, 'compiled_loops', lambda root: root)
+    monkeypatch.setattr(run_tests, 'loops_folder', lambda root: root)
     monkeypatch.setattr(run_tests, 'run_tool', lambda tool, given: 0)
     assert run_tests.run_tests(arguments) == 0
     assert built == ([tmp_path] if is_whole else [])
