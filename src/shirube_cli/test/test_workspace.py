@@ -10,10 +10,11 @@ import pytest
 from shirube_cli.error import CommandError
 from shirube_cli.workspace import build_workspace, digest_package, find_executable, overlay_environment
 
+pytestmark = pytest.mark.newest_set_only
+
 SETUP = """
 from setuptools import setup
 
-pytestmark = pytest.mark.newest_set_only
 setup(
     name='probe', version='0', packages=['probe'],
     data_files=[
