@@ -37,6 +37,7 @@ class GridDrive:
         self.pilot = Pilot(self.known, planner, reward, self.settings)
         self.robot = DrivenRobot(start, MotorLimits(0.6, 4.0))
         self.senses_pose = self.senses_map = True
+        self.error = PlanarPose(0.0, 0.0, 0.0)  # of what is told of the pose
         self.drives, self.poses, self.room = [], [start], []
         self.frame = GridFrame(0.0, 0.0, resolution, *self.walls.shape[::-1])
         self._seen = np.full(self.walls.shape, UNKNOWN, dtype=np.int8)
@@ -57,7 +58,7 @@ class GridDrive:
     def tick(self):
         now = self.robot.time
         if self.senses_pose:
-            self.pilot.robot_at(now, self.pose)
+            self.pilot.robot_at(now, self.error @ self.pose)
         if self.senses_map and len(self.drives) % 4 == 0:
             self.sense()
         drive = self.pilot.step(now)

@@ -68,6 +68,24 @@ def test_the_way_is_hardly_longer_than_it_must_be_and_the_route_is_kept():
     assert drive.pilot.keeper.plans < 25
 
 
+@pytest.mark.parametrize('yaw', [0.0, 2.5])
+def test_a_robot_whose_pose_is_mended_at_the_goal_drives_there_again(yaw):
+    """What lamps or landmarks tell late counts, too: reached is never said beyond the tolerance."""
+    drive = GridDrive(hall(), PlanarPose(2.0, 3.0, 0.0), DrivingSettings(goal_tolerance=0.05))
+    goal = goal_at(5.0, 3.0, yaw)
+    drive.error = PlanarPose(0.035, 0.0, 0.0)
+    drive.pilot.set_goal(goal)
+    assert drive.run(60.0).state is DriveState.REACHED
+    drive.error = PlanarPose(0.0, 0.0, 0.0)
+    assert drive.pose.distance_to(goal) > 0.05
+    drive.tick()
+    assert drive.drives[-1].state is DriveState.DRIVING
+    assert drive.run(60.0).state is DriveState.REACHED
+    assert is_standing(drive.run(1.0, until=()))
+    assert drive.pose.distance_to(goal) <= 0.05
+    assert drive.drives[-1].state is DriveState.REACHED
+
+
 def test_velocities_stay_within_all_limits():
     settings = DrivingSettings()
     drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 2.0), settings)

@@ -28,6 +28,7 @@ from reward_planner.core.reward.reward_settings import RewardSettings
 from shirube_geometry import PlanarPose, wrap_angle
 
 _TURNED = 0.02  # a turn that a lamp asked for is done when so little is left [rad]
+_ENTER_GOAL = 0.7  # times the tolerance: so near the robot begins to turn to the goal's heading
 _LEAVE_GOAL = 2.0  # times the tolerance: a robot that slips farther away while it turns drives there again
 _STUCK_AFTER = 5.0  # a robot that has stood so long on its way says so [s]
 _EDGE = 0.75  # cells: from the centre of an occupied cell to its border and a little more
@@ -200,11 +201,15 @@ class Pilot:
         self, robot: PlanarPose, goal: PlanarPose, keeper: RouteKeeper
     ) -> tuple[DriveState, str, Velocity, tuple[float, float] | None]:
         """Drive along the route, and turn to the goal's heading when there."""
-        tolerance = self._settings.goal_tolerance * (_LEAVE_GOAL if self._is_there else 0.7)
-        self._is_there = robot.distance_to(goal) <= tolerance
+        tolerance, distance = self._settings.goal_tolerance, robot.distance_to(goal)
+        left = robot.turn_to(goal)
+        is_turned = abs(left) <= self._settings.goal_yaw_tolerance
         if self._is_there:
-            left = robot.turn_to(goal)
-            if abs(left) <= self._settings.goal_yaw_tolerance:
+            self._is_there = distance <= tolerance * (1.0 if is_turned else _LEAVE_GOAL)
+        else:
+            self._is_there = distance <= tolerance * _ENTER_GOAL
+        if self._is_there:
+            if is_turned:
                 return DriveState.REACHED, DriveState.REACHED.value, Velocity(), None
             return DriveState.DRIVING, 'turning to the heading of the goal', self._spin(left), None
         if len(keeper.points_map) == 0:
