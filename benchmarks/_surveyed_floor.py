@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from functools import cached_property
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,16 +64,46 @@ class RenderedSurvey:
         """Its dots."""
         return DotMap(self.floor.points, self.floor.diameters)
 
-    def read(self, wanted: Sequence[int]) -> Iterator[tuple[int, NDArray[np.uint8] | str]]:
-        """Yield rendered images."""
-        for index in wanted:
-            yield index, self.photograph(self.truth[index], index, float(self._times[index * _EVERY]))
+    def part(self, wanted: Sequence[int]) -> RenderedPart:
+        """Return the wanted images, to be rendered anywhere."""
+        return RenderedPart(self._size, self._seed, self._suspension, tuple(wanted))
+
+    def image(self, index: int) -> NDArray[np.uint8]:
+        """Return an image of the drive."""
+        return self.photograph(self.truth[index], index, float(self._times[index * _EVERY]))
 
     def photograph(self, pose: PlanarPose, number: int, time: float) -> NDArray[np.uint8]:
         """Return the image from a pose."""
         mount = MOUNT if self._suspension is None else self._suspension.mount_at(time, MOUNT)
         rng = np.random.default_rng([self._seed, 2, number])
         return FloorCamera(CAMERA).photograph(self.floor, [pose], mount, rng=rng).image
+
+
+@dataclass(frozen=True)
+class RenderedPart:
+    """Some images of a drive.
+
+    Attributes:
+        size: as of `RenderedSurvey`.
+        seed: likewise.
+        suspension: likewise.
+        wanted: their indices.
+    """
+
+    size: float
+    seed: int
+    suspension: Suspension | None
+    wanted: tuple[int, ...]
+
+    def __iter__(self) -> Iterator[tuple[int, NDArray[np.uint8] | str]]:
+        """Render them."""
+        survey = _survey(self.size, self.seed, self.suspension)
+        for index in self.wanted:
+            yield index, survey.image(index)
+
+
+# A process lays the floor once.
+_survey = lru_cache(maxsize=1)(RenderedSurvey)
 
 
 def _lane_count(size: float) -> int:

@@ -5,13 +5,15 @@
 
 A robot with odometry 2 % off and a heading that drifts by 1 degree a metre drives over a square floor in lanes that
 overlap by 20 %; `build_map`'s core makes the map, whose scale comes from one length that was measured 0.5 mm too long.
-A survey that was stopped goes on.
+A survey that was stopped goes on. With SHIRUBE_DATA the printed sheets of its photographs are surveyed as well.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+import os
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -25,8 +27,10 @@ from floor_localizer.core.survey.map_comparison import MapComparison, compare
 from floor_localizer.core.survey.survey_settings import SurveySettings
 from floor_localizer.survey_files.checkpoint import Checkpoint
 from floor_localizer.survey_files.survey_run import SurveyRun, run_survey
+from floor_localizer.task_runner import task_runner
 from scene_simulator.suspension import Suspension
 
+PHOTOGRAPHS = Path(__file__).with_name('real_photographs') / 'survey_sheets.py'
 TAPE_ERROR = 0.0005
 SETTINGS = SurveySettings(image_step=0.45)
 
@@ -38,11 +42,15 @@ def main() -> int:
     survey = RenderedSurvey(options.size, options.seed, suspension)
     folder = Path(f'out/bench_survey/{options.size}_{options.seed}_{int(options.sway)}')
     start = time.perf_counter()
-    run = run_survey(
-        survey, MOUNT, SETTINGS, Checkpoint(folder, {'size': options.size, 'seed': options.seed})
-    )
+    with task_runner(options.workers) as runner:
+        checkpoint = Checkpoint(folder, {'size': options.size, 'seed': options.seed})
+        run = run_survey(survey, MOUNT, SETTINGS, checkpoint, runner)
     report(survey, run, options.size, time.perf_counter() - start, options.places)
-    return 0
+    if 'SHIRUBE_DATA' not in os.environ:
+        print('\nPrinted sheets in photographs: not surveyed, SHIRUBE_DATA names no folder of them.')
+        return 0
+    print('\nPrinted sheets in photographs:\n', flush=True)
+    return subprocess.run([sys.executable, PHOTOGRAPHS], check=False).returncode
 
 
 def report(survey: RenderedSurvey, run: SurveyRun, size: float, seconds: float, places: int) -> None:
@@ -66,7 +74,10 @@ def report(survey: RenderedSurvey, run: SurveyRun, size: float, seconds: float, 
     )
     print('|---|---|---|---|---|---|')
     print(score_row('true', locate_on(survey, survey.true_map, None, places)))
-    print(score_row('surveyed', locate_on(survey, result.dot_map, after.T_first_second, places)))
+    by_height = locate_on(survey, run.result.dot_map, before.T_first_second, places)
+    print(score_row('surveyed, scale by the height', by_height))
+    by_length = locate_on(survey, result.dot_map, after.T_first_second, places)
+    print(score_row('surveyed, scale by the length', by_length))
 
 
 def measured_length(survey: RenderedSurvey, run: SurveyRun, found: MapComparison, size: float) -> KnownLength:
@@ -110,6 +121,9 @@ def parse() -> argparse.Namespace:
     parser.add_argument('--seed', type=int, default=3, help='default: %(default)s')
     parser.add_argument(
         '--places', type=int, default=100, help='where the robot is located (default: %(default)s)'
+    )
+    parser.add_argument(
+        '--workers', type=int, default=os.cpu_count() or 1, help='processes (default: all cores)'
     )
     parser.add_argument(
         '--sway', action='store_true', help='the body heaves by 1 %% and tilts by 0.5 degrees'

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from floor_views import CAMERA, MOUNT, random_floor, see
+from scipy.spatial import cKDTree
 
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.survey.floor_survey import SurveyResult, survey_floor
@@ -85,6 +86,15 @@ def pieces_of(images: list[SurveyImage], settings: SurveySettings = SETTINGS) ->
 
 def survey(drive: Drive, existing: DotMap | None = None) -> SurveyResult:
     return survey_floor(drive.images, pieces_of(drive.images), OUTLINE, POSITION, SETTINGS, existing)
+
+
+def seen_dots(drive: Drive) -> np.ndarray:
+    """Whether an image saw it, of each dot of the floor, shape (n,)."""
+    tree, seen = cKDTree(drive.floor.points), np.zeros(len(drive.floor), dtype=np.bool_)
+    for image, pose in zip(drive.images, drive.truth):
+        distance, which = tree.query(pose.transform(image.points))
+        seen[which[distance < 0.0005]] = True
+    return seen
 
 
 def errors(drive: Drive, result: SurveyResult) -> np.ndarray:

@@ -20,7 +20,7 @@ from shirube_geometry import CameraMount, PlanarPose
 
 SIZE = (0.4, 0.25)
 MOUNT = CameraMount((0.05, -0.02, 0.13))
-FLAGS = ('--camera-xyz', '0.05', '-0.02', '0.13')
+FLAGS = ('--camera-xyz', '0.05', '-0.02', '0.13', '--workers', '1')
 START_NS, STEP_NS = 1_700_000_000_000_000_000, 100_000_000
 
 

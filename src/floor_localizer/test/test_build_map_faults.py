@@ -4,6 +4,7 @@ import cv2
 import pytest
 from survey_scene import START_NS, STEP_NS, fault_of, folder_options, record_drive, run
 
+from floor_localizer.task_runner import OwnProcess
 from scene_simulator.floor_camera import PAPER_CAMERA
 from scene_simulator.scene_messages import camera_info, compressed_image, odometry
 from shirube_bags.bag_writer import BagWriter
@@ -125,6 +126,27 @@ def test_bad_input_is_one_line_and_exit_code_1(
     code, _, err = run(capsys, *given)
     assert code == 1
     assert part in fault_of(err)
+
+
+def test_workers_that_write_elsewhere_are_told(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(OwnProcess, 'run', lambda _, __, arguments: iter([None] * len(arguments)))
+    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
+    assert code == 1
+    assert 'use workers that see the same files under the same names' in fault_of(err)
+
+
+def test_an_interrupt_is_one_line(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(OwnProcess, 'run', interrupted)
+    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
+    assert code == 130
+    assert 'goes on where it was' in fault_of(err)
 
 
 def test_checkpoints_of_another_survey_are_not_mixed_in(

@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 from search_scenes import found_pose, scene, search_of, similarity
 
-from floor_localizer.core.constellation.constellation_search import search_constellations
+from floor_localizer.core.constellation.constellation_search import (
+    rounds_for,
+    search_constellations,
+    search_in_rounds,
+)
 from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.constellation.search_state import is_accepted, judge, new_search
 from floor_localizer.core.dot_map import DotMap
@@ -26,6 +30,30 @@ def test_place_of_a_view_is_found(floor, indexed_floor, seed):
     assert is_accepted(search, search.best)
     assert not is_accepted(search, search.rival)
     assert distance(search.best, pose) < 0.001
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_the_rounds_for_very_many_keys_find_it_as_well(floor, indexed_floor, seed):
+    pose, _, dots = scene(floor, indexed_floor, seed, missing=0.2, spurious=8)
+    search = search_of(dots, indexed_floor)
+    rounds = rounds_for(10**9)
+    assert search_in_rounds(indexed_floor.grid, indexed_floor.index, dots, search, rounds, CELLS)
+    assert is_accepted(search, search.best)
+    assert not is_accepted(search, search.rival)
+    assert distance(search.best, pose) < 0.001
+
+
+def test_no_key_is_left_out_or_tried_twice():
+    rng = np.random.default_rng(1)
+    likely, misfit = 10.0 ** rng.uniform(-4.0, 0.0, 3000), rng.uniform(0.0, 20.0, 3000)
+    tried = []
+    for keys in (10**6, 10**9):
+        least, below, closest, farthest = rounds_for(keys).T[:, :, None]
+        inside = (likely >= least) & (likely < below) & (misfit >= closest) & (misfit < farthest)
+        tried.append(inside.sum(axis=0))
+        assert tried[-1].max() == 1
+    np.testing.assert_array_equal(*tried)
+    np.testing.assert_array_equal(tried[0], (likely >= 0.0008) & (misfit < 17.5))
 
 
 def test_without_budget_little_is_looked_up(floor, indexed_floor):

@@ -107,7 +107,7 @@ def test_bad_input_is_one_line_and_exit_code_1(
     part: str,
 ) -> None:
     monkeypatch.chdir(source.parent)
-    monkeypatch.setattr('floor_localizer.map_building.task_runner._PATIENCE', 1.0)
+    monkeypatch.setattr('floor_localizer.task_runner._PATIENCE', 1.0)
     Path('empty.csv').touch()
     Path('few.csv').write_text('x,y,diameter\n0.1,0.2,\n')
     given = arguments.split()

@@ -116,22 +116,41 @@ class BagReader:
         Raises:
             BagError: a topic is not in the bag, or the bag is damaged.
         """
+        wanted = self.select_topics(topics)
+        count = 0
+        for message in self._read(wanted, None, None):
+            count += 1
+            yield message
+        promised = sum(self.topics[topic].message_count for topic in wanted)
+        if count != promised:
+            raise BagError(f'{self.path}: holds {count} of the {promised} messages in its index; {DAMAGED}')
+
+    def messages_between(self, topics: Iterable[str], begin_ns: int, end_ns: int) -> Iterator[BagMessage]:
+        """Yield the messages that were received in a time, both ends included; with an index no others are read.
+
+        Args:
+            topics: names of topics; all of the bag's if empty.
+            begin_ns: of the time [ns].
+            end_ns: of the time [ns].
+
+        Raises:
+            BagError: a topic is not in the bag, or the bag is damaged.
+        """
+        yield from self._read(self.select_topics(topics), begin_ns, end_ns + 1)
+
+    def _read(
+        self, topics: tuple[str, ...], start_ns: int | None, stop_ns: int | None
+    ) -> Iterator[BagMessage]:
         if self._reader is None:
             raise BagError(f'{self.path}: not open; read inside "with BagReader(...) as bag:"')
-        wanted = self.select_topics(topics)
-        connections = [connection for connection in self._reader.connections if connection.topic in wanted]
+        connections = [connection for connection in self._reader.connections if connection.topic in topics]
         if not connections:
             return
-        count = 0
         try:
-            for connection, stamp_ns, raw in self._reader.messages(connections):
-                count += 1
+            for connection, stamp_ns, raw in self._reader.messages(connections, start_ns, stop_ns):
                 yield BagMessage(connection.topic, connection.msgtype, stamp_ns, bytes(raw))
         except Exception as fault:
             raise self._refusal(fault) from fault
-        promised = sum(connection.msgcount for connection in connections)
-        if count != promised:
-            raise BagError(f'{self.path}: holds {count} of the {promised} messages in its index; {DAMAGED}')
 
     def select_topics(self, topics: Iterable[str]) -> tuple[str, ...]:
         """Return the given topics, or all of the bag's if none is given.

@@ -53,6 +53,17 @@ def test_only_wanted_topics_are_read(bag_path):
         assert {each.topic for each in bag.messages(['/true_pose'])} == {'/true_pose'}
 
 
+@pytest.mark.parametrize('kind', ['mcap', 'sqlite'])
+def test_a_stretch_holds_what_was_received_then_and_nothing_else(bag_path, tmp_path, kind):
+    path = bag_path if kind == 'mcap' else write_sqlite_bag(tmp_path / 'bag', 80)
+    with BagReader(path) as bag:
+        whole = list(bag.messages())
+        for first, last in ((0, 0), (7, 31), (40, len(whole) - 1)):
+            begin, end = whole[first].stamp_ns, whole[last].stamp_ns
+            wanted = [each for each in whole if begin <= each.stamp_ns <= end]
+            assert list(bag.messages_between([], begin, end)) == wanted
+
+
 def test_the_mcap_file_alone_is_a_bag(bag_path):
     with BagReader(bag_path) as whole, BagReader(bag_path / MCAP) as single:
         assert list(whole.messages()) == list(single.messages())

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from floor_localizer.commands.setting_options import add_settings, settings_from
+from floor_localizer.commands.worker_options import add_worker_options
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.survey.known_length import KnownLength, scale_survey
@@ -21,6 +22,7 @@ from floor_localizer.survey_files.checkpoint import Checkpoint
 from floor_localizer.survey_files.survey_report import save_image_poses, save_sightings, survey_report
 from floor_localizer.survey_files.survey_run import SurveyRun, run_survey, survey_key
 from floor_localizer.survey_files.survey_source import BagSource, FolderSource, SurveySource
+from floor_localizer.task_runner import task_runner
 from shirube_bags.errors import ShirubeBagsError
 from shirube_files import write_text, written_beside
 from shirube_geometry import CameraMount
@@ -31,13 +33,16 @@ _DEFAULT = CameraMount()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 when the drive cannot be surveyed or a file is bad."""
+    """Run the command; return 0, 1 when the drive cannot be surveyed or a file is bad, 130 when it is interrupted."""
     options = make_parser().parse_args(arguments)
     try:
         build_map(options)
     except (FloorLocalizerError, CameraFileError, ShirubeBagsError, SettingsError) as fault:
         print(f'build_map: {fault}', file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        print('\nbuild_map: stopped; the same command goes on where it was', file=sys.stderr)
+        return 130
     except OSError as fault:
         place = fault.filename or options.out
         remedy = 'choose a writable place'
@@ -61,7 +66,8 @@ def build_map(options: argparse.Namespace) -> None:
     source = open_source(options)
     key = survey_key(source, str(options.bag or options.images), mount, settings, existing)
     checkpoint = Checkpoint(options.out / 'checkpoint', key)
-    run = run_survey(source, mount, settings, checkpoint, existing)
+    with task_runner(options.workers, options.scheduler) as runner:
+        run = run_survey(source, mount, settings, checkpoint, runner, existing)
     write_results(options, run)
 
 
@@ -132,6 +138,7 @@ def make_parser() -> argparse.ArgumentParser:
         help='optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
     add('--camera-rpy', type=float, nargs=3, default=_DEFAULT.rpy, metavar=('R', 'P', 'Y'),
         help='its fixed-axis roll, pitch, yaw there [rad] (default: looking down)')  # fmt: skip
+    add_worker_options(parser)
     add_settings(parser, SurveySettings)
     return parser
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 import errno
-import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from floor_localizer.commands.worker_options import add_worker_options
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.map_building.index_build import IndexBuild
-from floor_localizer.map_building.task_runner import task_runner
+from floor_localizer.task_runner import task_runner
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -56,25 +56,8 @@ def make_parser() -> argparse.ArgumentParser:
         help='dot map; several are the sheets (floors) of one map, named after the files',
     )
     parser.add_argument('--out', type=Path, required=True, metavar='OUT.dotmap', help='file to write')
-    parser.add_argument(
-        '--workers',
-        type=_positive,
-        default=os.cpu_count() or 1,
-        help='processes on this computer (default: all cores)',
-    )
-    parser.add_argument(
-        '--scheduler',
-        metavar='ADDRESS',
-        help='of a dask scheduler, as tcp://10.0.0.1:8786, whose workers see the same files: they do the work',
-    )
+    add_worker_options(parser)
     return parser
-
-
-def _positive(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError('must be at least 1')
-    return number
 
 
 if __name__ == '__main__':

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import json
 import math
+import mmap
 import struct
 import zlib
 from collections.abc import Mapping
@@ -159,8 +160,7 @@ def load_binary(path: Path) -> BinaryMap:
     try:
         if path.stat().st_size < _PREFIX.size:
             raise DotMapError(f'{path}: is empty or truncated; {_REMEDY}')
-        # numba takes plain arrays only; this one keeps the mapping alive.
-        content = np.asarray(np.memmap(path, dtype=np.uint8, mode='r'))
+        content = map_file(path)
     except OSError as fault:
         raise DotMapError(
             f'{path}: cannot be read ({fault.strerror}); give a dot map, CSV or {SUFFIX}'
@@ -174,6 +174,20 @@ def load_binary(path: Path) -> BinaryMap:
     except (KeyError, TypeError, ValueError) as fault:
         raise DotMapError(f'{path}: is damaged, its header contradicts its content; {_REMEDY}') from fault
     return binary_map
+
+
+def map_file(path: Path) -> NDArray[np.uint8]:
+    """Return the bytes of a file without reading them; the array keeps the mapping alive.
+
+    A search reads single pages all over the file: read-ahead, up to megabytes for each, would read it whole.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    with path.open('rb') as file:
+        mapping = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+    mapping.madvise(mmap.MADV_RANDOM)
+    return np.frombuffer(mapping, dtype=np.uint8)
 
 
 def _aligned(place: int) -> int:

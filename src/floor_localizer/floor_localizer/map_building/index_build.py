@@ -37,7 +37,7 @@ from floor_localizer.map_building.build_tasks import (
 )
 from floor_localizer.map_building.csv_pieces import digest_of, split_csv
 from floor_localizer.map_building.parts_folder import PartsFolder
-from floor_localizer.map_building.task_runner import Task, TaskRunner
+from floor_localizer.task_runner import Task, TaskRunner
 
 # More squares than this are not kept one by one.
 _SQUARES_MAX = 1 << 28
@@ -78,7 +78,8 @@ class IndexBuild:
         self._out = out
         self._runner = runner
         self._sizes = sizes or DEFAULT_SIZES
-        self._folder = out.with_name(f'{out.name}.parts')
+        # Absolute: the tasks may run in another folder.
+        self._folder = out.absolute().with_name(f'{out.name}.parts')
         self._parts = PartsFolder(self._folder)
 
     def run(self) -> None:
@@ -91,7 +92,7 @@ class IndexBuild:
         pieces = [
             piece
             for sheet, source in enumerate(self._sources)
-            for piece in split_csv(source, sheet, self._sizes.piece_bytes)
+            for piece in split_csv(source.absolute(), sheet, self._sizes.piece_bytes)
         ]
         digests = [[source.name, digest_of(source)] for source in self._sources]
         self._parts.begin(

@@ -34,7 +34,7 @@ class Checkpoint:
             FloorLocalizerError: the folder holds another survey.
             OSError: the folder cannot be written to.
         """
-        self._folder = folder
+        self._folder = folder.absolute()  # the tasks may run in another folder
         text = json.dumps(survey, sort_keys=True, default=str)
         key, path = hashlib.sha256(text.encode()).hexdigest(), folder / 'survey.json'
         if path.exists():

@@ -3,27 +3,30 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from floor_localizer.core.dot_extraction import DotDetector
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.survey.floor_survey import SurveyResult, survey_floor
-from floor_localizer.core.survey.piece import Piece, build_piece
+from floor_localizer.core.survey.piece import Piece
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
 from floor_localizer.core.survey.survey_plan import choose_images, cut_pieces
 from floor_localizer.core.survey.survey_settings import SurveySettings
 from floor_localizer.survey_files.checkpoint import Checkpoint, Found
 from floor_localizer.survey_files.survey_source import SurveySource
+from floor_localizer.survey_files.survey_tasks import find_dots, put_together
+from floor_localizer.task_runner import Task, TaskRunner
 from shirube_geometry import CameraMount
 
+Part = TypeVar('Part')
+
 _CHUNK = 40
-_LEAST_DOTS = 8
 _USABLE = 0.5
 """Of the images, at least."""
 
@@ -66,9 +69,10 @@ def run_survey(
     mount: CameraMount,
     settings: SurveySettings,
     checkpoint: Checkpoint,
+    runner: TaskRunner,
     existing: DotMap | None = None,
 ) -> SurveyRun:
-    """Make the map; what a checkpoint holds is not done again.
+    """Make the map; what a checkpoint holds is not done again, and it is the same whatever the tasks run on.
 
     Raises:
         FloorLocalizerError: images that do not overlap, or too few that can be used.
@@ -77,7 +81,7 @@ def run_survey(
     outline = view_outline(source.camera, mount)
     frames = source.frames
     chosen = choose_images([frame.T_odom_base for frame in frames], outline.width, settings)
-    found = _detect(source, chosen, checkpoint)
+    found = _detect(source, chosen, checkpoint, runner)
     faults = [dots for dots in found.values() if isinstance(dots, str)]
     if len(faults) > (1.0 - _USABLE) * len(found):
         raise FloorLocalizerError(
@@ -93,7 +97,7 @@ def run_survey(
             f'{len(images)} image of the drive shows new floor, at least 2 are needed; drive on'
         )
     position = np.array(mount.xyz)
-    pieces = _put_together(images, outline.width, position, settings, checkpoint)
+    pieces = _put_together(images, outline.width, position, settings, checkpoint, runner)
     with tqdm(total=len(pieces) + 3, desc='map', unit='step', disable=None) as bar:
         result = survey_floor(
             images, pieces, outline, position, settings, existing, progress=lambda _: bar.update() and None
@@ -101,35 +105,17 @@ def run_survey(
     return SurveyRun(result, images, faults)
 
 
-def _detect(source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint) -> dict[int, Found]:
+def _detect(
+    source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint, runner: TaskRunner
+) -> dict[int, Found]:
     """Find the dots of the chosen images."""
     chunks = [chosen[start : start + _CHUNK] for start in range(0, len(chosen), _CHUNK)]
-    known = {number: checkpoint.load_dots(number) for number in range(len(chunks))}
-    detector, waiting = DotDetector(), [number for number, dots in known.items() if dots is None]
-    missing = [index for number in waiting for index in chunks[number]]
-    collected: dict[int, Found] = {}
-    for index, pixels in tqdm(
-        source.read(missing), desc='dots', total=len(missing), unit='image', disable=None
-    ):
-        collected[index] = (
-            pixels if isinstance(pixels, str) else _dots_of(detector, pixels, source.frames[index].name)
-        )
-        if index == chunks[waiting[0]][-1]:
-            number = waiting.pop(0)
-            known[number] = collected
-            checkpoint.save_dots(number, collected)
-            collected = {}
-    return {index: dots for part in known.values() if part is not None for index, dots in part.items()}
-
-
-def _dots_of(detector: DotDetector, pixels: NDArray[np.uint8], name: str) -> Found:
-    """Return the dots of an image, or that it shows too few to be laid on any other."""
-    dots = detector.detect(pixels)
-    return (
-        dots
-        if len(dots) >= _LEAST_DOTS
-        else f'{name}: shows {len(dots)} dots, at least {_LEAST_DOTS} are needed'
-    )
+    tasks = [
+        (checkpoint, number, source.part(chunk), [source.frames[index].name for index in chunk])
+        for number, chunk in enumerate(chunks)
+    ]
+    parts = _stage(runner, f'dots of {_CHUNK} images', find_dots, tasks, checkpoint.load_dots)
+    return {index: dots for part in parts for index, dots in part.items()}
 
 
 def _put_together(
@@ -138,27 +124,37 @@ def _put_together(
     position: NDArray[np.float64],
     settings: SurveySettings,
     checkpoint: Checkpoint,
+    runner: TaskRunner,
 ) -> list[Piece]:
-    """Put the images of each span together to pieces: one, or several where the chain is torn."""
-    pieces: list[Piece] = []
+    """Put the images of each span together to pieces."""
     spans = cut_pieces([image.T_odom_base for image in images], view_width, settings)
-    for number, (first, last) in enumerate(tqdm(spans, desc='pieces', unit='piece', disable=None)):
-        part = checkpoint.load_pieces(number)
-        if part is None:
-            part = _pieces_of_span(images, first, last, position, settings, is_linked=bool(pieces))
-            checkpoint.save_pieces(number, part)
-        pieces += part
-    return pieces
+    tasks = [
+        (checkpoint, number, images[first : last + 1], first, position, settings)
+        for number, (first, last) in enumerate(spans)
+    ]
+    return [
+        piece
+        for part in _stage(runner, 'pieces', put_together, tasks, checkpoint.load_pieces)
+        for piece in part
+    ]
 
 
-def _pieces_of_span(
-    images: Sequence[SurveyImage], first: int, last: int, position: NDArray[np.float64], settings: SurveySettings,
-    *, is_linked: bool,
-) -> list[Piece]:  # fmt: skip
-    pieces = []
-    while True:
-        piece = build_piece(images, first, last, position, settings, is_linked=is_linked)
-        pieces.append(piece)
-        if piece.images[-1] >= last:
-            return pieces
-        first, is_linked = int(piece.images[-1]) + 1, False
+def _stage(
+    runner: TaskRunner,
+    name: str,
+    function: Task,
+    tasks: Sequence[tuple[Any, ...]],
+    load: Callable[[int], Part | None],
+) -> list[Part]:
+    """Run the tasks of a stage that are not done yet, and return what all of them left in the checkpoint."""
+    missing = [task for number, task in enumerate(tasks) if load(number) is None]
+    with tqdm(total=len(tasks), initial=len(tasks) - len(missing), desc=name, disable=None) as bar:
+        for _ in runner.run(function, missing):
+            bar.update()
+    parts = [part for number in range(len(tasks)) if (part := load(number)) is not None]
+    if len(parts) < len(tasks):
+        raise FloorLocalizerError(
+            f'{len(tasks) - len(parts)} parts of what the workers found are not in the checkpoint; '
+            'use workers that see the same files under the same names'
+        )
+    return parts

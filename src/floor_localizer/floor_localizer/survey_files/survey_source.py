@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from bisect import bisect_left
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from floor_localizer.bag_localization import choose_topics
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.survey.odometry_trail import OdometryTrail
+from floor_localizer.survey_files.image_parts import BagPart, FilePart, ImagePart
 from floor_localizer.survey_files.odometry_file import load_odometry
 from shirube_bags.bag_reader import BagReader
 from shirube_geometry import PinholeCamera, PlanarPose
-from shirube_recordings.recording import BadImage, RecordedImage, RecordedOdometry, Recording
+from shirube_recordings.recording import RecordedOdometry, Recording
 from shirube_recordings.recording_topics import RecordingTopics
 from shirube_ros.calibration_file import load_calibration
 from shirube_ros.camera_info_conversion import camera_from_camera_info
-from shirube_ros.file_errors import ImageFileError
-from shirube_ros.image_files import list_images, load_image
+from shirube_ros.image_files import list_images
+from shirube_ros.message_error import MessageError
 
-Pixels = NDArray[np.uint8]
+_NANOSECONDS = 1_000_000_000
 
 
 @dataclass(frozen=True)
@@ -50,8 +52,9 @@ class SurveySource(Protocol):
     frames: list[Frame]
     camera: PinholeCamera
 
-    def read(self, wanted: Sequence[int]) -> Iterator[tuple[int, Pixels | str]]:
-        """Yield index and pixels of the wanted images, or what is wrong with one in a line."""
+    def part(self, wanted: Sequence[int]) -> ImagePart:
+        """Return the wanted images, rising indices, to be read anywhere."""
+        ...
 
 
 class FolderSource:
@@ -69,13 +72,9 @@ class FolderSource:
         poses = load_odometry(odometry, self._paths)
         self.frames = [Frame(path.name, pose) for path, pose in zip(self._paths, poses, strict=True)]
 
-    def read(self, wanted: Sequence[int]) -> Iterator[tuple[int, Pixels | str]]:
-        """Yield the wanted images."""
-        for index in wanted:
-            try:
-                yield index, _sized(load_image(self._paths[index]), self.camera, str(self._paths[index]))
-            except ImageFileError as fault:
-                yield index, str(fault)
+    def part(self, wanted: Sequence[int]) -> FilePart:
+        """Return the wanted images, rising indices, to be read anywhere."""
+        return FilePart(tuple((index, self._paths[index].absolute()) for index in wanted), self.camera)
 
 
 class BagSource:
@@ -96,38 +95,19 @@ class BagSource:
                     f'{path}: has no odometry; record nav_msgs/msg/Odometry along with the images'
                 )
             trail = _read_trail(bag, self._topics.odometry)
-            self.camera, stamps = _read_stamps(bag, self._topics)
+            self.camera, stamps, self._received = _read_stamps(bag, self._topics)
         self.frames = [
             Frame(f'image {index} of {self._topics.images[0]}', trail.pose_at(stamp, f'image {index}'))
             for index, stamp in enumerate(stamps)
         ]
 
-    def read(self, wanted: Sequence[int]) -> Iterator[tuple[int, Pixels | str]]:
-        """Yield the wanted images."""
-        chosen = set(wanted)
-        topics = RecordingTopics(self._topics.images, self._topics.camera_infos)
-        with BagReader(self._path) as bag:
-            index = -1
-            for message in Recording(bag, topics, camera_from_camera_info).messages():
-                if not isinstance(message, RecordedImage | BadImage):
-                    continue
-                index += 1
-                if index not in chosen:
-                    continue
-                if isinstance(message, BadImage):
-                    yield index, message.fault
-                else:
-                    yield index, _sized(message.pixels, self.camera, message.topic)
-
-
-def _sized(pixels: Pixels, camera: PinholeCamera, name: str) -> Pixels | str:
-    height, width = pixels.shape[:2]
-    if (width, height) == (camera.width, camera.height):
-        return pixels
-    return (
-        f'{name}: is {width} x {height} px, the calibration is for {camera.width} x {camera.height} px; '
-        'survey with images of one size'
-    )
+    def part(self, wanted: Sequence[int]) -> BagPart:
+        """Return the wanted images, rising indices, to be read anywhere."""
+        begin, end = self._received[wanted[0]], self._received[wanted[-1]]
+        first = bisect_left(self._received, begin)
+        return BagPart(
+            self._path.absolute(), self._topics.images[0], begin, end, first, tuple(wanted), self.camera
+        )
 
 
 def _read_trail(bag: BagReader, topic: str) -> OdometryTrail:
@@ -135,23 +115,23 @@ def _read_trail(bag: BagReader, topic: str) -> OdometryTrail:
     for message in Recording(bag, RecordingTopics((), (), topic), camera_from_camera_info).messages():
         if isinstance(message, RecordedOdometry):
             stamp = message.header.stamp
-            stamps.append(stamp.sec * 1_000_000_000 + stamp.nanosec)
+            stamps.append(stamp.sec * _NANOSECONDS + stamp.nanosec)
             poses.append((message.T_odom_base.x, message.T_odom_base.y, message.T_odom_base.yaw))
     return OdometryTrail(np.array(stamps, dtype=np.int64), np.array(poses).reshape(-1, 3), topic)
 
 
-def _read_stamps(bag: BagReader, topics: RecordingTopics) -> tuple[PinholeCamera, list[int]]:
-    """Return the calibration of the first image that has one, and the stamps of all images."""
-    camera, stamps = None, []
-    for message in Recording(
-        bag, RecordingTopics(topics.images, topics.camera_infos), camera_from_camera_info
-    ).messages():
-        if isinstance(message, RecordedImage | BadImage):
-            stamps.append(message.stamp_ns)
-            if camera is None and isinstance(message, RecordedImage):
-                camera = message.calibration
+def _read_stamps(bag: BagReader, topics: RecordingTopics) -> tuple[PinholeCamera, list[int], list[int]]:
+    """Return the first usable calibration, and when each image was taken and received [ns]."""
+    camera, taken, received = None, [], []
+    image, camera_info = topics.images[0], topics.camera_infos[0]
+    for raw in bag.messages([image, camera_info]):
+        if raw.topic == image:
+            stamp = bag.decode(raw).header.stamp
+            taken.append(stamp.sec * _NANOSECONDS + stamp.nanosec)
+            received.append(raw.stamp_ns)
+        elif camera is None:
+            with suppress(MessageError):  # a later one may do
+                camera = camera_from_camera_info(bag.decode(raw), camera_info)
     if camera is None:
-        raise FloorLocalizerError(
-            f'{topics.images[0]}: no image comes with a calibration; record camera_info, too'
-        )
-    return camera, stamps
+        raise FloorLocalizerError(f'{image}: no image comes with a calibration; record camera_info, too')
+    return camera, taken, received

@@ -20,7 +20,7 @@ from floor_localizer.files.csv_form import save_csv
 from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
 from floor_localizer.map_building import build_tasks
 from floor_localizer.map_building.index_build import IndexBuild, PartSizes
-from floor_localizer.map_building.task_runner import OwnProcess, task_runner
+from floor_localizer.task_runner import OwnProcess, task_runner
 
 SMALL = PartSizes(piece_bytes=9000, stripe_dots=300)
 

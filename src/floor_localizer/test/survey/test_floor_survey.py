@@ -2,11 +2,25 @@ import numpy as np
 import pytest
 from floor_views import random_floor
 from scipy.spatial import cKDTree
-from simulated_survey import Drive, drive_over, errors, lane_poses, small_floor, survey
+from simulated_survey import (
+    OUTLINE,
+    POSITION,
+    SETTINGS,
+    Drive,
+    drive_over,
+    errors,
+    lane_poses,
+    pieces_of,
+    seen_dots,
+    small_floor,
+    survey,
+)
 
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.survey.floor_survey import learned_priors, survey_floor
 from floor_localizer.core.survey.map_comparison import compare
+from floor_localizer.core.survey.survey_settings import SurveySettings
 
 SIZE = (0.45, 0.33)
 
@@ -26,12 +40,32 @@ def test_lanes_become_one_map(drive: Drive) -> None:
     assert len(found.missing) < 0.04 * len(drive.floor)
 
 
+def test_short_pieces_are_linked_to_those_of_the_lane_beside(drive: Drive) -> None:
+    # With pieces of a whole lane each, as above, lanes side by side follow each other and there is no loop.
+    settings = SurveySettings(piece_length=2.0)
+    pieces = pieces_of(drive.images, settings)
+    result = survey_floor(drive.images, pieces, OUTLINE, POSITION, settings)
+    assert len(pieces) > 6
+    assert result.loops >= len(pieces) // 2
+    assert errors(drive, result).max() < 0.0004
+
+
 def test_dirt_that_was_seen_once_is_dropped(drive: Drive) -> None:
     result = survey(drive)
     # One false dot an image; those in the outer strip, which one image sees, stay.
     assert result.dirt > 0.5 * len(drive.images)
     assert len(compare(drive.floor, result.dot_map).extra) < 0.2 * len(drive.images)
     assert (result.counts[result.counts > 1]).size > 0.8 * len(result.dot_map)
+
+
+def test_a_stiff_robot_is_told_from_a_swaying_one() -> None:
+    for sway in (0.0, 0.5):
+        result = survey(drive_over(small_floor(), lane_poses(SIZE), sway=sway))
+        priors = learned_priors(result.states, POSITION, SETTINGS)
+        true = sway * np.array([0.02, 0.0175]) / np.sqrt(2.0)
+        found = np.array([priors.scale, priors.tilt])
+        assert np.all(found < 1.5 * true + 0.0003)
+        assert np.all(found > 0.6 * true)
 
 
 def test_a_swaying_robot_bends_the_map_but_little() -> None:
@@ -78,8 +112,10 @@ def test_an_extended_map_keeps_its_dots(drive: Drive) -> None:
     result = survey(drive, existing)
     np.testing.assert_array_equal(result.dot_map.points[: old.sum()], existing.points)
     new = result.dot_map.points[old.sum() :]
-    distance, _ = cKDTree(drive.floor.points).query(new)
-    assert len(new) > 0.7 * (~old).sum()
+    distance, which = cKDTree(drive.floor.points).query(new)
+    # A fifth of the new floor is in no image; all that is in one is on the map.
+    wanted = np.flatnonzero(seen_dots(drive) & ~old)
+    assert np.isin(wanted, which[distance < 0.0005]).mean() > 0.99
     # In the old map's own frame, without any motion.
     assert np.sqrt(np.mean(distance[distance < 0.003] ** 2)) < 0.0005
     assert np.mean(distance < 0.003) > 0.97

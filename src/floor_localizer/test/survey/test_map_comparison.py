@@ -23,8 +23,12 @@ def test_a_moved_map_is_the_same_map(floor: DotMap) -> None:
     assert len(found.missing) == len(found.extra) == found.outside == 0
 
 
-def test_the_scale_is_told(floor: DotMap) -> None:
-    assert abs(compare(floor, moved(floor, MOTION, 1.002)).scale - 1.002) < 5e-5
+@pytest.mark.parametrize('scale', [1.002, 0.996])
+def test_the_scale_is_told(floor: DotMap, scale: float) -> None:
+    found = compare(floor, moved(floor, MOTION, scale))
+    assert abs(found.scale - scale) < 1e-5
+    np.testing.assert_array_equal(found.pairs[:, 0], found.pairs[:, 1])
+    assert len(found.pairs) == len(floor)
 
 
 def test_noise_is_told_as_rms(floor: DotMap) -> None:

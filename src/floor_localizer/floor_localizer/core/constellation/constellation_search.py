@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -40,10 +41,30 @@ from floor_localizer.core.constellation.view_dots import ViewDots
 _NOISIEST = 0.028
 # Six dots fit when the sum of their squared residuals over the noise's is below: 97.5 % of chi square of 8 degrees.
 _MISFIT_MAX = 17.5
+# 80 % of the right keys fit as closely as this, and of the wrong ones that fit, (11 / 17.5)**4, a seventh.
+_CLOSE = 11.0
+# In an index of more keys wrong ones that fit cost more than all else: the close ones are tried first.
+_MANY_KEYS = 30_000_000
 # The base of a key may be longer or shorter by so many standard deviations of a dot's place.
 _LENGTH_GATE = 3.7
-# Cells are opened in rounds, the likely ones first.
-_ROUNDS = (0.1, 0.02, 0.004, 0.0008)
+# Cells are opened in rounds, the likely ones first: their probability, from and below, and the misfit, from and below.
+_ROUNDS = np.array(
+    [
+        (0.1, math.inf, 0.0, _MISFIT_MAX),
+        (0.02, 0.1, 0.0, _MISFIT_MAX),
+        (0.004, 0.02, 0.0, _MISFIT_MAX),
+        (0.0008, 0.004, 0.0, _MISFIT_MAX),
+    ]
+)
+_ROUNDS_OF_MANY = np.array(
+    [
+        (0.1, math.inf, 0.0, _CLOSE),
+        (0.02, 0.1, 0.0, _CLOSE),
+        (0.02, math.inf, _CLOSE, _MISFIT_MAX),
+        (0.004, 0.02, 0.0, _MISFIT_MAX),
+        (0.0008, 0.004, 0.0, _MISFIT_MAX),
+    ]
+)
 # A constellation with one more dot in its lens is so much less likely to be whole.
 _FADING = 0.8
 # Places that look the same are looked for in cells as unlikely as this.
@@ -52,20 +73,52 @@ _LEAST_ALIKE = 0.003
 _UNKNOWN = np.int64(-1)
 
 
+class Round(NamedTuple):
+    """What is tried together.
+
+    Attributes:
+        cells: which cells are opened.
+        misfit_from: keys that fit more closely were tried before.
+        misfit_below: keys that fit less closely are not tried.
+    """
+
+    cells: Wanted
+    misfit_from: float
+    misfit_below: float
+
+
 @njit(cache=True)
 def search_constellations(
     grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search, most_cells: int
 ) -> bool:
     """Look up the view's constellations until a pose is accepted or ``most_cells`` cells are opened."""
+    return search_in_rounds(grid, index, view, search, rounds_for(len(index.entries)), most_cells)
+
+
+@njit(cache=True)
+def rounds_for(keys: int) -> NDArray[np.float64]:
+    """Return the rounds for an index of so many keys, shape (r, 4), as they stand at the top of this file."""
+    return _ROUNDS_OF_MANY if keys > _MANY_KEYS else _ROUNDS
+
+
+@njit(cache=True)
+def search_in_rounds(
+    grid: DotGrid,
+    index: ConstellationIndex,
+    view: ViewDots,
+    search: Search,
+    rounds: NDArray[np.float64],
+    most_cells: int,
+) -> bool:
+    """Look up the view's constellations, rounds as `rounds_for` gives; otherwise as `search_constellations`."""
     bases = list_bases(view, view.sigma / _NOISIEST, index.longest * (1.0 + view.scale_tolerance))
     lookups = no_lookups()
-    below = math.inf
-    for least in _ROUNDS:
-        if _search_round(grid, index, view, search, bases, lookups, Wanted(least, below), most_cells):
+    for least, below, misfit_from, misfit_below in rounds:
+        one = Round(Wanted(least, below), misfit_from, misfit_below)
+        if _search_round(grid, index, view, search, bases, lookups, one, most_cells):
             return True
         if search.counts[0] >= most_cells:
             return False
-        below = least
     return False
 
 
@@ -77,10 +130,11 @@ def _search_round(
     search: Search,
     bases: ViewBases,
     lookups: Lookups,
-    wanted: Wanted,
+    one: Round,
     most_cells: int,
 ) -> bool:
     """Open the wanted cells of all constellations."""
+    wanted = one.cells
     lens = np.empty(int(np.max(bases.crowds)) if len(bases.crowds) > 0 else 1, dtype=np.int64)
     groups = np.empty((MOST_GROUPS, OTHERS), dtype=np.int64)
     seeds = np.empty(2 + OTHERS, dtype=np.int64)
@@ -104,19 +158,19 @@ def _search_round(
                 index, lookups, seeds, xy, noise, Wanted(wanted.least / faded, wanted.below / faded)
             )
             if is_full(lookups):
-                if _look_up(grid, index, view, search, lookups):
+                if _look_up(grid, index, view, search, lookups, one):
                     return True
                 if search.counts[0] >= most_cells:
                     return False
-    return _look_up(grid, index, view, search, lookups)
+    return _look_up(grid, index, view, search, lookups, one)
 
 
 @njit(cache=True)
 def _look_up(
-    grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search, lookups: Lookups
+    grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search, lookups: Lookups, one: Round
 ) -> bool:
     """Try all keys that fit until a pose is accepted; then those of the same key, for places that look the same."""
-    lookup, entry = _try_entries(grid, index, view, search, lookups, _UNKNOWN)
+    lookup, entry = _try_entries(grid, index, view, search, lookups, one, _UNKNOWN)
     if lookup < 0:
         return False
     owner = lookups.owners[lookup]
@@ -124,8 +178,9 @@ def _look_up(
     xy = np.empty((OTHERS, 2))
     key_coordinates(lookups, lookup, parts_of_entry(index.entries[entry]), index.step, xy)
     lookups.counts[:] = 0
-    add_constellation(index, lookups, seeds, xy, noise, Wanted(_LEAST_ALIKE, math.inf))
-    _try_entries(grid, index, view, search, lookups, entry)
+    alike = Round(Wanted(_LEAST_ALIKE, math.inf), 0.0, _MISFIT_MAX)
+    add_constellation(index, lookups, seeds, xy, noise, alike.cells)
+    _try_entries(grid, index, view, search, lookups, alike, entry)
     return True
 
 
@@ -136,6 +191,7 @@ def _try_entries(
     view: ViewDots,
     search: Search,
     lookups: Lookups,
+    one: Round,
     known: int,
 ) -> tuple[int, int]:
     """Open all cells and return the cell and the entry of the index that an accepted pose comes from, or -1 twice.
@@ -162,7 +218,7 @@ def _try_entries(
             if place == known or not fits(lookups, c, parts_of_entry(entry)):
                 continue
             key_coordinates(lookups, c, parts_of_entry(entry), index.step, key)
-            if not _is_alike(view, lookups, lookups.owners[c], key, index, entry):
+            if not _is_alike(view, lookups, lookups.owners[c], key, index, entry, one):
                 continue
             search.counts[1] += 1
             first = first_of_entry(entry)
@@ -183,10 +239,12 @@ def _is_alike(
     key: NDArray[np.float64],
     index: ConstellationIndex,
     entry: np.uint64,
+    one: Round,
 ) -> bool:
     """Tell whether a key, shape (4, 2), fits a constellation of the view, and the length of its base as well."""
     noise, rounding = lookups.noise[owner], index.step / math.sqrt(12.0)
-    if _misfit(key, lookups.xy[owner]) > _MISFIT_MAX * (noise * noise + rounding * rounding):
+    misfit = _misfit(key, lookups.xy[owner]) / (noise * noise + rounding * rounding)
+    if misfit >= one.misfit_below or misfit < one.misfit_from:
         return False
     length = distance(view.points, lookups.seeds[owner, 0], lookups.seeds[owner, 1])
     room = view.scale_tolerance + LENGTH_ROUNDING + _LENGTH_GATE * noise

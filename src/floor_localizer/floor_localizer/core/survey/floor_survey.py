@@ -23,6 +23,8 @@ from floor_localizer.core.survey.survey_settings import SurveySettings
 # Pieces lie right to about this many times what makes two sightings one dot, adjusted ones to less.
 _REACHES = (1.6, 1.0, 0.8)
 _OUTLIER = 8.0
+# No robot is taken for stiffer than this: share of its height, and tilt [rad].
+_STIFFEST = 3e-5
 _SEVERAL = 2
 """A dot that was seen once though so many images should have seen it is dirt."""
 _LEAST_PART = 0.5
@@ -104,9 +106,32 @@ def survey_floor(
         sightings = without_outliers(sightings, adjusted.residuals, _OUTLIER)
         adjusted = adjust(sightings, adjusted.states, fixed, priors)
         states = adjusted.states
+        priors = learned_priors(states, position, settings)
     left_out = np.setdiff1d(np.arange(len(images)), used)
     loops = sum(link.is_loop for link in linker.links)
     return _result(picked, used, sightings, adjusted, fixed, outline, existing, loops, left_out)
+
+
+def learned_priors(
+    states: NDArray[np.float64], position: NDArray[np.float64], settings: SurveySettings
+) -> BodyPriors:
+    """Return priors as wide as the robot was found to sway, at most as wide as the settings allow.
+
+    Heights and tilts that a stiff robot might have had, but did not, would bend the map: a hundred images in a row can
+    share a tilt that no single one of them tells from none.
+
+    Args:
+        states: shape (k, 6), of all images.
+        position: of the optical centre in the base frame [m].
+        settings: of the survey.
+    """
+    scale, roll, pitch = np.sqrt(np.mean(states[:, 3:] ** 2, axis=0))
+    tilt = np.hypot(roll, pitch) / np.sqrt(2.0)
+    return BodyPriors(
+        position,
+        float(np.clip(scale, _STIFFEST, settings.scale_sigma)),
+        float(np.clip(tilt, _STIFFEST, settings.tilt_sigma)),
+    )
 
 
 def _main_part(

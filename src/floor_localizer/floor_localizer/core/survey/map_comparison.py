@@ -75,26 +75,33 @@ def compare(first: DotMap, second: DotMap) -> MapComparison:
             'the maps have no floor in common: no part of the second fits the first; compare maps of the same floor'
         )
     reach = _NEAR * typical_spacing(first.points)
-    pose, laid, under = start, np.empty(0, np.int64), np.empty(0, np.int64)
-    before = -1
+    pose, scale = start, 1.0
+    laid, under, before = np.empty(0, np.int64), np.empty(0, np.int64), -1
     for _ in range(_ROUNDS):
-        laid, under = nearest_pairs(first.points, pose.transform(second.points), reach)
+        # Pairs are sought under the scale, too: else, far out, a dot would be taken for its neighbour.
+        laid, under = nearest_pairs(first.points, pose.transform(second.points / scale), reach)
         if len(laid) < _LEAST_MATCHED:
             raise FloorLocalizerError('the maps have too few dots in common; compare maps of the same floor')
-        pose = rigid_pose(second.points[laid], first.points[under])
+        scale = _scale(second.points[laid], first.points[under])
+        pose = rigid_pose(second.points[laid] / scale, first.points[under])
         if len(laid) == before:
             break
         before = len(laid)
+    pose = rigid_pose(second.points[laid], first.points[under])
     placed = pose.transform(second.points)
     missing, outside_first = _unmatched(first.points, under, placed)
     extra, outside_second = _unmatched(placed, laid, first.points)
-    z, m = second.points[laid] @ (1.0, 1j), first.points[under] @ (1.0, 1j)
-    z, m = z - z.mean(), m - m.mean()
-    scale = float(np.vdot(m, m).real / abs(np.vdot(z, m)))
     return MapComparison(
-        pose, 1.0 / scale, np.column_stack([under, laid]), placed[laid] - first.points[under],
+        pose, scale, np.column_stack([under, laid]), placed[laid] - first.points[under],
         missing, extra, outside_first + outside_second,
     )  # fmt: skip
+
+
+def _scale(laid: NDArray[np.float64], under: NDArray[np.float64]) -> float:
+    """Return how many times larger dots, shape (k, 2), are than those they belong on, by the best similarity."""
+    z, m = laid @ (1.0, 1j), under @ (1.0, 1j)
+    z, m = z - z.mean(), m - m.mean()
+    return float(abs(np.vdot(z, m)) / np.vdot(m, m).real)
 
 
 def _start(field: DotField, points: NDArray[np.float64]) -> PlanarPose | None:

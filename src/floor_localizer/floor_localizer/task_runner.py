@@ -1,4 +1,4 @@
-"""Where the tasks of a build run: in this process, in processes of this computer, or on a cluster."""
+"""Where the tasks of an index or a survey run: in this process, in processes of this computer, or on a cluster."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Protocol
 
-from floor_localizer.files.file_errors import DotMapError
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 
 Task = Callable[..., Any]
 _PATIENCE = 20.0  # with a scheduler that does not answer [s]
@@ -48,7 +48,7 @@ class DaskRunner:
                 future.result()
                 yield
         except KilledWorker as fault:
-            raise DotMapError(
+            raise FloorLocalizerError(
                 'a worker died several times at the same task (is its memory enough?); '
                 'give the same command again with fewer --workers: what is done is kept'
             ) from fault
@@ -65,12 +65,12 @@ def task_runner(workers: int, scheduler: str | None = None) -> Iterator[TaskRunn
         scheduler: address of a dask scheduler whose workers see the same files; None for this computer.
 
     Raises:
-        DotMapError: the scheduler does not answer.
+        FloorLocalizerError: the scheduler does not answer.
     """
     if scheduler is None and workers == 1:
         yield OwnProcess()
         return
-    # Only builds need it, and it takes half a second to import.
+    # Only index and survey need it, and it takes half a second to import.
     from distributed import Client, LocalCluster  # noqa: PLC0415
 
     if scheduler is None:
@@ -85,7 +85,7 @@ def task_runner(workers: int, scheduler: str | None = None) -> Iterator[TaskRunn
     try:
         client = Client(scheduler, timeout=_PATIENCE)
     except (OSError, ValueError) as fault:
-        raise DotMapError(
+        raise FloorLocalizerError(
             f'--scheduler {scheduler}: does not answer; start "dask scheduler" there, or leave it out'
         ) from fault
     with client:

@@ -1,0 +1,69 @@
+"""The tasks of a survey. Each writes what it found to the checkpoint, so that it can run anywhere and again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.dot_extraction import DotDetector
+from floor_localizer.core.survey.piece import Piece, build_piece
+from floor_localizer.core.survey.survey_image import SurveyImage
+from floor_localizer.core.survey.survey_settings import SurveySettings
+from floor_localizer.survey_files.checkpoint import Checkpoint, Found
+from floor_localizer.survey_files.image_parts import ImagePart
+
+_LEAST_DOTS = 8
+
+
+def find_dots(checkpoint: Checkpoint, chunk: int, part: ImagePart, names: Sequence[str]) -> None:
+    """Find the dots of a chunk of images.
+
+    Args:
+        checkpoint: of the survey.
+        chunk: its number.
+        part: its images.
+        names: of these, for messages.
+    """
+    detector = DotDetector()
+    found: dict[int, Found] = {}
+    for (index, pixels), name in zip(part, names, strict=True):
+        found[index] = pixels if isinstance(pixels, str) else _dots_of(detector, pixels, name)
+    checkpoint.save_dots(chunk, found)
+
+
+def _dots_of(detector: DotDetector, pixels: NDArray[np.uint8], name: str) -> Found:
+    """Return the dots of an image, or that it shows too few to be laid on any other."""
+    dots = detector.detect(pixels)
+    if len(dots) < _LEAST_DOTS:
+        return f'{name}: shows {len(dots)} dots, at least {_LEAST_DOTS} are needed'
+    return dots
+
+
+def put_together(
+    checkpoint: Checkpoint,
+    span: int,
+    images: Sequence[SurveyImage],
+    first: int,
+    position: NDArray[np.float64],
+    settings: SurveySettings,
+) -> None:
+    """Put the images of a span together to pieces: one, or several where the chain is torn.
+
+    Args:
+        checkpoint: of the survey.
+        span: its number; each but the first begins with the image that the one before ends with.
+        images: of the span.
+        first: index in the survey of the first of them.
+        position: of the optical centre, shape (3,) [m].
+        settings: of the survey.
+    """
+    pieces: list[Piece] = []
+    begin, last, is_linked = 0, len(images) - 1, span > 0
+    while begin <= last:
+        piece = build_piece(images, begin, last, position, settings, is_linked=is_linked)
+        begin, is_linked = int(piece.images[-1]) + 1, False
+        pieces.append(replace(piece, images=piece.images + first))
+    checkpoint.save_pieces(span, pieces)
