@@ -117,7 +117,12 @@ def _mark_meeting(
     """Write which of some ends, in a row, meet an end."""
     x, y, u, v = tips.xs[i], tips.ys[i], tips.outward_xs[i], tips.outward_ys[i]
     reach, overshoot = tips.reaches[i], tips.overshoots[i]
-    xs, ys, us, vs = tips.xs[begin:end], tips.ys[begin:end], tips.outward_xs[begin:end], tips.outward_ys[begin:end]
+    xs, ys, us, vs = (
+        tips.xs[begin:end],
+        tips.ys[begin:end],
+        tips.outward_xs[begin:end],
+        tips.outward_ys[begin:end],
+    )
     reaches, overshoots, marks = tips.reaches[begin:end], tips.overshoots[begin:end], meets[begin:end]
     for m in range(len(marks)):
         # Without branches and divisions, so that many are looked at together.
