@@ -48,7 +48,9 @@ def extract_edges(image: NDArray[np.uint8], settings: EdgeSettings) -> Edges:
     strength = cv2.magnitude(gx, gy)
     marked = _mark_maxima(gx, gy, strength, np.float32(settings.continuation * settings.threshold))
     index = np.full(image.shape, -1, np.int32)
-    points, gradients = _gather(gx, gy, strength, marked, index)
+    points, gradients, beside = _gather(gx, gy, strength, marked, index)
+    # Numpy takes many logarithms at once, which compiled loops do not.
+    _move_to_peaks(points, gradients, np.log(beside))
     return Edges(points, gradients, index)
 
 
@@ -78,11 +80,14 @@ def _gather(
     strength: NDArray[np.float32],
     marked: NDArray[np.bool_],
     index: NDArray[np.int32],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return points and gradients of the marked pixels, and write their numbers into the index."""
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return pixels, gradients and strengths before and after, as parts of theirs, of the marked pixels.
+
+    Their numbers are written into the index.
+    """
     height, width = gx.shape
     room = int(np.sum(marked))
-    points, gradients = np.empty((room, 2)), np.empty((room, 2))
+    points, gradients, beside = np.empty((room, 2)), np.empty((room, 2)), np.empty((room, 2))
     count = 0
     for y in range(1, height - 1):
         for x in range(1, width - 1):
@@ -91,19 +96,23 @@ def _gather(
             across = abs(gx[y, x]) >= abs(gy[y, x])
             before = strength[y, x - 1] if across else strength[y - 1, x]
             after = strength[y, x + 1] if across else strength[y + 1, x]
-            shift = _peak(before, strength[y, x], after)
-            points[count, 0] = x + shift if across else x
-            points[count, 1] = y if across else y + shift
+            points[count, 0], points[count, 1] = x, y
             gradients[count, 0], gradients[count, 1] = gx[y, x], gy[y, x]
+            beside[count, 0] = max(before, 1e-3) / strength[y, x]
+            beside[count, 1] = max(after, 1e-3) / strength[y, x]
             index[y, x] = count
             count += 1
-    return points, gradients
+    return points, gradients, beside
 
 
 @njit(cache=True, error_model='numpy')
-def _peak(before: float, here: float, after: float) -> float:
-    """Return the place of the maximum of the parabola through the logarithms; exact for a Gaussian profile."""
-    low, high = np.log(max(before, 1e-3) / here), np.log(max(after, 1e-3) / here)
-    bend = -low - high
-    # Less than half a pixel, so that a point rounds to the pixel it was found in.
-    return min(max(0.5 * (high - low) / bend, -0.499), 0.499) if bend > 0.0 else 0.0
+def _move_to_peaks(
+    points: NDArray[np.float64], gradients: NDArray[np.float64], logarithms: NDArray[np.float64]
+) -> None:
+    """Move points to the maxima of parabolas through the logarithms; exact for a Gaussian profile."""
+    for i in range(len(points)):
+        low, high = logarithms[i, 0], logarithms[i, 1]
+        bend = -low - high
+        # Less than half a pixel, so that a point rounds to the pixel it was found in.
+        shift = min(max(0.5 * (high - low) / bend, -0.499), 0.499) if bend > 0.0 else 0.0
+        points[i, 0 if abs(gradients[i, 0]) >= abs(gradients[i, 1]) else 1] += shift

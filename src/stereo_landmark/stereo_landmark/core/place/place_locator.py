@@ -76,22 +76,24 @@ class PlaceLocator:
                 f'in the right one they are {abs(apart):.2f} px {"lower" if apart > 0.0 else "higher"} (median)'
             )
             return NoPlaceFix(NoPlaceFixReason.ROWS_APART, detail)
-        agreeing = self._agreeing(seen.subset(in_rows), taught, tilt)
+        seen = seen.subset(in_rows)
+        found = self.spatial_points(seen, tilt)
+        agreeing = self._agreeing(seen, found, taught.selected(seen.names))
         if isinstance(agreeing, NoPlaceFix):
             return agreeing
-        return self._displacement(agreeing, taught.selected(agreeing.names), tilt)
+        names = agreeing.names
+        return self._displacement(agreeing, found.selected(names), taught.selected(names), tilt)
 
     def _agreeing(
-        self, seen: StereoPoints, taught: SpatialPoints, tilt: tuple[float, float]
+        self, seen: StereoPoints, found: SpatialPoints, taught: SpatialPoints
     ) -> StereoPoints | NoPlaceFix:
         """Return the points that tell one displacement and keep their distances."""
-        found, taught = self.spatial_points(seen, tilt), taught.selected(seen.names)
         vote = largest_consensus(found, taught, self._settings.tilt_sigma)
         kept = vote.agreeing if vote.agreeing.any() else np.ones(len(seen), dtype=np.bool_)
         rest = seen.subset(~kept)
         if len(rest) >= self._settings.points_min:
             rival = largest_consensus(
-                self.spatial_points(rest, tilt), taught.selected(rest.names), self._settings.tilt_sigma
+                found.selected(rest.names), taught.selected(rest.names), self._settings.tilt_sigma
             )
             if rival.votes > RIVAL_SHARE * vote.votes:
                 detail = (
@@ -99,16 +101,16 @@ class PlaceLocator:
                 )
                 return NoPlaceFix(NoPlaceFixReason.INCONSISTENT, detail)
         seen = seen.subset(kept)
-        kept = consistent_points(self.spatial_points(seen, tilt), taught.selected(seen.names))
+        kept = consistent_points(found.selected(seen.names), taught.selected(seen.names))
         if kept.sum() < self._settings.points_min:
             detail = f'{int(kept.sum())} of {len(found)} points keep their distances'
             return NoPlaceFix(NoPlaceFixReason.INCONSISTENT, detail)
         return seen.subset(kept)
 
     def _displacement(
-        self, seen: StereoPoints, taught: SpatialPoints, tilt: tuple[float, float]
+        self, seen: StereoPoints, found: SpatialPoints, taught: SpatialPoints, tilt: tuple[float, float]
     ) -> PlaceFix | NoPlaceFix:
-        first = closed_form(self.spatial_points(seen, tilt).positions, taught.positions)
+        first = closed_form(found.positions, taught.positions)
         if first is None:
             return NoPlaceFix(NoPlaceFixReason.POOR_GEOMETRY, 'the points are above one another')
         state = np.array([*first.state, *tilt])

@@ -61,36 +61,86 @@ def link_corners(
     """
     n = len(ends)
     order, places, outward, lengths = _by_column(ends)
-    reaches = np.minimum(gap_max, np.maximum(lengths, overshoot_max))
-    overshoots = np.minimum(overshoot_max, _PART * lengths)
     members, starts, strips = _by_strip(places[:, 1], gap_max)
-    # The first end of each strip that is farther right than the present one.
-    nexts = starts[:-1].copy()
-    sine_min = np.sin(angle_min)
+    numbers = np.empty(2 * n, np.int64)
+    numbers[members] = np.arange(2 * n)
+    sides, lengths = order[members] >> 1, lengths[members]
+    tips = _Tips(
+        *(places[members, 0], places[members, 1], outward[members, 0], outward[members, 1]),
+        reaches=np.minimum(gap_max, np.maximum(lengths, overshoot_max)),
+        overshoots=np.minimum(overshoot_max, _PART * lengths),
+    )
+    # Of each strip the first end that is farther right than the present one, and the first one beyond all reach.
+    nexts, lasts = starts[:-1].copy(), starts[:-1].copy()
+    meets = np.empty(2 * n, np.bool_)
     pairs, gaps = np.empty((16 * n + 16, 2), np.int64), np.empty((16 * n + 16, 2))
     count = 0
     for a in range(2 * n):
         nexts[strips[a]] += 1
-        begin, far = count, reaches[a] + gap_max
+        i, begin = numbers[a], count
         # Reaches are at most the height of a strip.
         for strip in range(max(strips[a] - 2, 0), min(strips[a] + 3, len(nexts))):
-            for m in range(nexts[strip], starts[strip + 1]):
-                b = members[m]
-                dx, dy = places[b, 0] - places[a, 0], places[b, 1] - places[a, 1]
-                if dx > far or count == len(pairs):
-                    break
-                reach = reaches[a] + reaches[b]
-                if dx > reach or abs(dy) > reach or order[a] >> 1 == order[b] >> 1:
-                    continue
-                cross = outward[a, 0] * outward[b, 1] - outward[a, 1] * outward[b, 0]
-                if abs(cross) < sine_min:
-                    continue
-                gap_a = (dx * outward[b, 1] - dy * outward[b, 0]) / cross
-                gap_b = (dx * outward[a, 1] - dy * outward[a, 0]) / cross
-                if -overshoots[a] <= gap_a <= reaches[a] and -overshoots[b] <= gap_b <= reaches[b]:
-                    _insert(pairs, gaps, begin, count, (a, b), (gap_a, gap_b))
+            while lasts[strip] < starts[strip + 1] and tips.xs[lasts[strip]] - tips.xs[i] <= 2.0 * gap_max:
+                lasts[strip] += 1
+            _mark_meeting(tips, i, nexts[strip], lasts[strip], np.sin(angle_min), meets)
+            for m in range(nexts[strip], lasts[strip]):
+                if meets[m] and sides[m] != sides[i] and count < len(pairs):
+                    _insert(pairs, gaps, begin, count, (a, members[m]), _gaps_between(tips, i, m))
                     count += 1
     return _described(pairs[:count], gaps[:count], order, places, outward)
+
+
+class _Tips(NamedTuple):
+    """Ends of sides, strip by strip and in each from left to right, each array of shape (n,).
+
+    Attributes:
+        xs: where they are [px].
+        ys: the same along y.
+        outward_xs: unit vector that goes on over the end.
+        outward_ys: the same along y.
+        reaches: how far each may end before a vertex [px].
+        overshoots: how far it may reach over it [px].
+    """
+
+    xs: NDArray[np.float64]
+    ys: NDArray[np.float64]
+    outward_xs: NDArray[np.float64]
+    outward_ys: NDArray[np.float64]
+    reaches: NDArray[np.float64]
+    overshoots: NDArray[np.float64]
+
+
+@njit(cache=True, error_model='numpy')
+def _mark_meeting(
+    tips: _Tips, i: int, begin: int, end: int, sine_min: float, meets: NDArray[np.bool_]
+) -> None:
+    """Write which of some ends, in a row, meet an end."""
+    x, y, u, v = tips.xs[i], tips.ys[i], tips.outward_xs[i], tips.outward_ys[i]
+    reach, overshoot = tips.reaches[i], tips.overshoots[i]
+    xs, ys, us, vs = (
+        tips.xs[begin:end],
+        tips.ys[begin:end],
+        tips.outward_xs[begin:end],
+        tips.outward_ys[begin:end],
+    )
+    reaches, overshoots, marks = tips.reaches[begin:end], tips.overshoots[begin:end], meets[begin:end]
+    for m in range(len(marks)):
+        # Without branches and divisions, so that many are looked at together.
+        dx, dy, cross = xs[m] - x, ys[m] - y, u * vs[m] - v * us[m]
+        sine, sign = abs(cross), 1.0 if cross >= 0.0 else -1.0
+        mine, other = sign * (dx * vs[m] - dy * us[m]), sign * (dx * v - dy * u)
+        near = (abs(dx) <= reach + reaches[m]) & (abs(dy) <= reach + reaches[m]) & (sine >= sine_min)
+        is_mine = (mine >= -overshoot * sine) & (mine <= reach * sine)
+        marks[m] = near & is_mine & (other >= -overshoots[m] * sine) & (other <= reaches[m] * sine)
+
+
+@njit(cache=True, error_model='numpy')
+def _gaps_between(tips: _Tips, i: int, m: int) -> tuple[float, float]:
+    """Return how far two ends are from where their sides meet [px]."""
+    dx, dy = tips.xs[m] - tips.xs[i], tips.ys[m] - tips.ys[i]
+    u, v, other_u, other_v = tips.outward_xs[i], tips.outward_ys[i], tips.outward_xs[m], tips.outward_ys[m]
+    cross = u * other_v - v * other_u
+    return (dx * other_v - dy * other_u) / cross, (dx * v - dy * u) / cross
 
 
 @njit(cache=True, error_model='numpy')

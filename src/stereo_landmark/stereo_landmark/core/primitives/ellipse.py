@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from shirube_settings import setting
 from stereo_landmark.core.primitives.arcs import find_arcs
-from stereo_landmark.core.primitives.ellipse_geometry import normal_motion
+from stereo_landmark.core.primitives.ellipse_geometry import normal_motions
 from stereo_landmark.core.primitives.ellipse_refinement import refine_outline
 from stereo_landmark.core.primitives.ellipse_search import EllipseLimits, search_ellipses
 from stereo_landmark.core.primitives.image_point import ImagePoint
@@ -165,9 +165,7 @@ _SAME = 2.0
 def _ellipse(row: NDArray[np.float64]) -> Ellipse:
     parameters = np.ascontiguousarray(row[:5])
     step = max(1.0, 2.0 * math.pi * row[2] / 64.0)
-    jacobian = np.empty((64, 5))
-    for k in range(64):
-        normal_motion(parameters, 2.0 * math.pi * k / 64.0, jacobian[k])
+    jacobian = normal_motions(parameters, 64)
     variance = max(row[7], _SIGMA_MIN) ** 2 * _CORRELATED / (step * row[6])
     information = jacobian.T @ jacobian / variance + np.diag([0.0, 0.0, 0.0, 0.0, TILT_SIGMA**-2])
     return Ellipse(

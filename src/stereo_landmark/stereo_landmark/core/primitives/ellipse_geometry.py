@@ -44,6 +44,15 @@ def normal_motion(parameters: NDArray[np.float64], t: float, row: NDArray[np.flo
 
 
 @njit(cache=True, error_model='numpy')
+def normal_motions(parameters: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Return the rows of `normal_motion` at so many places, evenly spread over the parameter, shape (count, 5)."""
+    rows = np.empty((count, 5))
+    for k in range(count):
+        normal_motion(parameters, 2.0 * np.pi * k / count, rows[k])
+    return rows
+
+
+@njit(cache=True, error_model='numpy')
 def foot_point(a: float, b: float, u: float, v: float) -> tuple[float, float, float]:
     """Return cosine and sine of the parameter of the nearest point of the outline, and the speed |dP/dt| there.
 

@@ -71,13 +71,14 @@ def search_ellipses(
     count = 0
     samples = np.empty((2 * _SAMPLES, 2))
     trial = np.empty(8)
-    marks = _outline_marks(points, spans, shapes, k)
+    marks, partners = _outline_marks(points, spans, shapes, k), np.empty(k, np.bool_)
     for i in range(k):
+        _mark_partners(marks, shapes[i, 0], i, partners)
         # First each arc alone, then with each of those that follow it.
         for j in range(i, k):
             if explained[i]:
                 break
-            if explained[j] or not _may_belong(marks, shapes, i, j):
+            if explained[j] or not partners[j]:
                 continue
             size = _take_samples(points, spans[i], samples, np.int64(0))
             if j > i:
@@ -98,41 +99,39 @@ def search_ellipses(
 def _outline_marks(
     points: NDArray[np.float64], spans: NDArray[np.int64], shapes: NDArray[np.float64], k: int
 ) -> NDArray[np.float64]:
-    """Return of each arc begin, middle and end, the direction of its hollow side, and its radius, shape (k, 9)."""
-    marks = np.empty((k, 9))
+    """Return of each arc begin, middle, end, direction of its hollow side, radius and turn, shape (10, k)."""
+    marks = np.empty((10, k))
     for i in range(k):
         first, last = spans[i]
         for m in range(3):
-            marks[i, 2 * m], marks[i, 2 * m + 1] = points[first + (last - first) * m // 2]
+            marks[2 * m, i], marks[2 * m + 1, i] = points[first + (last - first) * m // 2]
         # Hollow is the right side of an arc that turns to the right.
         side = 1.0 if shapes[i, 0] > 0.0 else -1.0
-        marks[i, 6] = -side * (marks[i, 5] - marks[i, 1])
-        marks[i, 7] = side * (marks[i, 4] - marks[i, 0])
-        marks[i, 8] = shapes[i, 1] / abs(shapes[i, 0])
+        marks[6, i] = -side * (marks[5, i] - marks[1, i])
+        marks[7, i] = side * (marks[4, i] - marks[0, i])
+        marks[8, i], marks[9, i] = shapes[i, 1] / abs(shapes[i, 0]), shapes[i, 0]
     return marks
 
 
 @njit(cache=True, error_model='numpy')
-def _may_belong(marks: NDArray[np.float64], shapes: NDArray[np.float64], i: int, j: int) -> bool:
-    """Whether two arcs (or one alone) may lie on one ellipse: same sense, each on the hollow side of the other."""
-    if i == j:
-        return abs(shapes[i, 0]) > _TURN_ALONE
-    if shapes[i, 0] * shapes[j, 0] <= 0.0:
-        return False
-    radius = max(marks[i, 8], marks[j, 8])
-    if radius > _RADII_RATIO_MAX * min(marks[i, 8], marks[j, 8]):
-        return False
-    reach = _DISTANCE_MAX * radius
-    return _is_on_hollow_side(marks[i], marks[j], reach) and _is_on_hollow_side(marks[j], marks[i], reach)
+def _mark_partners(marks: NDArray[np.float64], turn: float, i: int, partners: NDArray[np.bool_]) -> None:
+    """Write which arcs may lie on one ellipse with the i-th: same sense, each on the hollow side of the other.
 
-
-@njit(cache=True, error_model='numpy')
-def _is_on_hollow_side(arc: NDArray[np.float64], other: NDArray[np.float64], reach: float) -> bool:
-    for m in range(3):
-        dx, dy = other[2 * m] - arc[2], other[2 * m + 1] - arc[3]
-        if dx * arc[6] + dy * arc[7] < 0.0 or dx * dx + dy * dy > reach * reach:
-            return False
-    return True
+    The arc itself stands for it alone.
+    """
+    radii, turns = marks[8], marks[9]
+    for j in range(len(partners)):
+        # Without branches, so that many are looked at together.
+        radius = max(radii[j], radii[i])
+        is_alike = (turns[j] * turn > 0.0) & (radius <= _RADII_RATIO_MAX * min(radii[j], radii[i]))
+        reach = (_DISTANCE_MAX * radius) ** 2
+        for m in range(3):
+            dx, dy = marks[2 * m, j] - marks[2, i], marks[2 * m + 1, j] - marks[3, i]
+            is_alike &= (dx * marks[6, i] + dy * marks[7, i] >= 0.0) & (dx * dx + dy * dy <= reach)
+            dx, dy = marks[2 * m, i] - marks[2, j], marks[2 * m + 1, i] - marks[3, j]
+            is_alike &= (dx * marks[6, j] + dy * marks[7, j] >= 0.0) & (dx * dx + dy * dy <= reach)
+        partners[j] = is_alike
+    partners[i] = abs(turn) > _TURN_ALONE
 
 
 @njit(cache=True, error_model='numpy')
@@ -199,17 +198,22 @@ def edges_along(
     steps = max(8, int(perimeter(ellipse[2], ellipse[3]) / step))
     near = np.empty(4 * steps + 64, np.int32)
     count, seen, looked, squares, t = 0, 0, 0, 0.0, 0.0
+    cos_t, sin_t = 1.0, 0.0
     cx, cy, a, b, tilt = ellipse[:5]
     cos_r, sin_r = np.cos(tilt), np.sin(tilt)
     while t < 2.0 * np.pi and count < len(near):
-        cos_t, sin_t = np.cos(t), np.sin(t)
         speed = np.sqrt((a * sin_t) ** 2 + (b * cos_t) ** 2)
         x, y = cx + cos_r * a * cos_t - sin_r * b * sin_t, cy + sin_r * a * cos_t + cos_r * b * sin_t
         nx, ny = (
             (cos_r * b * cos_t - sin_r * a * sin_t) / speed,
             (sin_r * b * cos_t + cos_r * a * sin_t) / speed,
         )
-        t += step / speed
+        # A small turn needs no trigonometry.
+        turn = step / speed
+        squared = turn * turn
+        cos = 1.0 - squared * (1.0 / 2.0 - squared * (1.0 / 24.0 - squared / 720.0))
+        sin = turn * (1.0 - squared * (1.0 / 6.0 - squared * (1.0 / 120.0 - squared / 5040.0)))
+        cos_t, sin_t, t = cos * cos_t - sin * sin_t, cos * sin_t + sin * cos_t, t + turn
         looked += 1
         j, distance = _nearest_edge(points, gradients, index, x, y, nx, ny, ellipse[5], band)
         if j >= 0:

@@ -61,8 +61,10 @@ def _fit(
 ) -> bool:
     """Write the fitted state by Gauss-Newton steps with weights; return whether points determine it."""
     information, gradient, inverse = np.empty((4, 4)), np.empty(4), np.empty((4, 4))
+    axes, place = np.empty((3, 3)), np.empty(3)
     for _ in range(STEPS_MAX):
-        _sum_up(state, taught, covariances, seen, (rotation, position, lens), information, gradient)
+        _write_camera(state, rotation, position, axes, place)
+        _sum_up(state, taught, covariances, seen, (axes, place, lens), information, gradient)
         if not invert_symmetric(information, inverse):
             return False
         longest = 0.0
@@ -79,6 +81,25 @@ def _fit(
 
 
 @njit(cache=True, error_model='numpy')
+def _write_camera(
+    state: NDArray[np.float64],
+    rotation: NDArray[np.float64],
+    position: NDArray[np.float64],
+    axes: NDArray[np.float64],
+    place: NDArray[np.float64],
+) -> None:
+    """Write the camera's axes, shape (3, 3), column by column, and its position in the place's frame, shape (3,)."""
+    cos, sin = np.cos(state[3]), np.sin(state[3])
+    for c in range(3):
+        axes[0, c] = cos * rotation[0, c] - sin * rotation[1, c]
+        axes[1, c] = sin * rotation[0, c] + cos * rotation[1, c]
+        axes[2, c] = rotation[2, c]
+    place[0] = state[0] + cos * position[0] - sin * position[1]
+    place[1] = state[1] + sin * position[0] + cos * position[1]
+    place[2] = state[2] + position[2]
+
+
+@njit(cache=True, error_model='numpy')
 def _sum_up(
     state: NDArray[np.float64],
     taught: NDArray[np.float64],
@@ -88,13 +109,14 @@ def _sum_up(
     information: NDArray[np.float64],
     gradient: NDArray[np.float64],
 ) -> None:
-    """Write the normal equations of a step; the camera is its rotation, position and lens."""
-    jacobian, residual, weights = np.empty((3, 4)), np.empty(3), np.empty((3, 3))
+    """Write the normal equations of a step; the camera is its axes, place and lens."""
+    jacobian, residual = np.empty((3, 4)), np.empty(3)
+    spread, weights = np.empty((3, 3)), np.empty((3, 3))
     information[:], gradient[:] = 0.0, 0.0
     for n in range(len(taught)):
         if not _linearised(state, taught[n], seen[n], camera, jacobian, residual):
             continue
-        _weigh(jacobian, residual, covariances[n], seen[n, 1] - seen[n, 3], weights)
+        _weigh(jacobian, residual, covariances[n], seen[n, 1] - seen[n, 3], spread, weights)
         for i in range(4):
             for m in range(3):
                 pull = 0.0
@@ -111,28 +133,36 @@ def _weigh(
     residual: NDArray[np.float64],
     covariance: NDArray[np.float64],
     row_difference: float,
+    spread: NDArray[np.float64],
     weights: NDArray[np.float64],
 ) -> None:
     """Write the inverse covariance of u left, mean v and u right, less for what lies off (Huber)."""
     variance = DETECTED_SIGMA**2
     # A taught point moves its picture as the robot does, the other way.
-    s = np.zeros((3, 3))
     for i in range(3):
-        s[i, i] = 0.5 * variance if i == 1 else variance
+        a, b, c = jacobian[i, 0], jacobian[i, 1], jacobian[i, 2]
+        x = a * covariance[0, 0] + b * covariance[1, 0] + c * covariance[2, 0]
+        y = a * covariance[0, 1] + b * covariance[1, 1] + c * covariance[2, 1]
+        z = a * covariance[0, 2] + b * covariance[1, 2] + c * covariance[2, 2]
         for j in range(3):
-            for k in range(3):
-                for m in range(3):
-                    s[i, j] += jacobian[i, k] * covariance[k, m] * jacobian[j, m]
+            spread[i, j] = x * jacobian[j, 0] + y * jacobian[j, 1] + z * jacobian[j, 2]
+        spread[i, i] += 0.5 * variance if i == 1 else variance
     for i in range(3):
         for j in range(3):
-            a, b, c, d = (i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3
-            weights[i, j] = s[a, c] * s[b, d] - s[a, d] * s[b, c]
-    weights /= s[0, 0] * weights[0, 0] + s[0, 1] * weights[0, 1] + s[0, 2] * weights[0, 2]
+            k, m, n, p = (i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3
+            weights[i, j] = spread[k, n] * spread[m, p] - spread[k, p] * spread[m, n]
+    scale = 0.0
+    for j in range(3):
+        scale += spread[0, j] * weights[0, j]
     squares = 0.5 * row_difference**2 / variance
     for i in range(3):
         for j in range(3):
+            weights[i, j] /= scale
             squares += residual[i] * weights[i, j] * residual[j]
-    weights *= min(1.0, HUBER / max(np.sqrt(squares), 1e-9))
+    less = min(1.0, HUBER / max(np.sqrt(squares), 1e-9))
+    for i in range(3):
+        for j in range(3):
+            weights[i, j] *= less
 
 
 @njit(cache=True, error_model='numpy')
@@ -145,24 +175,27 @@ def _linearised(
     residual: NDArray[np.float64],
 ) -> bool:
     """Write residuals and derivatives of u left, mean v and u right of a point; return whether it is in view."""
-    rotation, position, lens = camera
-    cos, sin = np.cos(state[3]), np.sin(state[3])
-    dx, dy = taught[0] - state[0], taught[1] - state[1]
-    ahead, left, up = cos * dx + sin * dy, cos * dy - sin * dx, taught[2] - state[2]
-    optical, motion = np.empty(3), np.empty((3, 4))
-    for c in range(3):
-        a, b, d = rotation[0, c], rotation[1, c], rotation[2, c]
-        optical[c] = a * (ahead - position[0]) + b * (left - position[1]) + d * (up - position[2])
-        motion[c, 0], motion[c, 1] = -a * cos + b * sin, -a * sin - b * cos
-        motion[c, 2], motion[c, 3] = -d, a * left - b * ahead
-    x, y, z = optical
+    axes, place, lens = camera
+    dx, dy, dz = taught[0] - place[0], taught[1] - place[1], taught[2] - place[2]
+    x = axes[0, 0] * dx + axes[1, 0] * dy + axes[2, 0] * dz
+    y = axes[0, 1] * dx + axes[1, 1] * dy + axes[2, 1] * dz
+    z = axes[0, 2] * dx + axes[1, 2] * dy + axes[2, 2] * dz
     if z <= DEPTH_MIN:
         return False
+    scale_u, scale_v, scale_right = lens[0] / z, lens[1] / z, lens[4] / z
+    u, v, right = x / z, y / z, (x - lens[6]) / z
+    # A turn moves a point about the robot, not about the camera.
+    ex, ey = taught[0] - state[0], taught[1] - state[1]
     for i in range(4):
-        jacobian[0, i] = lens[0] / z * (motion[0, i] - x / z * motion[2, i])
-        jacobian[1, i] = lens[1] / z * (motion[1, i] - y / z * motion[2, i])
-        jacobian[2, i] = lens[4] / z * (motion[0, i] - (x - lens[6]) / z * motion[2, i])
-    residual[0] = seen[0] - lens[0] * x / z - lens[2]
-    residual[1] = 0.5 * (seen[1] + seen[3]) - lens[1] * y / z - lens[3]
-    residual[2] = seen[2] - lens[4] * (x - lens[6]) / z - lens[5]
+        if i < 3:
+            by_x, by_y, by_z = -axes[i, 0], -axes[i, 1], -axes[i, 2]
+        else:
+            by_x, by_y = axes[0, 0] * ey - axes[1, 0] * ex, axes[0, 1] * ey - axes[1, 1] * ex
+            by_z = axes[0, 2] * ey - axes[1, 2] * ex
+        jacobian[0, i] = scale_u * (by_x - u * by_z)
+        jacobian[1, i] = scale_v * (by_y - v * by_z)
+        jacobian[2, i] = scale_right * (by_x - right * by_z)
+    residual[0] = seen[0] - lens[0] * u - lens[2]
+    residual[1] = 0.5 * (seen[1] + seen[3]) - lens[1] * v - lens[3]
+    residual[2] = seen[2] - lens[4] * right - lens[5]
     return True

@@ -122,14 +122,18 @@ def _match(
     matched = np.full(pixels.shape[:2], -1)
     misfits = np.full(len(pixels), np.inf)
     sorted_centres, firsts = _by_rows(starts, centres, order)
+    squares = np.empty(len(centres))
+    # What is rare is asked first: it shows soonest that a pose is wrong.
+    rare_first = np.argsort(np.diff(starts), kind='mergesort')
     for h in range(len(pixels)):
         found, total = 0, 0.0
-        for k in range(count):
-            if found + count - k < needed:
+        for asked in range(count):
+            if found + count - asked < needed:
                 break
+            k = rare_first[asked]
             du, dv = pixels[h, k, 0] - pixels[h, path, 0], pixels[h, k, 1] - pixels[h, path, 1]
             reach = window + WAY_SHARE * np.sqrt(du * du + dv * dv)
-            i, apart = _nearest(pixels[h, k], sorted_centres, firsts[k], starts[k + 1], order, reach)
+            i, apart = _nearest(pixels[h, k], sorted_centres, firsts[k], starts[k + 1], order, reach, squares)
             if i >= 0:
                 matched[h, k] = i
                 found += 1
@@ -146,19 +150,19 @@ def _by_rows(
     """Return the candidates of each primitive by rising v, and the first one that is not above each row of pixels.
 
     Returns:
-        centres, shape (n, 3), and numbers among them, shape (k, rows).
+        centres, shape (3, n), and numbers among them, shape (k, rows).
     """
     count = len(starts) - 1
-    ordered = np.empty((len(centres), 3))
+    ordered = np.empty((3, len(centres)))
     for k in range(count):
         for i in range(starts[k], starts[k + 1]):
-            ordered[i] = centres[starts[k] + order[i]]
+            ordered[:, i] = centres[starts[k] + order[i]]
     rows = int(max(np.max(centres[:, 1]), 0.0)) + 2 if len(centres) else 1
     firsts = np.empty((count, rows), np.int64)
     for k in range(count):
         i = starts[k]
         for row in range(rows):
-            while i < starts[k + 1] and ordered[i, 1] < row:
+            while i < starts[k + 1] and ordered[1, i] < row:
                 i += 1
             firsts[k, row] = i
         firsts[k, 0] = starts[k]
@@ -173,29 +177,53 @@ def _nearest(
     end: int,
     order: NDArray[np.int64],
     reach: float,
+    squares: NDArray[np.float64],
 ) -> tuple[int, float]:
     """Return the number of the candidate nearest to a place and its distance [px]; -1 where none is within reach.
 
     Args:
         expected: shape (4,) [px].
-        centres: shape (n, 3), by rising v [px].
+        centres: shape (3, n), by rising v [px].
         firsts: shape (rows,), see `_by_rows`.
         end: of this primitive's candidates.
         order: shape (n,), their numbers.
         reach: [px].
+        squares: shape (n,), room for what is only needed here.
     """
-    best, least = -1, reach * reach
-    top = max(expected[1] - reach, 0.0)
+    top, bottom = max(expected[1] - reach, 0.0), expected[1] + reach + 1.0
     # Not so where the place is not a number: then nothing is near.
-    if not top < len(firsts):
-        return best, reach
-    for i in range(firsts[int(top)], end):
-        dv = expected[1] - centres[i, 1]
-        if -dv > reach:
-            break
-        du = expected[0] - centres[i, 0]
-        disparity = (du - expected[2] + centres[i, 2]) / DISPARITY_SHARE
-        square = du * du + dv * dv + disparity * disparity
-        if square < least or (square == least and best >= 0 and order[i] < best):
-            best, least = order[i], square
+    if not (top < len(firsts) and bottom >= 0.0):
+        return -1, reach
+    begin = firsts[int(top)]
+    if bottom < len(firsts):
+        end = firsts[int(bottom)]
+    least = _write_squares(
+        expected, centres[0, begin:end], centres[1, begin:end], centres[2, begin:end], squares
+    )
+    if not least < reach * reach:
+        return -1, reach
+    best = -1
+    for i in range(end - begin):
+        if squares[i] == least and (best < 0 or order[begin + i] < best):
+            best = order[begin + i]
     return best, np.sqrt(least)
+
+
+# The least of any order is the same, so that many are looked at together.
+@njit(cache=True, error_model='numpy', fastmath={'nnan', 'nsz', 'reassoc'})
+def _write_squares(
+    expected: NDArray[np.float64],
+    us: NDArray[np.float64],
+    vs: NDArray[np.float64],
+    rights: NDArray[np.float64],
+    squares: NDArray[np.float64],
+) -> float:
+    """Write the squared distances of places with u, v and u right from an expected one; return the least [px²]."""
+    u, v, disparity = expected[0], expected[1], expected[0] - expected[2]
+    least = np.inf
+    for i in range(len(us)):
+        du, dv, apart = u - us[i], v - vs[i], (disparity - us[i] + rights[i]) / DISPARITY_SHARE
+        square = du * du + dv * dv + apart * apart
+        squares[i] = square
+        least = min(least, square)
+    return least

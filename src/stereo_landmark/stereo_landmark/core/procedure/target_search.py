@@ -108,11 +108,16 @@ class TargetSearch:
 
     def _matched_again(self, rematch: Rematch, fitted: list[_Supposed]) -> list[_Supposed]:
         """Return poses fitted to the primitives that they themselves tell, where these are enough."""
+        # Suppositions of one truth end with the same primitives, and with one pose.
+        states: dict[bytes, NDArray[np.float64] | None] = {}
         for window in REMATCH_WINDOWS:
             chosen = rematch.matched(np.array([each.state for each in fitted]), window)
             least = max(2.0, self._settings.seen_min * chosen.shape[1])
             for h in np.flatnonzero((chosen[:, :, 0] >= 0).sum(axis=1) >= least).tolist():
-                state = rematch.fitted(fitted[h].state, chosen[h])
+                matched = chosen[h].tobytes()
+                if matched not in states:
+                    states[matched] = rematch.fitted(fitted[h].state, chosen[h])
+                state = states[matched]
                 if state is not None:
                     fitted[h] = _Supposed(state, partial(rematch.pairs, chosen[h]))
         return fitted
