@@ -1,21 +1,18 @@
 """The displacement that explains best what both cameras see: the default method.
 
 Noise of the present pixels and of the taught points is weighed together, ``S = C + H P H^T``, which to first order is
-the adjustment of taught and present images at once. Points that share noise are weighed together. Huber's
-loss bounds what a wrong point can do.
+the adjustment of taught and present images at once. Huber's loss bounds what a wrong point can do.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shirube_geometry import wrap_angle
-from stereo_landmark.core.place.noise_groups import NoiseGroups, noise_groups
-from stereo_landmark.core.place.reprojection_model import PITCH, ROLL, STATES, Reprojection, reproject
+from stereo_landmark.core.place.reprojection_model import PITCH, ROLL, STATES, reproject
 from stereo_landmark.core.place.settings import PlaceSettings
 from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
 from stereo_landmark.core.place.stereo_rig import MEASURED, StereoRig
@@ -69,14 +66,14 @@ def fit_reprojection(
     prior = np.zeros((STATES, STATES))
     if settings.tilt_sigma > 0.0:
         prior[[ROLL, PITCH], [ROLL, PITCH]] = settings.tilt_sigma**-2
-    groups = noise_groups(
-        seen, taught, reproject(start, taught.positions, rig).by_point, settings.pixel_sigma
-    )
+    noise = seen.covariances + settings.pixel_sigma**2 * np.eye(MEASURED)
     state = start.copy()
     for _ in range(STEPS_MAX):
-        residuals, jacobian, _ = _whitened(seen, reproject(state, taught.positions, rig), groups)
-        information = jacobian.T @ jacobian + prior
-        gradient = jacobian.T @ residuals + prior @ (start - state)
+        residuals, jacobian, distances = _whitened(seen, taught, rig, state, noise)
+        weights = np.where(np.isfinite(distances), np.minimum(1.0, HUBER / np.maximum(distances, 1e-9)), 0.0)
+        weighed = jacobian * weights[:, None, None]
+        information = np.einsum('nij,nik->jk', weighed, jacobian) + prior
+        gradient = np.einsum('nij,ni->j', weighed, residuals) + prior @ (start - state)
         inverse = _inverse(information[np.ix_(free, free)])
         if inverse is None:
             return None
@@ -89,31 +86,24 @@ def fit_reprojection(
     covariance = np.zeros((STATES, STATES))
     covariance[np.ix_(free, free)] = inverse
     view = reproject(state, taught.positions, rig)
-    _, _, distances = _whitened(seen, view, groups)
+    _, _, distances = _whitened(seen, taught, rig, state, noise)
     return ReprojectionFit(state, covariance, seen.pixels - view.pixels, distances)
 
 
 def _whitened(
-    seen: StereoPoints, view: Reprojection, groups: Sequence[NoiseGroups]
+    seen: StereoPoints,
+    taught: SpatialPoints,
+    rig: StereoRig,
+    state: NDArray[np.float64],
+    noise: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return residuals (4 n,) and derivatives (4 n, 6), both in weighed standard deviations, and distances (n,)."""
-    residuals, jacobians, distances = [], [], np.empty(len(seen))
-    off = seen.pixels - view.pixels
-    for group in groups:
-        members = group.members
-        spreads = group.spreads(view.by_point)
-        blocks = spreads.reshape(*members.shape, MEASURED, *members.shape[1:], MEASURED)
-        own = np.linalg.inv(np.linalg.cholesky(np.einsum('gaiaj->gaij', blocks)))
-        lengths = np.linalg.norm((own @ off[members][..., None])[..., 0], axis=2)
-        distances[members] = np.where(view.in_front[members], lengths, np.inf)
-        weights = np.minimum(1.0, HUBER / np.maximum(distances[members], 1e-9))
-        # A point that is off takes part as if it were less certain; one behind the cameras does not.
-        scale = np.sqrt(weights)[..., None]
-        roots = np.linalg.inv(np.linalg.cholesky(spreads))
-        residuals.append((roots @ (off[members] * scale).reshape(len(members), -1, 1)).ravel())
-        by_state = view.by_state[members] * scale[..., None]
-        jacobians.append((roots @ by_state.reshape(len(members), -1, STATES)).reshape(-1, STATES))
-    return np.concatenate(residuals), np.concatenate(jacobians), distances
+    """Return residuals (n, 4), derivatives (n, 4, 6), both in standard deviations, and lengths (n,)."""
+    view = reproject(state, taught.positions, rig)
+    spread = noise + view.by_point @ taught.covariances @ view.by_point.transpose(0, 2, 1)
+    roots = np.linalg.inv(np.linalg.cholesky(spread))
+    residuals = (roots @ (seen.pixels - view.pixels)[:, :, None])[:, :, 0]
+    distances = np.where(view.in_front, np.linalg.norm(residuals, axis=1), np.inf)
+    return residuals, roots @ view.by_state, distances
 
 
 def _inverse(information: NDArray[np.float64]) -> NDArray[np.float64] | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,13 +24,11 @@ class StereoPoints:
         names: n names, each once.
         pixels: shape (n, 4), u, v in the left and u, v in the right image [px].
         covariances: shape (n, 4, 4) [px²].
-        between: shape (n, 4, n, 4), covariances of different points, zero within each; None where there are none [px²].
     """
 
     names: tuple[str, ...]
     pixels: NDArray[np.float64]
     covariances: NDArray[np.float64]
-    between: NDArray[np.float64] | None = None
 
     def __len__(self) -> int:
         return len(self.names)
@@ -38,8 +36,7 @@ class StereoPoints:
     def subset(self, kept: NDArray[np.bool_]) -> StereoPoints:
         """Return the points of a mask, shape (n,)."""
         names = tuple(name for name, is_kept in zip(self.names, kept, strict=True) if is_kept)
-        between = None if self.between is None else self.between[kept][:, :, kept]
-        return StereoPoints(names, self.pixels[kept], self.covariances[kept], between)
+        return StereoPoints(names, self.pixels[kept], self.covariances[kept])
 
 
 @dataclass(frozen=True)
@@ -72,16 +69,10 @@ class SpatialPoints:
 
 def joined(parts: Sequence[StereoPoints]) -> StereoPoints:
     """Return all points of some."""
-    ends = np.cumsum([0, *(len(part) for part in parts)])
-    between = np.zeros((ends[-1], MEASURED, ends[-1], MEASURED))
-    for part, begin, end in zip(parts, ends[:-1], ends[1:], strict=True):
-        if part.between is not None:
-            between[begin:end, :, begin:end] = part.between
     return StereoPoints(
         tuple(name for part in parts for name in part.names),
         np.concatenate([np.empty((0, MEASURED)), *(part.pixels for part in parts)]),
         np.concatenate([np.empty((0, MEASURED, MEASURED)), *(part.covariances for part in parts)]),
-        between if between.any() else None,
     )
 
 
@@ -107,7 +98,7 @@ def with_calibration_error(points: StereoPoints, pixel_sigma: float) -> StereoPo
 
     Without it, nearby depths look better known than any calibration allows, and a fit turns about the target.
     """
-    return replace(points, covariances=points.covariances + pixel_sigma**2 * np.eye(MEASURED))
+    return StereoPoints(points.names, points.pixels, points.covariances + pixel_sigma**2 * np.eye(MEASURED))
 
 
 def triangulate(points: StereoPoints, rig: StereoRig) -> SpatialPoints:

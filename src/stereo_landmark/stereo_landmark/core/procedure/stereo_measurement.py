@@ -39,11 +39,8 @@ def stereo_points(pairs: Iterable[NamedPair]) -> StereoPoints:
     names: list[str] = []
     pixels: list[np.ndarray] = []
     covariances: list[np.ndarray] = []
-    shared: list[tuple[int, np.ndarray]] = []
     for name, left, right in pairs:
         here, there = left.image_points(), right.image_points()
-        if isinstance(left, Quadrilateral) and isinstance(right, Quadrilateral):
-            shared.append((len(names), _between_corners(left, right)))
         for point in invariant_points(left):
             names.append(f'{name}/{point}')
             pixels.append(np.concatenate([here[point].position, there[point].position]))
@@ -54,25 +51,4 @@ def stereo_points(pairs: Iterable[NamedPair]) -> StereoPoints:
         tuple(names),
         np.array(pixels).reshape(-1, MEASURED),
         np.array(covariances).reshape(-1, MEASURED, MEASURED),
-        _between(shared, len(names)),
     )
-
-
-def _between_corners(left: Quadrilateral, right: Quadrilateral) -> np.ndarray:
-    """Return the covariances of different corners, shape (4, 4, 4, 4) [px²]: they share sides."""
-    between = np.zeros((4, MEASURED, 4, MEASURED))
-    between[:, :2, :, :2] = left.covariance.reshape(4, 2, 4, 2)
-    between[:, 2:, :, 2:] = right.covariance.reshape(4, 2, 4, 2)
-    own = np.arange(4)
-    between[own, :, own] = 0.0
-    return between
-
-
-def _between(shared: list[tuple[int, np.ndarray]], count: int) -> np.ndarray | None:
-    """Return the covariances of different points, from those of some primitives and the number of their first point."""
-    if not shared:
-        return None
-    between = np.zeros((count, MEASURED, count, MEASURED))
-    for first, block in shared:
-        between[first : first + len(block), :, first : first + len(block)] = block
-    return between
