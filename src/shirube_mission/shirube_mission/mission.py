@@ -93,7 +93,9 @@ class Mission:
             nonlocal stood
             stood = stood + STEP_MS if self.controller.is_stopped else 0
             heard, does = self.ears.planner
-            return does == _REACHED and heard > 1e-3 * start + 0.5 and stood >= 1e3 * _STANDS
+            # What it said before may be of a pose that was mended meanwhile.
+            is_new = heard >= 1e-3 * (self.steps.now - stood) + _STANDS
+            return does == _REACHED and heard > 1e-3 * start + 0.5 and is_new
 
         reached = self._until(is_there, _GOAL_TIME)
         truth = self.controller.T_world_base
