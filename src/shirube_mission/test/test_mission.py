@@ -85,3 +85,44 @@ def test_a_node_that_hangs_or_ends_leaves_a_record_with_the_reason(steps, looks,
 def test_before_the_first_step_there_is_nothing_to_tell_of(steps, looks):
     with pytest.raises((MissionError, ReplayError)):
         mission(steps, looks).go(print)
+
+
+class WheelsThatStop:
+    """Turn until a time [s]."""
+
+    T_world_base = PlanarPose(0.0, 0.0, 0.0)
+
+    def __init__(self, steps: Steps, time: float) -> None:
+        self.steps, self.time = steps, time
+
+    @property
+    def is_stopped(self) -> bool:
+        return 1e-3 * self.steps.now >= self.time
+
+    def pose_at(self, _: float) -> PlanarPose:
+        return self.T_world_base
+
+
+class EarsOfAPlanner:
+    """Hear the planner at each whole second; the goal is reached but for one second, when the pose was mended."""
+
+    fused = Ears.fused
+
+    def __init__(self, steps: Steps, mended: int) -> None:
+        self.steps, self.mended = steps, mended
+
+    @property
+    def planner(self) -> tuple[float, str]:
+        second = self.steps.now // 1000
+        return float(second), 'driving' if second == self.mended else 'goal reached'
+
+
+@pytest.mark.parametrize(('mended', 'seconds'), [(3, 3.0), (4, 4.0), (5, 3.0)])
+def test_a_goal_is_reached_when_the_planner_still_says_so_a_second_after_the_halt(mended, seconds):
+    """The first goal is given at 1 s and the wheels stand at 2.5 s: the word of the fourth second counts first."""
+    driven = mission(8000 // STEP_MS, 8000)
+    driven.controller = WheelsThatStop(driven.steps, 2.5)
+    driven.ears = EarsOfAPlanner(driven.steps, mended)
+    driven.go(print)
+    assert driven.record.goals[0].reached
+    assert driven.record.goals[0].seconds == pytest.approx(seconds, abs=0.1)
