@@ -21,6 +21,7 @@ from shirube_bags.trajectory import make_trajectory
 from shirube_bags.tum_file import save_tum
 from shirube_geometry import PlanarPose, quaternion_from_yaw
 from shirube_ros.isolated_graph import isolated_graph
+from shirube_ros.node_executor import node_executor
 from shirube_ros.pose_conversion import planar_pose, planar_pose_with_covariance
 from shirube_ros.quality_of_service import odometry_profile
 
@@ -120,10 +121,13 @@ def test_the_live_node_is_within_the_limits_too(tmp_path: Path) -> None:
         poses[stamp.sec * 1_000_000_000 + stamp.nanosec] = planar_pose(message.pose, 'pose')
 
     with isolated_graph() as graph, BagReader(BAG) as bag:
-        graph.add(PoseArbiterNode, use_sim_time=True)
+        node = graph.add(PoseArbiterNode, use_sim_time=True)
         player = graph.add(lambda **options: Node('player', **options))
         player.create_subscription(PoseStamped, '/pose_arbiter/pose', take, odometry_profile())
-        count = replay_in_lockstep(bag, player, graph._executor, [*TOPICS, '/odom'])
-        graph.spin_until(lambda: False, 0.5)
+        executor = node_executor(graph.context)
+        for each in (node, player):
+            executor.add_node(each)
+        count = replay_in_lockstep(bag, player, executor, [*TOPICS, '/odom'])
+        executor.shutdown()
     assert count > 0
     assert is_right(poses, tmp_path)
