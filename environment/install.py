@@ -89,12 +89,13 @@ def make_environment(folder: Path, locks: list[Path]) -> None:
     if made.returncode:
         raise InstallError(f'python -m venv {folder} failed: {last_line(made.stdout + made.stderr)}')
     requirements = [word for lock in locks for word in ('--requirement', str(lock))]
-    run(folder, ['-m', 'pip', 'install', '--quiet', '--no-deps', '--no-input', INSTALLER])
     install_packages(folder, requirements)
 
 
 def install_packages(folder: Path, arguments: list[str]) -> None:
     """Lets uv put packages into the environment, which takes a tenth of pip's time; it shows how far it is."""
+    if not (folder / 'bin/uv').exists():
+        run(folder, ['-m', 'pip', 'install', '--quiet', '--no-deps', '--no-input', INSTALLER])
     options, variables = pip_settings(folder)
     chosen = ['--no-deps', '--index-strategy', 'unsafe-best-match', *options, *arguments]
     run(folder, ['-m', 'uv', 'pip', 'install', '--python', str(folder / 'bin/python'), *chosen], variables)

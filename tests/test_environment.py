@@ -96,7 +96,11 @@ def test_unfinished_installation_is_done_again_and_a_finished_one_is_kept(
     assert PIP_CALL in capsys.readouterr().err
     (folder / 'left over').touch()
 
-    monkeypatch.setattr(install, 'run', lambda _folder, arguments, _variables=None: calls.append(arguments))
+    def quick_run(folder: Path, arguments: list[str], _variables: dict[str, str] | None = None) -> None:
+        calls.append(arguments)
+        (folder / 'bin/uv').touch()
+
+    monkeypatch.setattr(install, 'run', quick_run)
     assert install.main([str(folder), 'locks', 'project', 'dev.lock']) == 0
     assert len(calls) == 3
     assert not (folder / 'left over').exists()
