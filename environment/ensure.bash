@@ -1,7 +1,7 @@
 # Sourced by ./shirube and .ci/run: finds Python and keeps the virtual environments complete.
 
 # What a sourced ROS or another environment leaves behind would be found before our own packages; and where Python may not
-# write its bytecode, every start of a node compiles all modules again, which takes four seconds.
+# write its bytecode, every start of a node compiles all modules again, which takes seconds.
 forget_other_environments() {
     unset PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONDONTWRITEBYTECODE VIRTUAL_ENV LD_LIBRARY_PATH LD_PRELOAD \
         AMENT_PREFIX_PATH COLCON_PREFIX_PATH CMAKE_PREFIX_PATH ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION \

@@ -93,7 +93,7 @@ def make_environment(folder: Path, locks: list[Path]) -> None:
 
 
 def install_packages(folder: Path, arguments: list[str]) -> None:
-    """Lets uv put packages into the environment, which takes a tenth of pip's time; it shows how far it is."""
+    """Lets uv put packages into the environment, which is much quicker than pip; it shows how far it is."""
     if not (folder / 'bin/uv').exists():
         run(folder, ['-m', 'pip', 'install', '--quiet', '--no-deps', '--no-input', INSTALLER])
     options, variables = pip_settings(folder)
