@@ -9,7 +9,7 @@ import numpy as np
 from _arbiter_bags import Opinion
 
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.estimate import Estimate, moved_on
+from pose_arbiter.core.estimate import Estimate, moved_on, told
 from pose_arbiter.core.odometry_trail import OdometryTrail
 from shirube_geometry import PlanarPose
 
@@ -38,7 +38,7 @@ def smoothed(
             before, pose = states[-1]
             mark = trail.mark_at(before)
             # From the origin of the odometry's frame, so that the step and its noise are in the robot's own frame.
-            origin = Estimate(mark, 0.0, 0.0, 0.0, (0.0,) * 6)
+            origin = told(mark, 0.0, 0.0, 0.0, (0.0,) * 6, 0)
             step = moved_on(origin, trail.mark_at(opinion.stamp), settings)
             noise = gtsam.noiseModel.Gaussian.Covariance(_turned_back(step) + _LEAST**2 * np.eye(3))
             between = gtsam.Pose2(step.x, step.y, step.yaw)

@@ -117,7 +117,7 @@ def largest_difference(drive: RecordedDrive, shuffles: int = 5) -> float:
             random.Random(seed).shuffle(order)  # noqa: S311
         for message in order:
             tell(arbiter, message, now)
-        ends.append([[*e[1:4], *e.scatter] for t in np.linspace(messages[0][0], now, 50)
+        ends.append([[*e[1:4], *e.covariance] for t in np.linspace(messages[0][0], now, 50)
                      if (e := arbiter.estimate_at(int(t))) is not None])  # fmt: skip
     return float(max(np.abs(np.array(end) - ends[0]).max() for end in ends))
 

@@ -84,4 +84,4 @@ def errors(arbiter, seconds):
 
 def numbers(estimate):
     """All numbers of an estimate."""
-    return [*estimate.mark, *estimate[1:4], *estimate.scatter, estimate.lasting_xy, estimate.lasting_yaw]
+    return [*estimate.mark, *estimate[1:4], *estimate.lasting.ravel(), *estimate.P.ravel()]

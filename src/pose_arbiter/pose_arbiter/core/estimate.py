@@ -1,22 +1,20 @@
-"""The robot's pose with its covariance: how it moves on and how a measurement mends it."""
+"""The robot's pose with its covariance, how it moves on and how a measurement mends it.
+
+Beside the pose the state has three lasting errors for each source: poses of one source err alike, and a filter that
+took them for independent would believe the one that speaks most often. Where sources differ, what each is off is
+learned and kept, so that the better one is not forgotten while only the other one speaks.
+"""
 
 from __future__ import annotations
 
 import math
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.covariance import (
-    Covariance,
-    added,
-    conjugated,
-    diagonal,
-    inverse,
-    levered,
-    product,
-    scaled,
-    turned,
-)
+from pose_arbiter.core.covariance import Covariance, added, diagonal, turned
 from pose_arbiter.core.odometry_mark import OdometryMark, motion_between
 
 _CREEP_XY, _CREEP_YAW = 2e-3, 2e-3  # what nobody sees, after a second [m, rad]
@@ -28,26 +26,48 @@ class Estimate(NamedTuple):
     Attributes:
         mark: odometry at that instant.
         x, y, yaw: ``T_map_base`` [m, rad].
-        scatter: covariance of what more poses average away.
-        lasting_xy, lasting_yaw: standard deviation of what they do not [m, rad].
+        lasting: shape (s, 3), lasting errors of the sources, in standard deviations (`lasting_root`).
+        P: shape (3 + 3 s, 3 + 3 s), covariance of (x, y, yaw) [m, rad] and of those errors.
     """
 
     mark: OdometryMark
     x: float
     y: float
     yaw: float
-    scatter: Covariance
-    lasting_xy: float = 0.0
-    lasting_yaw: float = 0.0
+    lasting: NDArray[np.float64]
+    P: NDArray[np.float64]
 
     @property
     def covariance(self) -> Covariance:
-        """Of (x, y, yaw), all in all."""
-        return added(self.scatter, diagonal(self.lasting_xy**2, self.lasting_yaw**2))
+        """Of (x, y, yaw)."""
+        (xx, xy, xt), (_, yy, yt), (_, _, tt) = self.P[:3, :3].tolist()
+        return (xx, xy, xt, yy, yt, tt)
+
+
+def told(mark: OdometryMark, x: float, y: float, yaw: float, noise: Covariance, sources: int) -> Estimate:
+    """Return the estimate at a pose of which nothing but a covariance is known, with so many sources to come."""
+    P = np.eye(3 + 3 * sources)
+    P[:3, :3] = _matrix(noise)
+    return Estimate(mark, x, y, yaw, np.zeros((sources, 3)), P)
+
+
+def measured(begin: Estimate, source: int, noise: Covariance, share: float) -> Estimate:
+    """Return an estimate that was `told` as one that a source measured, which errs as it does.
+
+    Args:
+        begin: from `told`, with a covariance not less than the noise.
+        source: its number.
+        noise: R, covariance of the measurement.
+        share: share of R that lasts.
+    """
+    P, columns = begin.P.copy(), _columns(source)
+    P[:3, columns] = -math.sqrt(share) * lasting_root(noise)
+    P[columns, :3] = P[:3, columns].T
+    return begin._replace(P=P)
 
 
 def moved_on(estimate: Estimate, mark: OdometryMark, settings: ArbiterSettings) -> Estimate:
-    """Return the estimate at a later mark: moved by odometry, less sure."""
+    """Return the estimate at a later mark: moved by odometry, less sure, what lasts partly gone."""
     motion = motion_between(estimate.mark, mark)
     between = estimate.yaw - estimate.mark.yaw  # trail to map
     cos, sin = math.cos(between), math.sin(between)
@@ -59,18 +79,24 @@ def moved_on(estimate: Estimate, mark: OdometryMark, settings: ArbiterSettings) 
             (settings.drift_turn_rate * motion.blind) ** 2 + _CREEP_YAW**2 * motion.seconds,
         ),
     )
-    # A heading that is lastingly wrong leads astray as one that is wrong by chance does.
-    aside = (estimate.lasting_yaw**2 * y * y, -(estimate.lasting_yaw**2) * x * y, 0.0)
-    lasting = (*aside, estimate.lasting_yaw**2 * x * x, 0.0, 0.0)
-    scatter = added(added(levered(estimate.scatter, x, y), noise), lasting)
+    kept = math.exp(-(motion.way + motion.turn + settings.drift_speed * motion.blind) / settings.lasting_way)
+    P = estimate.P.copy()
+    # F of the pose from the left and from the right; that of what lasts is ``kept`` times one.
+    P[0] -= y * P[2]
+    P[1] += x * P[2]
+    P[:, 0] -= y * P[:, 2]
+    P[:, 1] += x * P[:, 2]
+    P[3:] *= kept
+    P[:, 3:] *= kept
+    P[:3, :3] += _matrix(noise)
+    P.ravel()[3 * (len(P) + 1) :: len(P) + 1] += 1.0 - kept * kept
     return Estimate(
         mark,
         estimate.x + x,
         estimate.y + y,
         math.remainder(estimate.yaw + motion.yaw, math.tau),
-        scatter,
-        estimate.lasting_xy,
-        estimate.lasting_yaw,
+        kept * estimate.lasting,
+        P,
     )
 
 
@@ -80,34 +106,66 @@ def residual(estimate: Estimate, x: float, y: float, yaw: float) -> tuple[float,
 
 
 def mended(
-    estimate: Estimate, difference: tuple[float, float, float], noise: Covariance, lasting_share: float
+    estimate: Estimate,
+    difference: tuple[float, float, float],
+    source: int,
+    noise: Covariance,
+    share: float,
+    *,
+    is_alone: bool,
 ) -> Estimate:
-    """Return the estimate after a measurement.
+    """Return the estimate after a measurement: the pose, a lasting error and noise, z = p + √share L u + v.
 
-    The gain is that of all the uncertainty, ``K = T (T + R)⁻¹``. Joseph's form then holds for the part that averages
-    away, while the lasting parts of estimate and measurement are taken to be the same error, whose deviations add.
+    What lasts is learned from how sources differ. Of a source that is alone it is only reckoned with (Schmidt's
+    filter): what wheels are lastingly off would be taken for it.
 
     Args:
         estimate: at the stamp of the measurement.
         difference: measured pose less estimate [m, m, rad].
-        noise: R, covariance of the measurement.
-        lasting_share: share of R that is the same in each pose of the source.
+        source: number of the source.
+        noise: R = L Lᵀ, covariance of the measurement.
+        share: share of R that lasts; the rest is v.
+        is_alone: whether no other source has mended the estimate of late.
     """
-    total = estimate.covariance
-    gain = product(total, inverse(added(total, noise)))
-    (kxx, kxy, kxt), (kyx, kyy, kyt), (ktx, kty, ktt) = gain
-    dx, dy, dt = difference
-    rest = ((1.0 - kxx, -kxy, -kxt), (-kyx, 1.0 - kyy, -kyt), (-ktx, -kty, 1.0 - ktt))
-    scatter = added(conjugated(rest, estimate.scatter), conjugated(gain, scaled(noise, 1.0 - lasting_share)))
-    weight = 0.5 * (kxx + kyy)
-    sigma_xy = math.sqrt(lasting_share * 0.5 * (noise[0] + noise[3]))
-    sigma_yaw = math.sqrt(lasting_share * noise[5])
+    P, columns, R = estimate.P, _columns(source), _matrix(noise)
+    lever = math.sqrt(share) * lasting_root(noise)
+    PH = P[:, :3] + P[:, columns] @ lever.T
+    S = PH[:3] + lever @ PH[columns] + (1.0 - share) * R
+    K = np.linalg.solve(S, PH.T).T
+    if is_alone:
+        K[columns] = 0.0
+    change = K @ (np.array(difference) - lever @ estimate.lasting[source])
+    P = P - K @ PH.T - PH @ K.T + K @ S @ K.T
+    dx, dy, dt = change[:3].tolist()
     return Estimate(
         estimate.mark,
-        estimate.x + kxx * dx + kxy * dy + kxt * dt,
-        estimate.y + kyx * dx + kyy * dy + kyt * dt,
-        math.remainder(estimate.yaw + ktx * dx + kty * dy + ktt * dt, math.tau),
-        scatter,
-        abs((1.0 - weight) * estimate.lasting_xy + weight * sigma_xy),
-        abs((1.0 - ktt) * estimate.lasting_yaw + ktt * sigma_yaw),
+        estimate.x + dx,
+        estimate.y + dy,
+        math.remainder(estimate.yaw + dt, math.tau),
+        estimate.lasting + change[3:].reshape(-1, 3),
+        0.5 * (P + P.T),
     )
+
+
+def lasting_root(noise: Covariance) -> NDArray[np.float64]:
+    """Return L with L Lᵀ = R, shape (3, 3), for errors (yaw, along x, along y) that are one in size.
+
+    The heading comes first: a source that sees one lamp or one door knows its place only as well as its heading, so
+    that one lasting error does both.
+    """
+    xx, xy, xt, yy, yt, tt = noise
+    turn = math.sqrt(tt)
+    x, y = xt / turn, yt / turn
+    along = math.sqrt(max(xx - x * x, 0.0))
+    across = (xy - x * y) / along if along > 0.0 else 0.0
+    rest = math.sqrt(max(yy - y * y - across * across, 0.0))
+    return np.array(((x, along, 0.0), (y, across, rest), (turn, 0.0, 0.0)))
+
+
+def _matrix(a: Covariance) -> NDArray[np.float64]:
+    xx, xy, xt, yy, yt, tt = a
+    return np.array(((xx, xy, xt), (xy, yy, yt), (xt, yt, tt)))
+
+
+def _columns(source: int) -> slice:
+    return slice(3 + 3 * source, 6 + 3 * source)

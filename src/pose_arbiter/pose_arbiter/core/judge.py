@@ -12,7 +12,7 @@ from scipy.special import gammaincinv
 
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.covariance import added, diagonal, distance_squared, inverse, scaled
-from pose_arbiter.core.estimate import Estimate, mended, moved_on, residual
+from pose_arbiter.core.estimate import Estimate, measured, mended, moved_on, residual, told
 from pose_arbiter.core.odometry_mark import OdometryMark
 from pose_arbiter.core.sighting import Observation, Sighting, same_robot, sighting_of
 from pose_arbiter.core.source_record import NEVER, SourceRecord, witnessed
@@ -92,7 +92,7 @@ class Judge:
 
     def _told(self, belief: Belief, pose: Observation, mark: OdometryMark) -> Belief:
         """Believe a person: what sources said before counts no more."""
-        estimate = Estimate(mark, pose.x, pose.y, pose.yaw, pose.noise)
+        estimate = told(mark, pose.x, pose.y, pose.yaw, pose.noise, len(self._sources))
         return Belief(estimate, self.beginning().records, NEVER, belief.resets + 1)
 
     def _start(
@@ -103,10 +103,10 @@ class Judge:
         belief = belief._replace(first_stamp=first)
         alone = len(self._sources) == 1
         if alone or self._seconds(belief, pose.source, seen):
-            return Verdict.RESET, _set_to(pose, seen.mark, 1.0), belief
+            return Verdict.RESET, self._set_to(pose, seen.mark, 1.0), belief
         is_best = self._best(belief, pose.stamp) == pose.source
         if pose.stamp - first >= self._start_wait and is_best:
-            return Verdict.RESET, _set_to(pose, seen.mark, 1.0), belief
+            return Verdict.RESET, self._set_to(pose, seen.mark, 1.0), belief
         return Verdict.WAITS, None, belief
 
     def _best(self, belief: Belief, stamp: int) -> int:
@@ -131,10 +131,19 @@ class Judge:
         if distance_squared(difference, inverse(innovation)) <= self._gate:
             if self._is_on_probation(belief, pose):
                 return Verdict.PROBATION, belief.estimate
-            return Verdict.USED, mended(expected, difference, pose.noise, self._settings.lasting_share)
+            is_alone = not self._others_stand_by(belief, pose)
+            share = self._settings.lasting_share
+            return Verdict.USED, mended(
+                expected, difference, pose.source, pose.noise, share, is_alone=is_alone
+            )
         if self._outweighs(belief, pose, seen):
-            return Verdict.RESET, _set_to(pose, seen.mark, _INFLATION)
+            return Verdict.RESET, self._set_to(pose, seen.mark, _INFLATION)
         return Verdict.GATED, belief.estimate
+
+    def _set_to(self, pose: Observation, mark: OdometryMark, inflation: float) -> Estimate:
+        noise = scaled(pose.noise, inflation)
+        begin = told(mark, pose.x, pose.y, pose.yaw, noise, len(self._sources))
+        return measured(begin, pose.source, pose.noise, self._settings.lasting_share)
 
     def _is_on_probation(self, belief: Belief, pose: Observation) -> bool:
         """Return whether a source that was refused must go on being near before it is used again.
@@ -146,8 +155,11 @@ class Judge:
         if record.gated < self._settings.reset_count:
             return False
         is_short = record.near_since == NEVER or pose.stamp - record.near_since < self._probation
+        return is_short and self._others_stand_by(belief, pose)
+
+    def _others_stand_by(self, belief: Belief, pose: Observation) -> bool:
         others = (k for k in range(len(belief.records)) if k != pose.source)
-        return is_short and any(belief.records[k].stands_by(pose.stamp, self._timeouts[k]) for k in others)
+        return any(belief.records[k].stands_by(pose.stamp, self._timeouts[k]) for k in others)
 
     def _without_odometry(self, expected: Estimate, nanoseconds: int) -> Estimate:
         """Return the estimate as unsure as if there were no odometry."""
@@ -155,7 +167,9 @@ class Judge:
             (speed * nanoseconds * 1e-9) ** 2
             for speed in (self._settings.drift_speed, self._settings.drift_turn_rate)
         )
-        return expected._replace(scatter=added(expected.scatter, diagonal(xy, yaw)))
+        P = expected.P.copy()
+        P[[0, 1, 2], [0, 1, 2]] += (xy, xy, yaw)
+        return expected._replace(P=P)
 
     def _outweighs(self, belief: Belief, pose: Observation, seen: Sighting) -> bool:
         """Return whether a pose that is too far is to be believed nevertheless.
@@ -192,10 +206,6 @@ class Judge:
             and record.speaks(seen.mark.stamp, self._timeouts[k])
             and same_robot(record.latest, seen, self._gate, self._settings)
         ]
-
-
-def _set_to(pose: Observation, mark: OdometryMark, inflation: float) -> Estimate:
-    return Estimate(mark, pose.x, pose.y, pose.yaw, scaled(pose.noise, inflation))
 
 
 def _with_record(belief: Belief, number: int, record: SourceRecord) -> Belief:
