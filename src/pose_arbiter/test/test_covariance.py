@@ -9,21 +9,14 @@ import pytest
 
 from pose_arbiter.core.covariance import (
     added,
-    conjugated,
+    as_matrix,
     diagonal,
     distance_squared,
     inverse,
     is_positive_definite,
-    levered,
-    product,
     scaled,
     turned,
 )
-
-
-def matrix(a):
-    xx, xy, xt, yy, yt, tt = a
-    return np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
 
 
 def random_covariance(seed):
@@ -35,22 +28,18 @@ def random_covariance(seed):
 @pytest.mark.parametrize('seed', range(10))
 def test_they_agree_with_numpy(seed):
     a, b = random_covariance(seed), random_covariance(seed + 100)
-    A, B = matrix(a), matrix(b)
+    A, B = as_matrix(a), as_matrix(b)
     rng = np.random.default_rng(seed)
-    angle, (x, y), m, v = rng.uniform(-3, 3), rng.normal(size=2), rng.normal(size=(3, 3)), rng.normal(size=3)
+    angle, v = rng.uniform(-3, 3), rng.normal(size=3)
     cos, sin = math.cos(angle), math.sin(angle)
     R = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
-    F = np.array([[1, 0, -y], [0, 1, x], [0, 0, 1]])
     for ours, theirs in (
         (added(a, b), A + B),
         (scaled(a, 3.0), 3.0 * A),
         (turned(a, cos, sin), R @ A @ R.T),
-        (levered(a, x, y), F @ A @ F.T),
         (inverse(a), np.linalg.inv(A)),
-        (conjugated(tuple(map(tuple, m)), a), m @ A @ m.T),
     ):
-        np.testing.assert_allclose(matrix(ours), theirs, atol=1e-9)
-    np.testing.assert_allclose(product(a, b), A @ B, atol=1e-12)
+        np.testing.assert_allclose(as_matrix(ours), theirs, atol=1e-9)
     assert distance_squared(tuple(v), inverse(a)) == pytest.approx(v @ np.linalg.solve(A, v))
 
 

@@ -232,3 +232,14 @@ def test_an_exact_source_is_believed_although_the_heading_slips_as_the_settings_
     counts = arbiter.counts()
     assert counts[0, Verdict.USED] >= 0.99 * 400
     assert counts.get((0, Verdict.MOVES_OTHERWISE), 0) <= 4
+
+
+def test_a_rough_source_that_speaks_often_takes_no_pose_away_from_an_exact_one_that_speaks_seldom():
+    sources = [SourceSettings(sigma_xy=s, sigma_yaw=s) for s in (0.002, 0.03)]
+    arbiter = new_arbiter(2, sources)
+    often = messages(12.0, [lambda _: None, lambda s: beside(true_pose(s), x=0.04, y=-0.04)])
+    seldom = messages(12.0, [noisy(1, 0.002)], rate=1.0)
+    said = {message[:2]: message for message in (*often, *seldom)}
+    tell(arbiter, sorted(said.values(), key=lambda m: m[:1]))
+    worst = max(errors(arbiter, 10.0 + k / 20)[0] for k in range(40))
+    assert worst < 0.015  # the rough one is 57 mm off

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 Covariance = tuple[float, float, float, float, float, float]
 Vector = tuple[float, float, float]
-Matrix = tuple[Vector, Vector, Vector]
 
 
 def diagonal(var_xy: float, var_yaw: float) -> Covariance:
@@ -42,20 +44,6 @@ def turned(a: Covariance, cos: float, sin: float) -> Covariance:
     )
 
 
-def levered(a: Covariance, lever_x: float, lever_y: float) -> Covariance:
-    """Return ``F a Fᵀ`` with ``F = [1 0 -lever_y; 0 1 lever_x; 0 0 1]``: what a wrong heading does over a way [m]."""
-    xx, xy, xt, yy, yt, tt = a
-    new_xt, new_yt = xt - lever_y * tt, yt + lever_x * tt
-    return (
-        xx - lever_y * (xt + new_xt),
-        xy + lever_x * xt - lever_y * new_yt,
-        new_xt,
-        yy + lever_x * (yt + new_yt),
-        new_yt,
-        tt,
-    )
-
-
 def inverse(a: Covariance) -> Covariance:
     """Return the inverse of a positive definite covariance (by its adjugate)."""
     xx, xy, xt, yy, yt, tt = a
@@ -68,53 +56,6 @@ def inverse(a: Covariance) -> Covariance:
         (xx * tt - xt * xt) * scale,
         (xy * xt - xx * yt) * scale,
         (xx * yy - xy * xy) * scale,
-    )
-
-
-def product(a: Covariance, b: Covariance) -> Matrix:
-    """Return the matrix ``a b``."""
-    axx, axy, axt, ayy, ayt, att = a
-    bxx, bxy, bxt, byy, byt, btt = b
-    return (
-        (
-            axx * bxx + axy * bxy + axt * bxt,
-            axx * bxy + axy * byy + axt * byt,
-            axx * bxt + axy * byt + axt * btt,
-        ),
-        (
-            axy * bxx + ayy * bxy + ayt * bxt,
-            axy * bxy + ayy * byy + ayt * byt,
-            axy * bxt + ayy * byt + ayt * btt,
-        ),
-        (
-            axt * bxx + ayt * bxy + att * bxt,
-            axt * bxy + ayt * byy + att * byt,
-            axt * bxt + ayt * byt + att * btt,
-        ),
-    )
-
-
-def conjugated(m: Matrix, a: Covariance) -> Covariance:
-    """Return ``m a mᵀ``."""
-    rows = []
-    for p, q, r in m:
-        rows.append(
-            (
-                p * a[0] + q * a[1] + r * a[2],
-                p * a[1] + q * a[3] + r * a[4],
-                p * a[2] + q * a[4] + r * a[5],
-            )
-        )
-    (f, g, h), (k, l, n), (u, v, w) = rows
-    (_, _, _), (bx, by, bz), (cx, cy, cz) = m
-    ax, ay, az = m[0]
-    return (
-        f * ax + g * ay + h * az,
-        f * bx + g * by + h * bz,
-        f * cx + g * cy + h * cz,
-        k * bx + l * by + n * bz,
-        k * cx + l * cy + n * cz,
-        u * cx + v * cy + w * cz,
     )
 
 
@@ -133,3 +74,9 @@ def is_positive_definite(a: Covariance) -> bool:
     minor = xx * yy - xy * xy
     whole = xx * (yy * tt - yt * yt) - xy * (xy * tt - xt * yt) + xt * (xy * yt - xt * yy)
     return xx > 0.0 and minor > 0.0 and whole > 0.0
+
+
+def as_matrix(a: Covariance) -> NDArray[np.float64]:
+    """Return it as an array of shape (3, 3)."""
+    xx, xy, xt, yy, yt, tt = a
+    return np.array(((xx, xy, xt), (xy, yy, yt), (xt, yt, tt)))

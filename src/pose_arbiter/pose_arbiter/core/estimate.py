@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.covariance import Covariance, added, diagonal, turned
+from pose_arbiter.core.covariance import Covariance, added, as_matrix, diagonal, turned
 from pose_arbiter.core.odometry_mark import OdometryMark, motion_between
 
 _CREEP_XY, _CREEP_YAW = 2e-3, 2e-3  # what nobody sees, after a second [m, rad]
@@ -47,7 +47,7 @@ class Estimate(NamedTuple):
 def told(mark: OdometryMark, x: float, y: float, yaw: float, noise: Covariance, sources: int) -> Estimate:
     """Return the estimate at a pose of which nothing but a covariance is known, with so many sources to come."""
     P = np.eye(3 + 3 * sources)
-    P[:3, :3] = _matrix(noise)
+    P[:3, :3] = as_matrix(noise)
     return Estimate(mark, x, y, yaw, np.zeros((sources, 3)), P)
 
 
@@ -88,7 +88,7 @@ def moved_on(estimate: Estimate, mark: OdometryMark, settings: ArbiterSettings) 
     P[:, 1] += x * P[:, 2]
     P[3:] *= kept
     P[:, 3:] *= kept
-    P[:3, :3] += _matrix(noise)
+    P[:3, :3] += as_matrix(noise)
     P.ravel()[3 * (len(P) + 1) :: len(P) + 1] += 1.0 - kept * kept
     return Estimate(
         mark,
@@ -127,7 +127,7 @@ def mended(
         share: share of R that lasts; the rest is v.
         is_alone: whether no other source has mended the estimate of late.
     """
-    P, columns, R = estimate.P, _columns(source), _matrix(noise)
+    P, columns, R = estimate.P, _columns(source), as_matrix(noise)
     lever = math.sqrt(share) * lasting_root(noise)
     PH = P[:, :3] + P[:, columns] @ lever.T
     S = PH[:3] + lever @ PH[columns] + (1.0 - share) * R
@@ -160,11 +160,6 @@ def lasting_root(noise: Covariance) -> NDArray[np.float64]:
     across = (xy - x * y) / along if along > 0.0 else 0.0
     rest = math.sqrt(max(yy - y * y - across * across, 0.0))
     return np.array(((x, along, 0.0), (y, across, rest), (turn, 0.0, 0.0)))
-
-
-def _matrix(a: Covariance) -> NDArray[np.float64]:
-    xx, xy, xt, yy, yt, tt = a
-    return np.array(((xx, xy, xt), (xy, yy, yt), (xt, yt, tt)))
 
 
 def _columns(source: int) -> slice:
