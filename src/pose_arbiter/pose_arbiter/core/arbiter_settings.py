@@ -54,7 +54,11 @@ class ArbiterSettings:
         0.5, "share of a source's variance that more poses do not average away", minimum=0.0, maximum=0.95
     )
     lasting_way: float = setting(
-        3.0, 'way after which it has changed; a radian counts as 1 m', unit='m', minimum=0.1, maximum=10000.0
+        3.0,
+        'way after which what lasts has become another; a radian counts as 1 m',
+        unit='m',
+        minimum=0.1,
+        maximum=10000.0,
     )
     reset_count: int = setting(
         5,
