@@ -84,4 +84,10 @@ def errors(arbiter, seconds):
 
 def numbers(estimate):
     """All numbers of an estimate."""
-    return [*estimate.mark, *estimate[1:4], *estimate.lasting.ravel(), *estimate.P.ravel()]
+    return [
+        *estimate.mark,
+        *estimate[1:4],
+        *estimate.lasting.ravel(),
+        *estimate.sizes.ravel(),
+        *estimate.P.ravel(),
+    ]

@@ -80,7 +80,7 @@ def test_a_measurement_without_lasting_errors_does_what_kalman_says(trail, seed)
     p, r = random_covariance(seed), random_covariance(seed + 50)
     before = start(trail, p)
     d = np.random.default_rng(seed).normal(size=3) * 0.1
-    after = mended(before, tuple(d), 0, r, 0.0, is_alone=False)
+    after = mended(before, tuple(d), 0, r, 0.0)
     P, R = as_matrix(p), as_matrix(r)
     information = np.linalg.inv(P) + np.linalg.inv(R)
     np.testing.assert_allclose(as_matrix(after.covariance), np.linalg.inv(information), atol=1e-9)
@@ -90,11 +90,13 @@ def test_a_measurement_without_lasting_errors_does_what_kalman_says(trail, seed)
 
 @pytest.mark.parametrize('seed', range(8))
 def test_one_after_the_other_is_all_at_once(trail, seed):
-    rng, p = np.random.default_rng(seed), random_covariance(seed)
-    said = [(k % 2, 0.1 * rng.normal(size=3), random_covariance(100 * seed + k)) for k in range(6)]
+    # Both sources are rough beside the estimate, so that what lasts of them is learned.
+    rng, p = np.random.default_rng(seed), scaled(random_covariance(seed), 1e-3)
+    rough = [random_covariance(seed + 100), random_covariance(seed + 200)]
+    said = [(k % 2, 0.1 * rng.normal(size=3), rough[k % 2]) for k in range(6)]
     estimate = start(trail, p)
     for source, z, r in said:
-        estimate = mended(estimate, difference_to(estimate, z), source, r, SHARE, is_alone=False)
+        estimate = mended(estimate, difference_to(estimate, z), source, r, SHARE)
     mean, covariance = by_all_at_once(p, said)
     np.testing.assert_allclose(np.array(estimate[1:4]) - (1.0, 2.0, 0.5), mean[:3], atol=1e-9)
     np.testing.assert_allclose(estimate.lasting.ravel(), mean[3:], atol=1e-9)
@@ -104,7 +106,7 @@ def test_one_after_the_other_is_all_at_once(trail, seed):
 @pytest.mark.parametrize('seed', range(8))
 def test_a_first_measurement_is_one_of_a_robot_that_may_be_anywhere(trail, seed):
     r = random_covariance(seed)
-    anywhere = mended(start(trail, scaled(r, 1e9)), (0.0, 0.0, 0.0), 1, r, SHARE, is_alone=False)
+    anywhere = mended(start(trail, scaled(r, 1e9)), (0.0, 0.0, 0.0), 1, r, SHARE)
     first = measured(start(trail, r), 1, r, SHARE)
     np.testing.assert_allclose(first.P, anywhere.P, atol=1e-6)
 
@@ -119,21 +121,33 @@ def test_errors_are_as_large_as_is_said_of_a_source_alone(trail):
         off = rng.multivariate_normal(np.zeros(3), 4.0 * as_matrix(r))
         for v in rng.multivariate_normal(np.zeros(3), R, size=20):
             z = off + lasting + v
-            estimate = mended(estimate, difference_to(estimate, z), 0, r, SHARE, is_alone=True)
+            estimate = mended(estimate, difference_to(estimate, z), 0, r, SHARE)
         ends.append(np.array(estimate[1:4]) - (1.0, 2.0, 0.5) - off)
         np.testing.assert_array_equal(estimate.lasting, np.zeros((2, 3)))
     said = np.linalg.cholesky(as_matrix(estimate.covariance))
     np.testing.assert_allclose(np.cov(np.linalg.solve(said, np.array(ends).T)), np.eye(3), atol=0.25)
 
 
-@pytest.mark.parametrize('is_alone', [False, True])
-def test_what_lasts_is_not_averaged_away(trail, is_alone):
+def test_what_lasts_is_not_averaged_away(trail):
     noise = diagonal(1e-4, 1e-4)
     after = start(trail, diagonal(1.0, 1.0))
     for _ in range(1000):
-        after = mended(after, (0.0, 0.0, 0.0), 0, noise, 0.25, is_alone=is_alone)
+        after = mended(after, (0.0, 0.0, 0.0), 0, noise, 0.25)
     for variance in (after.covariance[0], after.covariance[5]):
         assert 0.2499e-4 < variance < 0.26e-4
+
+
+@pytest.mark.parametrize(('growth', 'kept'), [(0.01, 1.0), (1.0, 1.0), (2.0, 0.5), (100.0, 0.01)])
+def test_where_errors_have_grown_something_new_has_come_on_top(trail, growth, kept):
+    r, rest = random_covariance(4), 1e-9
+    known = measured(start(trail, diagonal(1e-12, 1e-12)), 0, r, SHARE)
+    P = known.P.copy()
+    P[:3, 3:6] = P[3:6, :3] = 0.0
+    P[3:6, 3:6] = rest * np.eye(3)
+    known = known._replace(lasting=np.array([[1.0, -2.0, 0.5], [0.0, 0.0, 0.0]]), P=P)
+    after = mended(known, (0.0, 0.0, 0.0), 0, scaled(r, growth**2), 1e-6)  # a pose that tells nothing
+    np.testing.assert_allclose(after.lasting[0], kept * known.lasting[0], rtol=1e-3)
+    np.testing.assert_allclose(after.P[3:6, 3:6], (1.0 - kept**2) * np.eye(3), atol=1e-3)
 
 
 @pytest.mark.parametrize('seed', range(8))

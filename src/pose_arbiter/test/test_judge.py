@@ -242,4 +242,4 @@ def test_a_rough_source_that_speaks_often_takes_no_pose_away_from_an_exact_one_t
     said = {message[:2]: message for message in (*often, *seldom)}
     tell(arbiter, sorted(said.values(), key=lambda m: m[:1]))
     worst = max(errors(arbiter, 10.0 + k / 20)[0] for k in range(40))
-    assert worst < 0.015  # the rough one is 57 mm off
+    assert worst < 0.02  # the rough one is 57 mm off

@@ -51,7 +51,7 @@ class ArbiterSettings:
         0.005, 'a difference between headings that is none', unit='rad', minimum=0.0, maximum=0.5
     )
     lasting_share: float = setting(
-        0.5, "share of a source's variance that more poses do not average away", minimum=0.0, maximum=0.95
+        0.35, "share of a source's variance that more poses do not average away", minimum=0.0, maximum=0.95
     )
     lasting_way: float = setting(
         3.0,

@@ -18,6 +18,8 @@ from pose_arbiter.core.covariance import Covariance, added, as_matrix, diagonal,
 from pose_arbiter.core.odometry_mark import OdometryMark, motion_between
 
 _CREEP_XY, _CREEP_YAW = 2e-3, 2e-3  # what nobody sees, after a second [m, rad]
+_SIZES = (2, 0, 1), (0, 1, 2)  # in `lasting_root`: of the heading, then along and across
+_LEAST = 1e-12  # what divides [m, rad]
 
 
 class Estimate(NamedTuple):
@@ -27,6 +29,7 @@ class Estimate(NamedTuple):
         mark: odometry at that instant.
         x, y, yaw: ``T_map_base`` [m, rad].
         lasting: shape (s, 3), lasting errors of the sources, in standard deviations (`lasting_root`).
+        sizes: shape (s, 3), those standard deviations at the latest pose of each source.
         P: shape (3 + 3 s, 3 + 3 s), covariance of (x, y, yaw) [m, rad] and of those errors.
     """
 
@@ -35,6 +38,7 @@ class Estimate(NamedTuple):
     y: float
     yaw: float
     lasting: NDArray[np.float64]
+    sizes: NDArray[np.float64]
     P: NDArray[np.float64]
 
     @property
@@ -48,7 +52,7 @@ def told(mark: OdometryMark, x: float, y: float, yaw: float, noise: Covariance, 
     """Return the estimate at a pose of which nothing but a covariance is known, with so many sources to come."""
     P = np.eye(3 + 3 * sources)
     P[:3, :3] = as_matrix(noise)
-    return Estimate(mark, x, y, yaw, np.zeros((sources, 3)), P)
+    return Estimate(mark, x, y, yaw, np.zeros((sources, 3)), np.full((sources, 3), np.inf), P)
 
 
 def measured(begin: Estimate, source: int, noise: Covariance, share: float) -> Estimate:
@@ -60,10 +64,11 @@ def measured(begin: Estimate, source: int, noise: Covariance, share: float) -> E
         noise: R, covariance of the measurement.
         share: share of R that lasts.
     """
-    P, columns = begin.P.copy(), _columns(source)
-    P[:3, columns] = -math.sqrt(share) * lasting_root(noise)
+    P, columns, sizes, root = begin.P.copy(), _columns(source), begin.sizes.copy(), lasting_root(noise)
+    P[:3, columns] = -math.sqrt(share) * root
     P[columns, :3] = P[:3, columns].T
-    return begin._replace(P=P)
+    sizes[source] = root[_SIZES]
+    return begin._replace(sizes=sizes, P=P)
 
 
 def moved_on(estimate: Estimate, mark: OdometryMark, settings: ArbiterSettings) -> Estimate:
@@ -96,6 +101,7 @@ def moved_on(estimate: Estimate, mark: OdometryMark, settings: ArbiterSettings) 
         estimate.y + y,
         math.remainder(estimate.yaw + motion.yaw, math.tau),
         kept * estimate.lasting,
+        estimate.sizes,
         P,
     )
 
@@ -106,18 +112,12 @@ def residual(estimate: Estimate, x: float, y: float, yaw: float) -> tuple[float,
 
 
 def mended(
-    estimate: Estimate,
-    difference: tuple[float, float, float],
-    source: int,
-    noise: Covariance,
-    share: float,
-    *,
-    is_alone: bool,
+    estimate: Estimate, difference: tuple[float, float, float], source: int, noise: Covariance, share: float
 ) -> Estimate:
     """Return the estimate after a measurement: the pose, a lasting error and noise, z = p + √share L u + v.
 
-    What lasts is learned from how sources differ. Of a source that is alone it is only reckoned with (Schmidt's
-    filter): what wheels are lastingly off would be taken for it.
+    What lasts is learned where the estimate is surer than the source alone could make it: others have. Elsewhere it is
+    only reckoned with (Schmidt's filter), since what wheels are lastingly off would be taken for it.
 
     Args:
         estimate: at the stamp of the measurement.
@@ -125,14 +125,14 @@ def mended(
         source: number of the source.
         noise: R = L Lᵀ, covariance of the measurement.
         share: share of R that lasts; the rest is v.
-        is_alone: whether no other source has mended the estimate of late.
     """
-    P, columns, R = estimate.P, _columns(source), as_matrix(noise)
-    lever = math.sqrt(share) * lasting_root(noise)
+    root, columns, R = lasting_root(noise), _columns(source), as_matrix(noise)
+    estimate, lever = _resized(estimate, source, root[_SIZES]), math.sqrt(share) * root
+    P = estimate.P
     PH = P[:, :3] + P[:, columns] @ lever.T
     S = PH[:3] + lever @ PH[columns] + (1.0 - share) * R
     K = np.linalg.solve(S, PH.T).T
-    if is_alone:
+    if not _is_surer(P, share * R):
         K[columns] = 0.0
     change = K @ (np.array(difference) - lever @ estimate.lasting[source])
     P = P - K @ PH.T - PH @ K.T + K @ S @ K.T
@@ -143,8 +143,29 @@ def mended(
         estimate.y + dy,
         math.remainder(estimate.yaw + dt, math.tau),
         estimate.lasting + change[3:].reshape(-1, 3),
+        estimate.sizes,
         0.5 * (P + P.T),
     )
+
+
+def _resized(estimate: Estimate, source: int, now: NDArray[np.float64]) -> Estimate:
+    """Return the estimate before a source's pose whose errors have another size.
+
+    Where they have grown, something new has come on top of the old; where they have shrunk, all of it has.
+    """
+    columns, sizes = _columns(source), estimate.sizes.copy()
+    kept = np.minimum(sizes[source] / np.maximum(now, _LEAST), 1.0)
+    sizes[source] = now
+    lasting, P = estimate.lasting.copy(), estimate.P.copy()
+    lasting[source] *= kept
+    P[columns] *= kept[:, None]
+    P[:, columns] *= kept
+    P.ravel()[columns.start * (len(P) + 1) : columns.stop * (len(P) + 1) : len(P) + 1] += 1.0 - kept * kept
+    return estimate._replace(lasting=lasting, sizes=sizes, P=P)
+
+
+def _is_surer(P: NDArray[np.float64], lasting: NDArray[np.float64]) -> bool:
+    return bool(P[0, 0] + P[1, 1] < lasting[0, 0] + lasting[1, 1] and P[2, 2] < lasting[2, 2])
 
 
 def lasting_root(noise: Covariance) -> NDArray[np.float64]:

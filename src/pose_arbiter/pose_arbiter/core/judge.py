@@ -131,11 +131,8 @@ class Judge:
         if distance_squared(difference, inverse(innovation)) <= self._gate:
             if self._is_on_probation(belief, pose):
                 return Verdict.PROBATION, belief.estimate
-            is_alone = not self._others_stand_by(belief, pose)
             share = self._settings.lasting_share
-            return Verdict.USED, mended(
-                expected, difference, pose.source, pose.noise, share, is_alone=is_alone
-            )
+            return Verdict.USED, mended(expected, difference, pose.source, pose.noise, share)
         if self._outweighs(belief, pose, seen):
             return Verdict.RESET, self._set_to(pose, seen.mark, _INFLATION)
         return Verdict.GATED, belief.estimate
@@ -155,11 +152,8 @@ class Judge:
         if record.gated < self._settings.reset_count:
             return False
         is_short = record.near_since == NEVER or pose.stamp - record.near_since < self._probation
-        return is_short and self._others_stand_by(belief, pose)
-
-    def _others_stand_by(self, belief: Belief, pose: Observation) -> bool:
         others = (k for k in range(len(belief.records)) if k != pose.source)
-        return any(belief.records[k].stands_by(pose.stamp, self._timeouts[k]) for k in others)
+        return is_short and any(belief.records[k].stands_by(pose.stamp, self._timeouts[k]) for k in others)
 
     def _without_odometry(self, expected: Estimate, nanoseconds: int) -> Estimate:
         """Return the estimate as unsure as if there were no odometry."""
