@@ -89,12 +89,13 @@ def test_the_robot_goes_on_after_a_fault_and_odometry_stays_right(robot, fault):
 
 
 def test_the_robot_goes_on_when_it_is_plugged_in_again(robot):
-    robot.drive(1.5, 0.3)
+    # Slowly: it drives on until the controller stops it, and how it swerved there no count tells.
+    robot.drive(1.0, 0.15)
     robot.fault('unplug', 2.5)  # longer than from one report to the next
     robot.until(lambda: not robot.report.is_connected)
     assert 'plug the controller in' in robot.message().message
     robot.until(lambda: robot.report.is_connected)
-    robot.drive(1.5, 0.3)
+    robot.drive(1.0, 0.15)
     assert robot.is_driving()
     assert error(robot) < 3e-3
 
