@@ -29,7 +29,7 @@ from shirube_geometry import PlanarPose
 
 WORLDS = {
     'rooms': coarse(rooms(24, 2, room=8, door=3, closed=0.0)),
-    'maze': coarse(maze(17, 2, corridor=3)),
+    'maze': coarse(maze(13, 4, corridor=3)),
     'warehouse': coarse(warehouse(30, 1, pallets=0.01)),
     'field': coarse(random_field(24, 5, share=0.05)),
 }
