@@ -153,8 +153,9 @@ def seen_cells(bag: RoomBag, truth: OccupancyMap, scene: RoomDrive) -> NDArray[n
         places = near @ T[:3, :3].T + T[:3, 3]
         places = places[(places[:, 2] > low) & (places[:, 2] < high)]
         cells = truth.frame.cell_of(places[:, :2])
-        cells = np.unique(cells[truth.frame.contains(cells)], axis=0)
-        counts[cells[:, 0], cells[:, 1]] += 1
+        is_seen = np.zeros(truth.frame.shape, dtype=bool)
+        is_seen[tuple(cells[truth.frame.contains(cells)].T)] = True
+        counts += is_seen
     return np.asarray((counts >= SEEN_FRAMES) & truth.occupied())
 
 

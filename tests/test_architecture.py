@@ -5,7 +5,8 @@ import re
 import sys
 import tomllib
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -14,10 +15,11 @@ pytestmark = pytest.mark.newest_set_only
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = sorted(folder.name for folder in (ROOT / 'src').iterdir() if folder.is_dir())
-SOURCES = sorted(path for path in (ROOT / 'src').glob('*/*/**/*.py') if 'test' not in path.parts)
-ALL_FILES = sorted(
-    path for folder in ('src', 'tests', 'benchmarks', 'environment') for path in (ROOT / folder).rglob('*.py')
-)
+SOURCES_OF = {
+    package: sorted(path for path in (ROOT / 'src' / package).glob('*/**/*.py') if 'test' not in path.parts)
+    for package in PACKAGES
+}
+FOLDERS = (*(f'src/{package}' for package in PACKAGES), 'tests', 'benchmarks', 'environment')
 
 # What knows only numbers: folders and files below src/, and what of them is left out.
 PURE = (
@@ -116,23 +118,59 @@ def relative(path: Path) -> str:
     return str(path.relative_to(ROOT))
 
 
-def imported_modules(tree: ast.AST) -> Iterator[str]:
-    """Yield the first part of every name that is imported anywhere in the file."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name.split('.')[0] for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield node.module.split('.')[0]
+@cache
+def pure_files(package: str) -> list[Path]:
+    return [path for path in SOURCES_OF[package] if is_pure(path)]
+
+
+@dataclass(frozen=True)
+class Names:
+    """What the rules ask of a file, which is parsed once.
+
+    Attributes:
+        imports: the modules that are imported anywhere in it.
+        froms: those of them that names are taken from.
+        calls: the functions that are called by their bare name.
+        attributes: what is taken with a dot.
+        lengths: lines of each function.
+    """
+
+    imports: set[str]
+    froms: set[str]
+    calls: set[str]
+    attributes: set[str]
+    lengths: dict[str, int]
+
+
+@cache
+def names_in(path: Path) -> Names:
+    names = Names(set(), set(), set(), set(), {})
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Attribute):
+            names.attributes.add(node.attr)
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            names.calls.add(node.func.id)
+        elif isinstance(node, ast.Import):
+            names.imports.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names.froms.add(node.module)
+            if not node.level:
+                names.imports.add(node.module)
+        elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            assert node.end_lineno is not None
+            lines = node.end_lineno - node.lineno
+            names.lengths[node.name] = max(lines, names.lengths.get(node.name, 0))
+    return names
+
+
+def imported_modules(path: Path) -> set[str]:
+    """Return the first part of every name that is imported anywhere in the file."""
+    return {name.split('.')[0] for name in names_in(path).imports}
 
 
 def rosdep_keys(package: str) -> set[str]:
     """Return the keys that the package's imports ask for."""
-    modules = {
-        module
-        for path in SOURCES
-        if path.is_relative_to(ROOT / 'src' / package)
-        for module in imported_modules(ast.parse(path.read_text()))
-    }
+    modules = {module for path in SOURCES_OF[package] for module in imported_modules(path)}
     return {ROSDEP_KEYS.get(m, m) for m in modules - set(sys.stdlib_module_names) - {package, 'setuptools'}}
 
 
@@ -141,33 +179,26 @@ def declared(package: str, tag: str) -> list[str]:
 
 
 def test_the_rules_see_the_code() -> None:
-    assert sum(is_pure(path) for path in SOURCES) > 5
+    assert sum(is_pure(path) for paths in SOURCES_OF.values() for path in paths) > 5
     assert {'floor_localizer', 'shirube_geometry', 'shirube_cli'} <= set(PACKAGES)
 
 
-@pytest.mark.parametrize('path', [path for path in SOURCES if is_pure(path)], ids=relative)
-def test_cores_know_only_numbers(path: Path) -> None:
-    tree = ast.parse(path.read_text())
-    modules = set(imported_modules(tree))
-    own = path.relative_to(ROOT / 'src').parts[0]
-    assert modules <= PURE_LIBRARIES | {own} | set(sys.stdlib_module_names) - TOUCHES_THE_WORLD
-    names = {
-        node.func.id
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
-    }
-    assert not names & FORBIDDEN_FUNCTIONS
-    attributes = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
-    assert not attributes & FORBIDDEN_ATTRIBUTES
+@pytest.mark.parametrize('package', PACKAGES)
+def test_cores_know_only_numbers(package: str) -> None:
+    allowed = PURE_LIBRARIES | {package} | set(sys.stdlib_module_names) - TOUCHES_THE_WORLD
+    for path in pure_files(package):
+        assert imported_modules(path) <= allowed, relative(path)
+        assert not names_in(path).calls & FORBIDDEN_FUNCTIONS, relative(path)
+        assert not names_in(path).attributes & FORBIDDEN_ATTRIBUTES, relative(path)
 
 
-@pytest.mark.parametrize('path', [path for path in SOURCES if is_pure(path)], ids=relative)
-def test_cores_import_no_part_that_is_not_pure(path: Path) -> None:
-    for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.split('.')[0] in PACKAGES:
-            package = node.module.split('.')[0]
-            target = (ROOT / 'src' / package / node.module.replace('.', '/')).with_suffix('.py')
-            assert not target.exists() or is_pure(target), node.module
+@pytest.mark.parametrize('package', PACKAGES)
+def test_cores_import_no_part_that_is_not_pure(package: str) -> None:
+    for path in pure_files(package):
+        for module in names_in(path).froms:
+            other = module.split('.')[0]
+            target = (ROOT / 'src' / other / module.replace('.', '/')).with_suffix('.py')
+            assert not target.exists() or is_pure(target), f'{relative(path)}: {module}'
 
 
 @pytest.mark.parametrize('package', PACKAGES)
@@ -207,12 +238,9 @@ def test_pip_users_get_every_package() -> None:
     assert project['tool']['mypy']['mypy_path'] == with_modules
 
 
-@pytest.mark.parametrize('path', ALL_FILES, ids=relative)
-def test_files_and_functions_stay_short_and_speak(path: Path) -> None:
-    text = path.read_text()
-    assert len(text.splitlines()) <= 300
-    assert not re.fullmatch(r'_?(utils?|common|helpers?|misc)', path.stem)
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            assert node.end_lineno is not None
-            assert node.end_lineno - node.lineno < 50, node.name
+@pytest.mark.parametrize('folder', FOLDERS)
+def test_files_and_functions_stay_short_and_speak(folder: str) -> None:
+    for path in (ROOT / folder).rglob('*.py'):
+        assert len(path.read_text().splitlines()) <= 300, relative(path)
+        assert not re.fullmatch(r'_?(utils?|common|helpers?|misc)', path.stem), relative(path)
+        assert [name for name, lines in names_in(path).lengths.items() if lines >= 50] == [], relative(path)

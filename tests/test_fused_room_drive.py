@@ -74,6 +74,7 @@ def test_through_an_outage_it_is_better_than_odometry_alone(drive):
     assert (ours < rms(alone, truth)).all()
 
 
+@pytest.mark.newest_set_only
 def test_shuffled_arrival_gives_the_same(drive):
     source, odometry, _ = drive
     wanted = [s for s, _ in source[::20]]

@@ -13,6 +13,8 @@ import pytest
 
 from scene_simulator.dot_floor import DARK_ON_LIGHT
 
+pytestmark = pytest.mark.newest_set_only
+
 BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
 SIZE = (1.2, 1.2)
 SHARE = SIZE[0] * SIZE[1] / (DARK_ON_LIGHT.size[0] * DARK_ON_LIGHT.size[1])

@@ -16,6 +16,8 @@ from scene_simulator.dot_floor import DARK_ON_LIGHT
 from scene_simulator.survey import SURVEY_ERROR
 from shirube_geometry import PlanarPose
 
+pytestmark = pytest.mark.newest_set_only
+
 BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
 VIEWS = 60
 # Chance leaves these limits once in a thousand runs.

@@ -12,7 +12,6 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from reward_planner.core.depth.depth_settings import DepthSettings
@@ -24,6 +23,7 @@ from scene_simulator.room_drive import RoomDrive
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.lockstep import replay_in_lockstep
 from shirube_ros.isolated_graph import isolated_graph
+from shirube_ros.node_executor import node_executor
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -115,7 +115,7 @@ def test_the_node_makes_the_same_map(bench: ModuleType, bag: Any, run: Any) -> N
     with isolated_graph() as graph, BagReader(bench.BAG) as reader:
         node = graph.add(RewardPlannerNode, **parameters)
         player = graph.add(lambda **options: Node('player', **options))
-        executor = SingleThreadedExecutor(context=graph.context)
+        executor = node_executor(graph.context)
         for each in (node, player):
             executor.add_node(each)
         replay_in_lockstep(reader, player, executor, TOPICS)

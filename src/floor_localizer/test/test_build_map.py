@@ -42,6 +42,7 @@ def test_a_drive_becomes_a_map(
         assert cv2.imread(str(tmp_path / name)) is not None
 
 
+@pytest.mark.newest_set_only
 def test_a_known_length_sets_the_scale(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -121,6 +122,7 @@ def forbidden() -> SimpleNamespace:
     return SimpleNamespace(detect=detect)
 
 
+@pytest.mark.newest_set_only
 def test_a_killed_survey_goes_on_and_ends_the_same(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

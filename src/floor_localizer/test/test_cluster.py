@@ -65,6 +65,7 @@ def test_an_index_is_the_same_from_a_cluster(
     assert Path('there.dotmap').read_bytes() == Path('here.dotmap').read_bytes()
 
 
+@pytest.mark.newest_set_only
 def test_a_survey_is_the_same_from_a_cluster(
     scheduler: str,
     tmp_path_factory: pytest.TempPathFactory,

@@ -59,6 +59,7 @@ def fault_of(error: str) -> str:
     return lines[0]
 
 
+@pytest.mark.newest_set_only
 def test_a_build_that_was_killed_goes_on(source: Path, tmp_path: Path) -> None:
     out = tmp_path / 'floor.dotmap'
     process = start(source, '--out', out)
@@ -76,6 +77,7 @@ def test_a_build_that_was_killed_goes_on(source: Path, tmp_path: Path) -> None:
     assert not parts.exists()
 
 
+@pytest.mark.newest_set_only
 def test_a_disk_without_room_is_one_line_and_nothing_is_lost(source: Path, tmp_path: Path) -> None:
     out = tmp_path / 'floor.dotmap'
     _, error = start(source, '--out', out, MOST_BYTES='90000').communicate()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -18,3 +19,12 @@ def graph() -> Iterator[IsolatedGraph]:
     """Nodes that see only each other."""
     with isolated_graph() as opened:
         yield opened
+
+
+@pytest.fixture
+def robot(graph: IsolatedGraph, tmp_path: Path) -> Iterator[Any]:
+    """The node with an emulated robot, and somebody who drives it."""
+    from emulated_robot import Robot  # noqa: PLC0415 lies beside this file
+
+    with Robot(graph, tmp_path / 'tty') as made:
+        yield made

@@ -21,6 +21,7 @@ from motor_bridge.emulator.line_faults import FaultOrder, LineFaults
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
 from motor_bridge.emulator.real_time import RealTime
 from motor_bridge.node import MotorBridgeNode
+from shirube_ros.pose_conversion import planar_pose
 
 SETTINGS = EmulatorSettings(encoder_noise=0.3, slip_sigma=0.0, boot_time=0.3)
 
@@ -107,3 +108,11 @@ class Robot:
     def is_driving(self):
         with self.lock:
             return self.controller.wheel_speeds[0] > 1.0
+
+    def error(self):
+        """How far odometry is from the truth when the robot stands [m]."""
+        self.until(self.stands)
+        seen = len(self.odometry)
+        self.until(lambda: len(self.odometry) > seen + 2)
+        pose = planar_pose(self.odometry[-1].pose.pose, 'odom')
+        return pose.distance_to(self.controller.T_world_base)

@@ -4,48 +4,14 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from emulated_robot import Robot
 from geometry_msgs.msg import Twist, TwistStamped
-from rosgraph_msgs.msg import Clock
 
-from shirube_ros.pose_conversion import planar_pose, planar_pose_with_covariance
+from shirube_ros.pose_conversion import planar_pose
 
-
-@pytest.fixture
-def robot(graph, tmp_path):
-    with Robot(graph, tmp_path / 'tty') as made:
-        yield made
-
-
-def error(robot):
-    """How far odometry is from the truth when the robot stands [m]."""
-    robot.until(robot.stands)
-    seen = len(robot.odometry)
-    robot.until(lambda: len(robot.odometry) > seen + 2)
-    pose = planar_pose(robot.odometry[-1].pose.pose, 'odom')
-    return pose.distance_to(robot.controller.T_world_base)
-
-
-def test_velocities_drive_and_odometry_tells_where(robot):
-    robot.drive(2.5, 0.3, 0.6)
-    assert robot.controller.T_world_base.x > 0.2
-    assert robot.controller.T_world_base.yaw > 0.5
-    # Over a second: between two reads the controller may have stood still, on a machine that is busy.
-    driven = [message.twist.twist for message in robot.odometry[-30:]]
-    assert np.median([twist.linear.x for twist in driven]) == pytest.approx(0.91 * 0.3, rel=0.15)
-    assert np.median([twist.angular.z for twist in driven]) == pytest.approx(0.91 * 0.6, rel=0.3)
-    assert error(robot) < 2e-3
-    last = robot.odometry[-1]
-    assert (last.header.frame_id, last.child_frame_id) == ('odom', 'base_link')
-    _, covariance = planar_pose_with_covariance(last.pose, 'odom')
-    assert (np.linalg.eigvalsh(covariance) > 0.0).all()
-    joints = robot.joints[-1]
-    assert list(joints.name) == ['left_wheel_joint', 'right_wheel_joint']
-    assert joints.position == pytest.approx(robot.controller._body.wheel_angles, abs=0.02)
-    assert robot.message().message == 'stands, nobody publishes cmd_vel'
+pytestmark = pytest.mark.newest_set_only
 
 
 def test_silence_stops_the_robot(robot):
@@ -85,18 +51,19 @@ def test_the_robot_goes_on_after_a_fault_and_odometry_stays_right(robot, fault):
     robot.fault(*fault)
     robot.drive(2.5, 0.2, 0.3)
     assert robot.is_driving()
-    assert error(robot) < 3e-3
+    assert robot.error() < 3e-3
 
 
 def test_the_robot_goes_on_when_it_is_plugged_in_again(robot):
-    robot.drive(1.5, 0.3)
+    # Slowly: it drives on until the controller stops it, and how it swerved there no count tells.
+    robot.drive(1.0, 0.15)
     robot.fault('unplug', 2.5)  # longer than from one report to the next
     robot.until(lambda: not robot.report.is_connected)
     assert 'plug the controller in' in robot.message().message
     robot.until(lambda: robot.report.is_connected)
-    robot.drive(1.5, 0.3)
+    robot.drive(1.0, 0.15)
     assert robot.is_driving()
-    assert error(robot) < 3e-3
+    assert robot.error() < 3e-3
 
 
 def test_a_reset_of_the_controller_makes_no_jump_and_odometry_less_sure(robot):
@@ -178,30 +145,3 @@ def test_two_drivers_at_once_are_refused(robot):
     robot.person.destroy_publisher(other)
     robot.drive(1.5, 0.3)
     assert robot.is_driving()
-
-
-def test_with_simulated_time_everything_is_in_lock_step(graph, tmp_path):
-    with Robot(graph, tmp_path / 'tty', real_time=False, use_sim_time=True) as robot:
-        clock = robot.person.create_publisher(Clock, '/clock', 10)
-        robot.until(lambda: clock.get_subscription_count() >= 1)
-        robot.until(lambda: robot.report.is_connected)
-        stamps = []
-        for step in range(1, 61):
-            with robot.lock:
-                robot.controller.advance(step / 30.0)
-            sec, nanosec = divmod(round(1e9 * step / 30.0), 10**9)
-            seen = len(robot.odometry)
-            robot.send(0.2)
-            clock.publish(Clock(clock=Time(sec=sec, nanosec=nanosec)))
-            robot.until(lambda seen=seen, step=step: len(robot.odometry) > seen or step == 1, 1.0)
-            stamps += [o.header.stamp.sec + 1e-9 * o.header.stamp.nanosec for o in robot.odometry[seen:]]
-        assert stamps[-1] == pytest.approx(2.0, abs=1e-6)
-        assert robot.controller.T_world_base.x > 0.1
-        pose = planar_pose(robot.odometry[-1].pose.pose, 'odom')
-        assert pose.distance_to(robot.controller.T_world_base) < 2e-3
-        robot.wait(0.7)
-        assert robot.is_driving()  # simulated time stands: nothing has timed out
-        for nanosec in (0, 100_000_000, 200_000_000):
-            clock.publish(Clock(clock=Time(sec=1, nanosec=nanosec)))
-            robot.wait(0.1)
-        robot.until(lambda: robot.report.faults['time went back'] == 1, 3.0)

@@ -15,6 +15,8 @@ from motor_bridge.emulator.line_faults import FAULTS, FaultOrder, LineFaults, re
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
 from motor_bridge.emulator.real_time import RealTime
 
+pytestmark = pytest.mark.newest_set_only
+
 SETTINGS = EmulatorSettings(encoder_noise=0.0, boot_time=0.1)
 
 

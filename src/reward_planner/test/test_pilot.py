@@ -29,7 +29,7 @@ from shirube_geometry import PlanarPose
 
 WORLDS = {
     'rooms': coarse(rooms(24, 2, room=8, door=3, closed=0.0)),
-    'maze': coarse(maze(17, 2, corridor=3)),
+    'maze': coarse(maze(13, 4, corridor=3)),
     'warehouse': coarse(warehouse(30, 1, pallets=0.01)),
     'field': coarse(random_field(24, 5, share=0.05)),
 }
@@ -47,6 +47,7 @@ def shortest_way(walls, start, goal):
 
 @pytest.mark.parametrize('mode', ['optimal', 'reward'])
 @pytest.mark.parametrize('world', WORLDS)
+@pytest.mark.newest_set_only
 def test_the_robot_gets_through_unknown_worlds(mode, world):
     walls = WORLDS[world]
     start, goal = roomy_place(walls, 1.0, 1.0), roomy_place(walls, 7.5, 9.5)
@@ -86,6 +87,7 @@ def test_a_robot_whose_pose_is_mended_at_the_goal_drives_there_again(yaw):
     assert drive.drives[-1].state is DriveState.REACHED
 
 
+@pytest.mark.newest_set_only
 def test_velocities_stay_within_all_limits():
     settings = DrivingSettings()
     drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 2.0), settings)
@@ -210,6 +212,7 @@ def test_the_speed_allows_to_stop_before_what_lies_straight_ahead():
 
 @pytest.mark.parametrize('resolution', [0.05, 0.1, 0.2])
 @pytest.mark.parametrize('start', [(1.0, 2.93), (1.07, 3.1), (1.13, 2.97)])
+@pytest.mark.newest_set_only
 def test_no_passage_is_entered_that_is_too_narrow_for_cells_so_large(resolution, start):
     walls = np.zeros((round(6.0 / resolution), round(10.0 / resolution)), dtype=bool)
     walls[[0, -1]] = walls[:, [0, -1]] = True
@@ -222,6 +225,7 @@ def test_no_passage_is_entered_that_is_too_narrow_for_cells_so_large(resolution,
     assert last.state in (DriveState.REACHED, DriveState.UNREACHABLE), last.detail
 
 
+@pytest.mark.newest_set_only
 def test_a_cleared_map_forgets_its_obstacles():
     drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 0.0))
     drive.pilot.set_goal(goal_at(8.0, 1.0))
@@ -234,6 +238,7 @@ def test_a_cleared_map_forgets_its_obstacles():
     assert drive.way() - before < 6.5
 
 
+@pytest.mark.newest_set_only
 def test_the_robot_never_drives_backwards_nor_fast_on_what_is_occupied():
     drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 2.0), DrivingSettings(max_linear_velocity=2.0))
     drive.pilot.set_goal(goal_at(8.0, 1.0))

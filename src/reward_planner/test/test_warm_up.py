@@ -15,6 +15,7 @@ from shirube_geometry import CameraMount
 
 
 @pytest.mark.parametrize('mode', ['optimal', 'reward'])
+@pytest.mark.newest_set_only
 def test_nothing_is_compiled_while_the_robot_drives(mode):
     program = Path(__file__).parent / 'warm_drive.py'
     run = subprocess.run(  # in a process in which no other test has compiled anything

@@ -33,6 +33,7 @@ def pictures(sensors: MissionSensors, place: PlanarPose) -> list[np.ndarray]:
     ]
 
 
+@pytest.mark.newest_set_only
 def test_pictures_depend_on_seed_and_number_alone():
     place = PlanarPose(3.0, 2.5, 0.4)
     first, again = (pictures(MissionSensors(2, STEADY), place) for _ in range(2))

@@ -23,6 +23,7 @@ def test_a_perfect_unit_tells_the_truth() -> None:
     np.testing.assert_allclose(errors_of(TiltErrors(0.0, 0.0), 1), 0.0, atol=1e-15)
 
 
+@pytest.mark.newest_set_only
 def test_noise_is_new_each_time_and_the_bias_stays() -> None:
     errors = errors_of(TiltErrors(bias=0.01, noise=0.002), 1)
     np.testing.assert_allclose(errors.std(axis=0), 0.002, rtol=0.05)

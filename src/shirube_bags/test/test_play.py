@@ -90,6 +90,7 @@ def test_lock_step_waits_for_a_slow_node_in_another_process(ros, start_command, 
     assert listener.clock == listener.stamps()
 
 
+@pytest.mark.newest_set_only
 def test_large_images_arrive_without_a_loss(ros, start_command, tmp_path, messages):
     with BagWriter(tmp_path / 'bag') as bag:
         for index in range(1, 21):
@@ -103,6 +104,7 @@ def test_large_images_arrive_without_a_loss(ros, start_command, tmp_path, messag
     assert listener.stamps() == list(range(1, 21))
 
 
+@pytest.mark.newest_set_only
 def test_a_loop_plays_again_and_the_clock_jumps_back(ros, start_command, bag_path):
     listener = Listener(ros, 'listener', qos_profile_sensor_data)
     process = start_command('play', bag_path, '--rate', '0', '--loop', '2', '--topics', '/image_raw')
@@ -113,6 +115,7 @@ def test_a_loop_plays_again_and_the_clock_jumps_back(ros, start_command, bag_pat
     assert stamps[:41] == stamps[41:] == sorted(stamps[:41])
 
 
+@pytest.mark.newest_set_only
 def test_ctrl_c_ends_the_replay_with_exit_code_0(ros, start_command, bag_path):
     listener = Listener(ros, 'listener', qos_profile_sensor_data)
     process = start_command('play', bag_path, '--rate', '0.1')

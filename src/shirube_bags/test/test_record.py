@@ -4,6 +4,8 @@ import os
 import signal
 import threading
 
+import pytest
+
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.commands.record import main
 
@@ -18,6 +20,7 @@ def stamps(path):
         return [(each.topic, each.stamp_ns) for each in bag.messages()]
 
 
+@pytest.mark.newest_set_only
 def test_what_is_played_is_recorded(start_command, bag_path, tmp_path):
     target = tmp_path / 'again'
     recorder = start_command('record', '-o', target, '/image_raw', '/true_pose')

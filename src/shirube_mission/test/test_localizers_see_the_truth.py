@@ -19,6 +19,8 @@ from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.files.place_file import load_place
 
+pytestmark = pytest.mark.newest_set_only
+
 SENSORS = MissionSensors(1, {name: steady_light() for name in LAMPS})
 
 

@@ -11,9 +11,10 @@ from typing import TypeVar
 import rclpy
 from domain_coordinator import domain_id
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+
+from shirube_ros.node_executor import node_executor
 
 AnyNode = TypeVar('AnyNode', bound=Node)
 
@@ -23,7 +24,7 @@ class IsolatedGraph:
 
     def __init__(self, context: Context) -> None:
         self.context = context
-        self._executor = SingleThreadedExecutor(context=context)
+        self._executor = node_executor(context)
         self._nodes: list[Node] = []
 
     def add(self, create_node: Callable[..., AnyNode], **parameters: object) -> AnyNode:

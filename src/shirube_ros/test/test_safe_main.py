@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 from domain_coordinator import domain_id
 
+pytestmark = pytest.mark.newest_set_only
+
 PROGRAM = Path(__file__).with_name('minimal_node.py')
 
 

@@ -42,6 +42,7 @@ def test_exact_bearings_give_the_exact_place():
 
 
 @pytest.mark.parametrize(('sway', 'bias'), [(0.0, 0.0), (0.004, 0.0), (0.0, TILT_SIGMA)])
+@pytest.mark.newest_set_only
 def test_errors_are_as_large_as_is_stated(sway, bias):
     """Whether each bearing errs by itself, many together, or all."""
     scores, tilt = [], TILT_SIGMA if bias else 0.0

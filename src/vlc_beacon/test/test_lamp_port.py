@@ -8,6 +8,8 @@ from vlc_beacon.core.transmitter.serial_protocol import LampStatus
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.lamp_port import LampPort
 
+pytestmark = pytest.mark.newest_set_only
+
 
 def test_a_frame_is_sent_line_by_line() -> None:
     with lamp_that(usual) as (path, heard), LampPort(path) as port:

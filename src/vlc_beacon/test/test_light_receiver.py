@@ -91,6 +91,7 @@ def test_the_smallest_lamps_that_are_promised_get_their_ids(
     assert sorted(str(lamp.beacon) for lamp in lamps) == ['1', '2', '3', '4']
 
 
+@pytest.mark.newest_set_only
 def test_a_long_packet_of_a_lamp_without_a_name_is_heard() -> None:
     (packet,) = packets_of_message('x' * 60)
     waveform = ufsook_waveform([packet.to_bytes()])

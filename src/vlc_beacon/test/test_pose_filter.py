@@ -78,6 +78,7 @@ def test_errors_are_as_large_as_the_covariance_says():
     assert 0.2 < np.mean(normalised) < 1.3
 
 
+@pytest.mark.newest_set_only
 def test_errors_that_last_are_as_large_as_the_covariance_says():
     """Lamps that hang a little elsewhere and a mount that leans: many images on a short way say nothing new."""
     rng, settings = np.random.default_rng(2), PoseSettings()
@@ -125,6 +126,7 @@ def test_standing_still_does_not_make_lasting_errors_go_away(settings, lamps, le
     assert math.sqrt(filter_.covariance[0, 0]) > least
 
 
+@pytest.mark.newest_set_only
 def test_standing_for_minutes_does_not_make_a_pose_more_certain_than_it_is():
     rng, settings, pose = np.random.default_rng(5), PoseSettings(), PlanarPose(0.9, 0.9, 0.3)
     squares = []

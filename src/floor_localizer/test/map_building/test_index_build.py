@@ -70,6 +70,7 @@ def test_parts_make_the_same_bytes_as_the_whole(source, at_once, tmp_path, sizes
     assert [path.name for path in tmp_path.iterdir()] == ['map']
 
 
+@pytest.mark.newest_set_only
 def test_processes_of_dask_make_the_same_bytes(source, at_once, tmp_path):
     with task_runner(2) as runner:
         IndexBuild([source], tmp_path / 'map', runner, SMALL).run()
