@@ -42,7 +42,6 @@ def test_a_drive_becomes_a_map(
         assert cv2.imread(str(tmp_path / name)) is not None
 
 
-@pytest.mark.newest_set_only
 def test_a_known_length_sets_the_scale(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

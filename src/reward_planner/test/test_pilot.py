@@ -87,7 +87,6 @@ def test_a_robot_whose_pose_is_mended_at_the_goal_drives_there_again(yaw):
     assert drive.drives[-1].state is DriveState.REACHED
 
 
-@pytest.mark.newest_set_only
 def test_velocities_stay_within_all_limits():
     settings = DrivingSettings()
     drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 2.0), settings)
@@ -225,7 +224,6 @@ def test_no_passage_is_entered_that_is_too_narrow_for_cells_so_large(resolution,
     assert last.state in (DriveState.REACHED, DriveState.UNREACHABLE), last.detail
 
 
-@pytest.mark.newest_set_only
 def test_a_cleared_map_forgets_its_obstacles():
     drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 0.0))
     drive.pilot.set_goal(goal_at(8.0, 1.0))
