@@ -21,6 +21,8 @@ from stereo_landmark.files.place_file import load_places
 from stereo_landmark.located_frame import LocatedFrame
 from stereo_landmark.pair_recording import choose_topics
 
+pytestmark = pytest.mark.newest_set_only
+
 BAGS = Path(__file__).parents[1] / 'bags'
 MOUNT = CameraMount((0.1, 0.12, 1.25), (-0.5 * math.pi, 0.0, -0.5 * math.pi))
 NEAR = 0.7

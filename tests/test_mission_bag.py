@@ -106,6 +106,7 @@ def test_the_arbiter_is_within_the_limits_and_right_at_the_last_goal(tmp_path: P
 
 
 @pytest.mark.parametrize('shift', [PlanarPose(0.015, 0.0, 0.0), PlanarPose(0.0, 0.0, math.radians(1.0))])
+@pytest.mark.newest_set_only
 def test_localizers_that_are_off_break_the_limits(shift: PlanarPose, tmp_path: Path) -> None:
     with BagReader(BAG) as bag:
         assert not is_right(fused(bag, shift), tmp_path)

@@ -97,6 +97,7 @@ def least_log_chance(rng, dots=60, seen=10, density=5384.0, scale=0.02):
     return best
 
 
+@pytest.mark.newest_set_only
 def test_floors_of_chance_seldom_look_like_a_match():
     rng = np.random.default_rng(7)
     best = np.exp([least_log_chance(rng) for _ in range(150)])

@@ -152,6 +152,7 @@ def test_the_covariance_is_honest(folder: Path, tmp_path: Path, capsys: pytest.C
         ),
     ],
 )
+@pytest.mark.newest_set_only
 def test_bad_input_is_one_line_and_exit_code_1(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: str, part: str
 ) -> None:

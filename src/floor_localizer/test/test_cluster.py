@@ -18,6 +18,8 @@ from survey_scene import FLAGS, record_drive
 from floor_localizer.commands import build_map, index_map
 from floor_localizer.files.csv_form import save_csv
 
+pytestmark = pytest.mark.newest_set_only
+
 
 @pytest.fixture(scope='module')
 def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:

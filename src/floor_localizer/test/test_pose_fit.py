@@ -106,6 +106,7 @@ def test_a_second_solver_finds_the_same(mounted, rays):
     np.testing.assert_allclose(covariance, expected, atol=2e-3 * np.max(np.abs(expected)))
 
 
+@pytest.mark.newest_set_only
 def test_covariance_is_the_scatter_of_many_fits(mounted, rays):
     fits = [fitted(mounted, noisy(rays, seed)) for seed in range(600)]
     states, covariance = np.array([state for state, _ in fits]), fits[0][1]

@@ -111,6 +111,7 @@ def test_a_first_measurement_is_one_of_a_robot_that_may_be_anywhere(trail, seed)
     np.testing.assert_allclose(first.P, anywhere.P, atol=1e-6)
 
 
+@pytest.mark.newest_set_only
 def test_errors_are_as_large_as_is_said_of_a_source_alone(trail):
     """Many robots that stand, each with a lasting error of its own and noise."""
     rng, r = np.random.default_rng(3), scaled(random_covariance(3), 1e-3)

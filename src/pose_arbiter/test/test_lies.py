@@ -8,6 +8,8 @@ import random
 import pytest
 from short_drive import BEGIN, ODOMETRY, SECOND, beside, errors, messages, new_arbiter, noisy, tell, true_pose
 
+pytestmark = pytest.mark.newest_set_only
+
 SECONDS, LIE_FROM = 5.0, 2.0
 LIES = {
     'offset': lambda s: beside(true_pose(s), 0.2, -0.22),

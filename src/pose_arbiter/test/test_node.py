@@ -122,6 +122,7 @@ def test_the_transform_joins_map_and_odometry(graph, monkeypatch):
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.newest_set_only
 def test_it_ends_in_peace(number):
     with isolated_graph() as graph:
         domain = graph.context.get_domain_id()

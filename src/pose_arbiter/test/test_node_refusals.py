@@ -16,6 +16,8 @@ from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamp
 from shirube_ros.start_here import start_here
 from shirube_settings import SettingsError
 
+pytestmark = pytest.mark.newest_set_only
+
 
 def flat(message):
     message.pose.orientation.w = message.pose.orientation.z = 0.0

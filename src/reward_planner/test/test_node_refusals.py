@@ -22,6 +22,8 @@ from shirube_ros.point_cloud_conversion import cloud_from_points
 from shirube_ros.pose_conversion import pose_stamped
 from shirube_ros.start_here import start_here
 
+pytestmark = pytest.mark.newest_set_only
+
 
 @pytest.mark.parametrize(
     ('send', 'topic', 'words'),

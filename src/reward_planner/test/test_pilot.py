@@ -60,6 +60,7 @@ def test_the_robot_gets_through_unknown_worlds(mode, world):
     assert abs(drive.pose.turn_to(goal_at(*goal, 1.0))) <= 0.11
 
 
+@pytest.mark.newest_set_only
 def test_the_way_is_hardly_longer_than_it_must_be_and_the_route_is_kept():
     drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 0.0))
     drive.pilot.set_goal(goal_at(8.0, 1.0))

@@ -16,6 +16,8 @@ from shirube_bags.bag_player import BagPlayer
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.lockstep import Lockstep
 
+pytestmark = pytest.mark.newest_set_only
+
 BETWEEN_LOOKS = 0.005
 
 

@@ -80,6 +80,7 @@ def test_every_message_arrives_at_real_time_in_order_and_equal(ros, start_comman
     assert '81 messages' in told
 
 
+@pytest.mark.newest_set_only
 def test_lock_step_waits_for_a_slow_node_in_another_process(ros, start_command, bag_path):
     qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
     listener = Listener(ros, 'listener', qos, work=0.01)

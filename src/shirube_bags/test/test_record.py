@@ -9,6 +9,8 @@ import pytest
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.commands.record import main
 
+pytestmark = pytest.mark.newest_set_only
+
 
 def contents(path):
     with BagReader(path) as bag:

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 
 from shirube_cli.error import CommandError
+from shirube_cli.kernel_cache import loops_folder
 from shirube_cli.project import find_root, safe_environment
 
 
@@ -29,4 +30,6 @@ def bench(arguments: Sequence[str]) -> int:
             f'usage: shirube bench <name> [arguments …]; names: {", ".join(names) or "none yet"}'
         )
     command = [sys.executable, str(programs[arguments[0]]), *arguments[1:]]
-    return subprocess.run(command, cwd=root, env=safe_environment(), check=False).returncode
+    # The machine code of the tests, as far as it is there, so that nothing is compiled while something is measured.
+    environment = {'NUMBA_CACHE_DIR': str(loops_folder(root)), **safe_environment()}
+    return subprocess.run(command, cwd=root, env=environment, check=False).returncode

@@ -13,6 +13,8 @@ from stereo_landmark.page.page_answers import PageAnswers
 from stereo_landmark.page.pair_source import RecordedPairs
 from stereo_landmark.page.place_saver import PlaceSaver
 
+pytestmark = pytest.mark.newest_set_only
+
 
 @pytest.fixture
 def answers(tmp_path):

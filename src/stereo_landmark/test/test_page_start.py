@@ -13,6 +13,8 @@ from stereo_landmark.files.place_file import load_place, load_places
 from stereo_landmark.page import teach_page
 from stereo_landmark.page.reachable_name import reachable_name
 
+pytestmark = pytest.mark.newest_set_only
+
 
 @pytest.fixture
 def files(tmp_path):

@@ -191,6 +191,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize('words', WRONG)
+@pytest.mark.newest_set_only
 def test_a_wrong_file_is_refused_in_one_line_with_file_and_field(saved, words):
     content = yaml.safe_load(saved.read_text())
     WRONG[words](content)

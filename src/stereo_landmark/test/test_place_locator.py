@@ -17,6 +17,7 @@ def pose_error(fix, state):
 
 
 @pytest.mark.parametrize('method', ['reprojection', 'closed_form'])
+@pytest.mark.newest_set_only
 def test_the_displacement_is_found_within_its_covariance(method):
     rng = np.random.default_rng(1)
     locator = PlaceLocator(RIG, PlaceSettings(method=method, pixel_sigma=0.0, tilt_sigma=0.0))
@@ -32,6 +33,7 @@ def test_the_displacement_is_found_within_its_covariance(method):
 
 
 @pytest.mark.parametrize('method', ['reprojection', 'closed_form'])
+@pytest.mark.newest_set_only
 def test_the_covariance_holds_for_a_calibration_and_a_tilt_that_are_off(method):
     rng = np.random.default_rng(7)
     settings = PlaceSettings(method=method, pixel_sigma=0.3, tilt_sigma=0.02, position_sigma_max=10.0)
@@ -49,6 +51,7 @@ def test_the_covariance_holds_for_a_calibration_and_a_tilt_that_are_off(method):
     assert np.sqrt(np.mean(normalised)) == pytest.approx(1.0, abs=0.2)
 
 
+@pytest.mark.newest_set_only
 def test_few_points_far_away_are_better_fitted_where_they_were_measured():
     """Four points within 110 px at 3.3 m: in space the depth's noise turns into everything, in pixels it does not."""
     rng = np.random.default_rng(2)

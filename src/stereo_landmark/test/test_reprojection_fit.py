@@ -28,6 +28,7 @@ def joint_bound(points, state, free):
 
 @pytest.mark.parametrize('count', [4, 16])
 @pytest.mark.parametrize(('settings', 'free'), [(KNOWN_TILT, 4), (FREE_TILT, 6)])
+@pytest.mark.newest_set_only
 def test_errors_are_the_covariance_and_the_bound(count, settings, free):
     rng = np.random.default_rng(11)
     points, state = panel(count=count, depth=0.3), random_state(rng)

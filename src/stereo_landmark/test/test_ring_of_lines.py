@@ -47,6 +47,7 @@ def test_a_ring_is_known_better_than_its_sides_alone_and_honestly():
     [1.0 + 0.002 * (COLUMNS - 46.0), 1.0 + 0.002 * (ROWS - 46.0), np.where(COLUMNS < 46.0, 1.0, 0.85)],
     ids=['across', 'down', 'shadow'],
 )
+@pytest.mark.newest_set_only
 def test_uneven_light_moves_corners_by_hardly_anything(shade):
     errors = []
     for number in range(PICTURES):

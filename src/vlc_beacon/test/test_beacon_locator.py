@@ -67,6 +67,7 @@ def test_a_robot_that_looks_backwards_has_one_pose(count):
 
 @pytest.mark.parametrize('height', [None, 0.0])
 @pytest.mark.parametrize('count', [2, 4])
+@pytest.mark.newest_set_only
 def test_errors_are_those_of_the_cramer_rao_bound(height, count):
     rng = np.random.default_rng(3)
     normalised = []
@@ -88,6 +89,7 @@ def test_errors_are_those_of_the_cramer_rao_bound(height, count):
     assert np.mean(normalised) == pytest.approx(1.0, abs=0.2)
 
 
+@pytest.mark.newest_set_only
 def test_the_covariance_knows_of_tilt():
     rng = np.random.default_rng(4)
     settings = PoseSettings(pixel_sigma=0.0, beacon_sigma=0.0, tilt_sigma=0.005)

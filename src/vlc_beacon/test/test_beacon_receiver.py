@@ -108,6 +108,7 @@ def striped() -> Heard:
 ALL = {(i, i) for i in range(1, 5)}
 
 
+@pytest.mark.newest_set_only
 def test_each_lamp_gets_its_own_id_and_the_steady_one_none(blinking: Heard, striped: Heard) -> None:
     assert blinking.named == striped.named == ALL
     for heard in (blinking, striped):

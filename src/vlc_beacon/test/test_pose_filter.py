@@ -145,6 +145,7 @@ def test_standing_for_minutes_does_not_make_a_pose_more_certain_than_it_is():
     assert math.sqrt(np.mean(squares)) < 1.5
 
 
+@pytest.mark.newest_set_only
 def test_a_turn_on_the_spot_after_long_rest_is_followed():
     """Odometry that turns 2 % too far: lamps must still correct the heading."""
     pose = PlanarPose(0.9, 0.9, 0.0)
@@ -158,6 +159,7 @@ def test_a_turn_on_the_spot_after_long_rest_is_followed():
     assert filter_.pose.distance_to(pose) < 0.005
 
 
+@pytest.mark.newest_set_only
 def test_a_lamp_that_comes_into_view_of_a_standing_robot_counts():
     truth = PlanarPose(0.8, 1.0, 0.4)
     filter_ = PoseFilter(truth, 0.0, 25.0 * START)

@@ -49,6 +49,7 @@ def read(diameter: float, seconds: float) -> tuple[ReadLamp, list[CommandPacket]
     return found, heard
 
 
+@pytest.mark.newest_set_only
 def test_a_large_lamp_is_read_in_slots() -> None:
     lamp, heard = read(340.0, 4.0)
     assert lamp.beacon == BEACON.id

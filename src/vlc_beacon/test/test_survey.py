@@ -16,6 +16,8 @@ from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.files.beacons_file import load_beacons
 
+pytestmark = pytest.mark.newest_set_only
+
 CAMERA = PinholeCamera(320, 240, 160.0, 160.0, 159.5, 119.5)
 LAMP, RADIUS, BEACON = np.array([1.3, 0.7, 2.5]), 0.15, 77
 SECONDS, RATE, START_NS = 8.0, 60.004, 1_000_000_000
