@@ -10,7 +10,6 @@ from pathlib import Path
 from time import monotonic
 
 import rclpy
-from domain_coordinator import domain_id
 from rclpy.executors import SingleThreadedExecutor
 
 from shirube_bags.errors import ReplayError
@@ -19,6 +18,7 @@ from shirube_cli.child_process import child_process, interrupt
 from shirube_cli.error import CommandError
 from shirube_cli.pose_listener import PoseListener
 from shirube_cli.workspace import find_executable, overlay_environment
+from shirube_ros.free_domain import free_domain
 
 # The node reads its map and compiles its loops before it listens.
 START_TIMEOUT = 120
@@ -162,7 +162,7 @@ def _listening(package: str, image_topic: str) -> Iterator[tuple[PoseListener, S
     """Give a listener on the loopback only, and the number of its domain."""
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     context = rclpy.Context()
-    with domain_id() as domain:
+    with free_domain() as domain:
         rclpy.init(context=context, domain_id=domain)
         listener = PoseListener(package, image_topic, context)
         executor = SingleThreadedExecutor(context=context)

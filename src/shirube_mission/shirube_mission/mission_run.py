@@ -11,7 +11,6 @@ from threading import Lock
 from time import monotonic
 
 import numpy as np
-from domain_coordinator import domain_id
 from rclpy.executors import Executor
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
@@ -35,6 +34,7 @@ from shirube_mission.sensor_schedule import CAMERAS
 from shirube_mission.simulation_graph import simulation_graph
 from shirube_mission.stopwatch import Stopwatch
 from shirube_mission.trace_ears import ODOMETRY, TraceEars
+from shirube_ros.free_domain import free_domain
 from vlc_beacon.files.key_file import read_key
 
 _START_TIMEOUT = 600.0
@@ -163,7 +163,7 @@ def _nodes(
             node.arguments(folder)
         tell(PARAMETERS_WRITTEN)
         return int(os.environ.get('ROS_DOMAIN_ID', '0')), NodeProcesses((), folder, 0)
-    domain = stack.enter_context(domain_id())
+    domain = stack.enter_context(free_domain())
     return domain, stack.enter_context(NodeProcesses(nodes, folder, domain))
 
 

@@ -9,11 +9,11 @@ from time import monotonic
 from typing import TypeVar
 
 import rclpy
-from domain_coordinator import domain_id
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from shirube_ros.free_domain import free_domain
 from shirube_ros.node_executor import node_executor
 
 AnyNode = TypeVar('AnyNode', bound=Node)
@@ -61,7 +61,7 @@ def isolated_graph() -> Iterator[IsolatedGraph]:
     """Open a graph on a domain that no other test of this machine uses."""
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     context = Context()
-    with domain_id() as domain:
+    with free_domain() as domain:
         rclpy.init(context=context, domain_id=domain)
         graph = IsolatedGraph(context)
         try:

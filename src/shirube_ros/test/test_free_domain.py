@@ -1,0 +1,21 @@
+"""A domain is ours alone, and nothing that goes wrong there is hidden."""
+
+from __future__ import annotations
+
+import pytest
+
+from shirube_ros.free_domain import free_domain
+
+
+def test_two_at_once_are_different():
+    with free_domain() as one, free_domain() as other:
+        assert one != other
+
+
+@pytest.mark.parametrize(
+    'error', [TimeoutError('nobody answers'), FileNotFoundError(2, 'no', 'a'), KeyError(1)]
+)
+def test_what_fails_there_is_told_as_it_is(error):
+    with pytest.raises(type(error)) as caught, free_domain():
+        raise error
+    assert caught.value is error
