@@ -92,6 +92,7 @@ def test_a_second_drive_extends_the_map(
     assert len(found) > 1.5 * left.sum()
 
 
+@pytest.mark.newest_set_only
 def test_a_full_disk_is_told_and_the_survey_goes_on(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -145,6 +146,7 @@ def test_a_killed_survey_goes_on_and_ends_the_same(
     assert (tmp_path / 'killed' / 'map.csv').read_bytes() == (tmp_path / 'whole' / 'map.csv').read_bytes()
 
 
+@pytest.mark.newest_set_only
 def test_images_that_cannot_be_used_are_told_and_left_out(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -149,6 +149,7 @@ def test_an_interrupt_is_one_line(
     assert 'goes on where it was' in fault_of(err)
 
 
+@pytest.mark.newest_set_only
 def test_checkpoints_of_another_survey_are_not_mixed_in(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

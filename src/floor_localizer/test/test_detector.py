@@ -172,6 +172,7 @@ def test_errors_are_as_large_as_their_sigmas_say(noise, floor, dot):
     assert 0.65 < np.sqrt(np.mean(np.square(normalised))) < 1.35
 
 
+@pytest.mark.newest_set_only
 def test_a_large_image_is_free_of_its_larger_hairs():
     size = (1024, 1280)
     centres = scattered_centres(16, 20, size, distance=120.0, margin=60.0)

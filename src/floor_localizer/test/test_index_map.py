@@ -101,6 +101,7 @@ def test_a_disk_without_room_is_one_line_and_nothing_is_lost(source: Path, tmp_p
         ('floor.csv --out x.dotmap --scheduler tcp://127.0.0.1:9', 'does not answer'),
     ],
 )
+@pytest.mark.newest_set_only
 def test_bad_input_is_one_line_and_exit_code_1(
     source: Path,
     capsys: pytest.CaptureFixture[str],

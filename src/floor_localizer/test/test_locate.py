@@ -181,6 +181,7 @@ def test_an_image_of_another_size_than_the_calibration_is_refused(
     assert 'is 120 x 100 px, the calibration is for 235 x 235 px' in err
 
 
+@pytest.mark.newest_set_only
 def test_no_rclpy_is_imported() -> None:
     code = 'import sys, floor_localizer.commands.locate; sys.exit("rclpy" in sys.modules)'
     assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0

@@ -283,6 +283,7 @@ def test_a_bad_start_is_one_line_and_exit_code_1(
     assert words in line
 
 
+@pytest.mark.newest_set_only
 def test_a_refused_parameter_is_all_that_is_said() -> None:
     program = subprocess.run(
         [sys.executable, '-m', 'floor_localizer.node', '--ros-args', '-p', 'match_rate_min:=7.0'],

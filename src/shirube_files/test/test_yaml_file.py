@@ -37,6 +37,7 @@ def test_fields_are_read(tmp_path):
         (b'a: ' + b'x' * 70000, 'holds more than 64 kB'),
     ],
 )
+@pytest.mark.newest_set_only
 def test_what_cannot_be_read_is_told_in_one_line(tmp_path, data, words):
     path = tmp_path / 'a.yaml'
     path.write_bytes(data)

@@ -27,6 +27,7 @@ def test_a_node_that_ends_is_named_with_its_log(tmp_path):
     assert 'No module named' in (tmp_path / 'no_such_package.log').read_text()
 
 
+@pytest.mark.newest_set_only
 def test_a_bad_parameter_shows_as_the_nodes_own_line(tmp_path):
     setup = NodeSetup('motor_bridge', {'wheel_radius': -1.0}, {})
     nodes = NodeProcesses([setup], tmp_path, 77)

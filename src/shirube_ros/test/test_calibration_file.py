@@ -83,6 +83,7 @@ def test_a_bad_field_is_named(tmp_path: Path, field: str, value: object, part: s
         (b'a: ' + b'[' * 20000, 'is no YAML'),
     ],
 )
+@pytest.mark.newest_set_only
 def test_what_is_no_calibration_is_refused(tmp_path: Path, content: bytes, part: str) -> None:
     (tmp_path / 'belly.yaml').write_bytes(content)
     with pytest.raises(CalibrationError, match=part):

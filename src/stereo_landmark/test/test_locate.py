@@ -159,6 +159,7 @@ def test_a_view_of_something_else_is_told_with_its_reason(files, tmp_path, capsy
     assert 'meters' in row['detail']
 
 
+@pytest.mark.newest_set_only
 def test_the_command_without_ros_ends_without_a_traceback(files):
     program = subprocess.run(
         [sys.executable, '-m', 'stereo_landmark.commands.locate', *files.options('--places', '/nowhere')],

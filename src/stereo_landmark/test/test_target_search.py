@@ -100,6 +100,7 @@ def test_spacing_alone_tells_which_meters_are_seen():
 @pytest.mark.parametrize(
     'state', [(-0.1, -0.35, 0.05), (0.3, 0.3, -0.1), (0.2, 0.4, -0.15), (-0.3, 0.35, -0.2)]
 )
+@pytest.mark.newest_set_only
 def test_fields_of_a_panel_are_not_mixed_up_with_each_other(state):
     """Sides of neighbouring fields lie in line and make quadrilaterals of their own."""
     view = view_of(PANEL, np.zeros(6), tuple(Kind))

@@ -64,6 +64,7 @@ beacons:
         (f'beacons: [{GOOD}, {GOOD.replace("7", "8")}]', 'beacons 7 and 8 have the same xyz'),
     ],
 )
+@pytest.mark.newest_set_only
 def test_what_is_wrong_is_told_in_one_line(tmp_path, text, words):
     with pytest.raises(BeaconsFileError, match=words) as caught:
         load_beacons(write(tmp_path, text))

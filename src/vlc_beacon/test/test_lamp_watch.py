@@ -38,6 +38,7 @@ def camera_at(time: float) -> tuple[np.ndarray, np.ndarray]:
     return place, matrix_from_rpy((0.0, 0.0, 0.4 * math.sin(2.0 * time))) @ UP
 
 
+@pytest.mark.newest_set_only
 def test_rows_are_seen_from_where_the_camera_was_then() -> None:
     """A rolling shutter reaches the lamp 7 ms after the stamp, when the camera is 3.5 mm farther on."""
     light, rng = rs_fsk_waveform([IdPacket(BEACON).to_bytes()], 30.0), np.random.default_rng(3)

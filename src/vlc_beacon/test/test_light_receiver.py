@@ -82,6 +82,7 @@ def _rows(waveform: Waveform, time: float, rows: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize(('rolling', 'diameter', 'seconds'), [(False, 6.0, 3.5), (True, 14.0, 5.5)])
+@pytest.mark.newest_set_only
 def test_the_smallest_lamps_that_are_promised_get_their_ids(
     rolling: bool, diameter: float, seconds: float
 ) -> None:

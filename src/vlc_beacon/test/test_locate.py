@@ -156,6 +156,7 @@ def test_bad_input_is_one_line_and_exit_code_1(film: Path, run: Run, arguments: 
     assert part in line
 
 
+@pytest.mark.newest_set_only
 def test_no_rclpy_is_imported() -> None:
     code = 'import sys, vlc_beacon.commands.locate; sys.exit("rclpy" in sys.modules)'
     assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0

@@ -22,6 +22,7 @@ def test_tones_stand_apart_and_fit_into_a_symbol(frame_rate: float) -> None:
 
 @pytest.mark.parametrize('frame_rate', [30.0, 60.0])
 @pytest.mark.parametrize('content', [b'@\x05\xaa', bytes(12), b'\xff' * 12, b'\x55' * 12])
+@pytest.mark.newest_set_only
 def test_nothing_blinks_visibly(content: bytes, frame_rate: float) -> None:
     waveform = rs_fsk_waveform([content], frame_rate)
     assert worst_flicker(waveform) < 0.5

@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 PROGRAM = """
 import importlib, pkgutil
 import vlc_beacon.core
@@ -20,6 +22,7 @@ print(len(outer), *[k.__name__ for k in outer if not k.signatures])
 """
 
 
+@pytest.mark.newest_set_only
 def test_each_kernel_was_compiled() -> None:
     """Those that only other kernels call are part of their callers."""
     told = subprocess.run([sys.executable, '-c', PROGRAM], capture_output=True, text=True, check=True)

@@ -52,6 +52,7 @@ def test_dots_beyond_the_other_map_are_outside(floor: DotMap) -> None:
     assert found.outside > 0.9 * (~left).sum()
 
 
+@pytest.mark.newest_set_only
 def test_maps_of_different_floors_are_refused(floor: DotMap) -> None:
     with pytest.raises(FloorLocalizerError, match='no floor in common'):
         compare(floor, random_floor(9))
