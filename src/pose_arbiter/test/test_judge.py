@@ -243,3 +243,22 @@ def test_a_rough_source_that_speaks_often_takes_no_pose_away_from_an_exact_one_t
     tell(arbiter, sorted(said.values(), key=lambda m: m[:1]))
     worst = max(errors(arbiter, 10.0 + k / 20)[0] for k in range(40))
     assert worst < 0.02  # the rough one is 57 mm off
+
+
+def test_while_the_robot_stands_nobody_who_was_refused_is_believed_again():
+    """One that is late, too, is near then."""
+
+    def at(seconds):
+        return min(seconds, 4.0) if seconds < 8.0 else seconds - 4.0
+
+    def late(seconds):
+        return true_pose(at(seconds - 0.5) if seconds > 2.0 else at(seconds))
+
+    said = [m for m in messages(10.0, [lambda s: noisy(1)(at(s)), late]) if m[1] != ODOMETRY]
+    said += [(BEGIN + k * SECOND // 50, ODOMETRY, odometry_pose(at(k / 50))) for k in range(501)]
+    arbiter = new_arbiter(2)
+    for stamp, source, pose in sorted(said, key=lambda m: m[0]):
+        tell(arbiter, [(stamp, source, pose)])
+        if stamp - BEGIN > 2.1 * SECOND and source == 1:
+            assert arbiter.belief_at(stamp).records[1].verdict is not Verdict.USED
+    assert arbiter.counts()[1, Verdict.PROBATION] > 40

@@ -20,6 +20,7 @@ from pose_arbiter.core.source_settings import SourceSettings
 from pose_arbiter.core.verdict import Verdict
 
 _INFLATION = 4.0  # of the covariance of a pose that the estimate is set to
+_PROBATION_WAY = 0.2  # of the robot; a radian counts as 1 m
 _WORD_OF_NEW, _WORD_OF_ESTABLISHED = 2, 3  # two new sources outweigh an established one
 
 
@@ -86,7 +87,7 @@ class Judge:
             verdict, estimate, belief = self._start(belief, pose, seen)
         else:
             verdict, estimate = self._weigh(belief, pose, seen, is_blind=is_blind)
-        belief = _with_record(belief, number, record.judged(verdict, pose.stamp))
+        belief = _with_record(belief, number, record.judged(verdict, mark))
         resets = belief.resets + (verdict is Verdict.RESET)
         return belief._replace(estimate=estimate, resets=resets), verdict
 
@@ -129,7 +130,7 @@ class Judge:
         difference = residual(expected, pose.x, pose.y, pose.yaw)
         innovation = added(added(expected.covariance, pose.noise), self._slack)
         if distance_squared(difference, inverse(innovation)) <= self._gate:
-            if self._is_on_probation(belief, pose):
+            if self._is_on_probation(belief, pose, seen.mark):
                 return Verdict.PROBATION, belief.estimate
             share = self._settings.lasting_share
             return Verdict.USED, mended(expected, difference, pose.source, pose.noise, share)
@@ -142,16 +143,22 @@ class Judge:
         begin = told(mark, pose.x, pose.y, pose.yaw, noise, len(self._sources))
         return measured(begin, pose.source, pose.noise, self._settings.lasting_share)
 
-    def _is_on_probation(self, belief: Belief, pose: Observation) -> bool:
+    def _is_on_probation(self, belief: Belief, pose: Observation, mark: OdometryMark) -> bool:
         """Return whether a source that was refused must go on being near before it is used again.
 
         One that drifts away from those who stand by the pose passes the gate now and then. Were it used at once, it
-        would take the pose along in the first moment in which the others are silent.
+        would take the pose along in the first moment in which the others are silent. While the robot stands, one that
+        is frozen or late is near, too: only what it says of a way counts.
         """
         record = belief.records[pose.source]
         if record.gated < self._settings.reset_count:
             return False
-        is_short = record.near_since == NEVER or pose.stamp - record.near_since < self._probation
+        near = record.near_since
+        is_short = (
+            near is None
+            or pose.stamp - near.stamp < self._probation
+            or mark.way - near.way + mark.turn - near.turn < _PROBATION_WAY
+        )
         others = (k for k in range(len(belief.records)) if k != pose.source)
         return is_short and any(belief.records[k].stands_by(pose.stamp, self._timeouts[k]) for k in others)
 

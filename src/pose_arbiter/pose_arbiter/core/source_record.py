@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
+from pose_arbiter.core.odometry_mark import OdometryMark
 from pose_arbiter.core.sighting import Sighting, same_robot
 from pose_arbiter.core.verdict import Verdict
 
@@ -24,7 +25,7 @@ class SourceRecord(NamedTuple):
         rivals: how many poses agree with the rival, since it came.
         chain: how many poses agree with each other, by odometry.
         gated: how many were too far from the pose since the last one that was used.
-        near_since: stamp of the first pose since then from which on none was too far [ns].
+        near_since: odometry at the first pose since then from which on none was too far.
         standing: how many were used since it was last found wrong.
         used_stamp: of the latest that was used [ns].
         verdict: of the latest.
@@ -37,7 +38,7 @@ class SourceRecord(NamedTuple):
     rivals: int = 0
     chain: int = 0
     gated: int = 0
-    near_since: int = NEVER
+    near_since: OdometryMark | None = None
     standing: int = 0
     used_stamp: int = NEVER
     verdict: Verdict | None = None
@@ -50,17 +51,17 @@ class SourceRecord(NamedTuple):
         """Return whether it agreed with the pose within its timeout [ns]."""
         return stamp - self.used_stamp <= timeout
 
-    def judged(self, verdict: Verdict, stamp: int) -> SourceRecord:
-        """Return the record after a judgement of a pose with a stamp [ns]."""
+    def judged(self, verdict: Verdict, mark: OdometryMark) -> SourceRecord:
+        """Return the record after a judgement of a pose, with odometry at its stamp."""
         if verdict in (Verdict.USED, Verdict.RESET):
             standing = min(self.standing + 1, _STANDING_MAX)
             return self._replace(
-                verdict=verdict, gated=0, near_since=NEVER, standing=standing, used_stamp=stamp
+                verdict=verdict, gated=0, near_since=None, standing=standing, used_stamp=mark.stamp
             )
         if verdict is Verdict.GATED:
-            return self._replace(verdict=verdict, gated=self.gated + 1, near_since=NEVER)
-        if verdict is Verdict.PROBATION and self.near_since == NEVER:
-            return self._replace(verdict=verdict, near_since=stamp)
+            return self._replace(verdict=verdict, gated=self.gated + 1, near_since=None)
+        if verdict is Verdict.PROBATION and self.near_since is None:
+            return self._replace(verdict=verdict, near_since=mark)
         return self._replace(verdict=verdict)
 
 
