@@ -262,3 +262,13 @@ def test_while_the_robot_stands_nobody_who_was_refused_is_believed_again():
         if stamp - BEGIN > 2.1 * SECOND and source == 1:
             assert arbiter.belief_at(stamp).records[1].verdict is not Verdict.USED
     assert arbiter.counts()[1, Verdict.PROBATION] > 40
+
+
+def test_without_odometry_too_who_was_refused_is_believed_again():
+    def wrong_at_first(seconds):
+        return true_pose(seconds) if seconds < 1.0 or seconds > 4.0 else elsewhere(seconds)
+
+    arbiter = new_arbiter(2)
+    tell(arbiter, [m for m in messages(8.0, [noisy(1), wrong_at_first]) if m[1] != ODOMETRY])
+    assert arbiter.counts()[1, Verdict.GATED] > 20
+    assert arbiter.belief_at(BEGIN + 8 * SECOND).records[1].verdict is Verdict.USED

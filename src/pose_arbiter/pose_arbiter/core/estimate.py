@@ -84,7 +84,7 @@ def moved_on(estimate: Estimate, mark: OdometryMark, settings: ArbiterSettings) 
             (settings.drift_turn_rate * motion.blind) ** 2 + _CREEP_YAW**2 * motion.seconds,
         ),
     )
-    kept = math.exp(-(motion.way + motion.turn + settings.drift_speed * motion.blind) / settings.lasting_way)
+    kept = math.exp(-motion.moved(settings.drift_speed) / settings.lasting_way)
     P = estimate.P.copy()
     # F of the pose from the left and from the right; that of what lasts is ``kept`` times one.
     P[0] -= y * P[2]

@@ -13,7 +13,7 @@ from scipy.special import gammaincinv
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.covariance import added, diagonal, distance_squared, inverse, scaled
 from pose_arbiter.core.estimate import Estimate, measured, mended, moved_on, residual, told
-from pose_arbiter.core.odometry_mark import OdometryMark
+from pose_arbiter.core.odometry_mark import OdometryMark, motion_between
 from pose_arbiter.core.sighting import Observation, Sighting, same_robot, sighting_of
 from pose_arbiter.core.source_record import NEVER, SourceRecord, witnessed
 from pose_arbiter.core.source_settings import SourceSettings
@@ -157,7 +157,7 @@ class Judge:
         is_short = (
             near is None
             or pose.stamp - near.stamp < self._probation
-            or mark.way - near.way + mark.turn - near.turn < _PROBATION_WAY
+            or motion_between(near, mark).moved(self._settings.drift_speed) < _PROBATION_WAY
         )
         others = (k for k in range(len(belief.records)) if k != pose.source)
         return is_short and any(belief.records[k].stands_by(pose.stamp, self._timeouts[k]) for k in others)

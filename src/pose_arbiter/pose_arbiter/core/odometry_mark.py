@@ -61,6 +61,10 @@ class Motion(NamedTuple):
     blind: float
     seconds: float
 
+    def moved(self, drift_speed: float) -> float:
+        """Return the way [m], a radian counting as 1 m, with what may have been driven while there was no odometry."""
+        return self.way + self.turn + drift_speed * self.blind
+
 
 def motion_between(a: OdometryMark, b: OdometryMark) -> Motion:
     """Return the motion from mark a to the later mark b.
