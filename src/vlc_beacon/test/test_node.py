@@ -5,144 +5,27 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from beacon_robot import LEANING, NOWHERE, PIXELS, Robot, header, odometry
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import (
-    PoseStamped,
     PoseWithCovarianceStamped,
     Quaternion,
     QuaternionStamped,
     Twist,
     TwistStamped,
 )
-from nav_msgs.msg import Odometry
-from rclpy.node import Node
 from receptions import ACCEPTED, LAMPS, MOVED, POSE, REFUSED, TOO_FAR, with_fix, without_fix
 from sensor_msgs.msg import CameraInfo, Image, Imu
-from std_msgs.msg import Header, String
+from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from shirube_geometry import PinholeCamera, PlanarPose
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.isolated_graph import IsolatedGraph
-from shirube_ros.pose_conversion import odometry_message, planar_pose
-from vlc_beacon.core.receiver.beacon_receiver import Reception
-from vlc_beacon.node import VlcBeaconNode
-
-PIXELS = np.random.default_rng(4).integers(0, 256, (100, 160), dtype=np.uint8)
-INFO = CameraInfo(width=160, height=100, k=[100.0, 0.0, 80.0, 0.0, 100.0, 50.0, 0.0, 0.0, 1.0])
-BEACONS = (
-    'beacons: [{id: 1, xyz: [0.0, 0.0, 2.5], radius: 0.03}, {id: 2, xyz: [1.0, 0.0, 2.5], radius: 0.03}]'
-)
-LEANING = Quaternion(x=math.sin(0.05), w=math.cos(0.05))
-NOWHERE = Quaternion(x=math.nan)
-
-
-class FakeReceiver:
-    """Remembers its calls and answers what it is told to."""
-
-    def __init__(self) -> None:
-        self.calls: list[tuple[Any, ...]] = []
-        self.answer: Reception | Exception = with_fix()
-
-    def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
-        self.calls.append(('odometry', stamp, T_odom_base))
-
-    def add_tilt(self, stamp: float, roll: float, pitch: float) -> None:
-        self.calls.append(('tilt', stamp, roll, pitch))
-
-    def receive(self, stamp: float, image: np.ndarray, camera: PinholeCamera) -> Reception:
-        self.calls.append(('receive', stamp, image, camera))
-        if isinstance(self.answer, Exception):
-            raise self.answer
-        return self.answer
-
-
-@pytest.fixture
-def beacons_file(tmp_path: Path) -> Path:
-    path = tmp_path / 'beacons.yaml'
-    path.write_text(BEACONS)
-    return path
-
-
-class Robot:
-    """The node under test and a robot around it."""
-
-    def __init__(self, graph: IsolatedGraph, beacons_file: Path, **parameters: Any) -> None:
-        self._graph = graph
-        self.receivers: list[FakeReceiver] = []
-        self.node = graph.add(self._make_node, beacons_file=str(beacons_file), **parameters)
-        self.robot = graph.add(lambda **options: Node('robot', **options))
-        self._publishers = {
-            topic: self.robot.create_publisher(kind, topic, 10)
-            for topic, kind in {
-                'image_raw': Image,
-                'camera_info': CameraInfo,
-                'odom': Odometry,
-                'imu': Imu,
-                'attitude': QuaternionStamped,
-            }.items()
-        }
-        self.poses = self.listen(PoseStamped, 'pose')
-        self.reports: list[DiagnosticStatus] = []
-        self.robot.create_subscription(
-            DiagnosticArray, '/diagnostics', lambda array: self.reports.extend(array.status), 10
-        )
-        assert graph.spin_until(self._is_connected)
-
-    def _make_node(self, **options: Any) -> VlcBeaconNode:
-        def create_receiver(*_: object) -> FakeReceiver:
-            self.receivers.append(FakeReceiver())
-            return self.receivers[-1]
-
-        return VlcBeaconNode(create_receiver, **options)  # type: ignore[arg-type]
-
-    def _is_connected(self) -> bool:
-        heard = all(publisher.get_subscription_count() == 1 for publisher in self._publishers.values())
-        return heard and all(
-            self.robot.count_publishers(topic) == 1 for topic in ('/vlc_beacon/pose', '/diagnostics')
-        )
-
-    @property
-    def receiver(self) -> FakeReceiver:
-        return self.receivers[-1]
-
-    def listen(self, kind: type, name: str) -> list[Any]:
-        received: list[Any] = []
-        subscription = self.robot.create_subscription(kind, f'/vlc_beacon/{name}', received.append, 10)
-        topic = subscription.topic_name
-        assert self._graph.spin_until(lambda: self.node.count_subscribers(topic) == 1)
-        return received
-
-    def send(self, topic: str, message: Any) -> None:
-        guard = self.node._guard
-        before = guard.counts[topic].received
-        self._publishers[topic].publish(message)
-        assert self._graph.spin_until(lambda: guard.counts[topic].received > before)
-
-    def send_image(self, stamp: float = 10.0) -> None:
-        self.send('camera_info', INFO)
-        self.send('image_raw', image_from_array(PIXELS, header(stamp, 'ceiling_optical_frame')))
-
-    def report(self) -> DiagnosticStatus:
-        before = len(self.reports)
-        assert self._graph.spin_until(lambda: len(self.reports) > before)
-        return self.reports[-1]
-
-    def wait_for(self, messages: list[Any], number: int = 1) -> None:
-        assert self._graph.spin_until(lambda: len(messages) >= number)
-
-
-def header(stamp: float, frame: str) -> Header:
-    return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)), frame_id=frame)
-
-
-def odometry(stamp: float, pose: PlanarPose = POSE, child_frame: str = 'base_link') -> Odometry:
-    return odometry_message(pose, np.eye(3), header(stamp, 'odom'), child_frame)
+from shirube_ros.pose_conversion import planar_pose
 
 
 def test_a_fix_is_published_with_the_stamp_of_its_image_in_the_map_frame(

@@ -5,20 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from beacon_robot import LEANING, Robot, header, odometry
 from geometry_msgs.msg import QuaternionStamped
 from receptions import POSE, with_fix, without_fix
 from sensor_msgs.msg import Imu
-from test_node import BEACONS, LEANING, Robot, header, odometry
 
 from shirube_ros.isolated_graph import IsolatedGraph
 from vlc_beacon.core.packet.operation import Operation
-
-
-@pytest.fixture
-def beacons_file(tmp_path: Path) -> Path:
-    path = tmp_path / 'beacons.yaml'
-    path.write_text(BEACONS)
-    return path
 
 
 def test_odometry_and_tilt_that_tell_of_a_jump_back_go_to_the_new_receiver(
