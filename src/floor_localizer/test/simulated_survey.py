@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.survey.floor_survey import SurveyResult, survey_floor
 from floor_localizer.core.survey.piece import Piece, build_piece
+from floor_localizer.core.survey.shelf import MemoryShelf
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
 from floor_localizer.core.survey.survey_plan import cut_pieces
 from floor_localizer.core.survey.survey_settings import SurveySettings
@@ -85,7 +86,8 @@ def pieces_of(images: list[SurveyImage], settings: SurveySettings = SETTINGS) ->
 
 
 def survey(drive: Drive, existing: DotMap | None = None) -> SurveyResult:
-    return survey_floor(drive.images, pieces_of(drive.images), OUTLINE, POSITION, SETTINGS, existing)
+    shelf = MemoryShelf()
+    return survey_floor(drive.images, pieces_of(drive.images), OUTLINE, POSITION, SETTINGS, shelf, existing)
 
 
 def seen_dots(drive: Drive) -> np.ndarray:

@@ -69,6 +69,7 @@ def build_map(options: argparse.Namespace) -> None:
     with task_runner(options.workers, options.scheduler) as runner:
         run = run_survey(source, mount, settings, checkpoint, runner, existing)
     write_results(options, run)
+    checkpoint.drop_shelf()
 
 
 def open_source(options: argparse.Namespace) -> SurveySource:

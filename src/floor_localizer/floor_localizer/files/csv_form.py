@@ -41,13 +41,12 @@ def save_csv(path: Path, dot_map: DotMap) -> None:
     Raises:
         DotMapError: the place cannot be written to.
     """
-    rows = [
-        f'{x:.6f},{y:.6f},' + ('' if math.isnan(diameter) else f'{diameter:.6f}')
-        for (x, y), diameter in zip(dot_map.points.tolist(), dot_map.diameters.tolist(), strict=True)
-    ]
     try:
         with written_beside(path) as file:
-            file.write('\n'.join([HEADER, *rows, '']).encode())
+            file.write(f'{HEADER}\n'.encode())
+            for (x, y), diameter in zip(dot_map.points, dot_map.diameters, strict=True):
+                size = '' if math.isnan(diameter) else f'{diameter:.6f}'
+                file.write(f'{x:.6f},{y:.6f},{size}\n'.encode())
     except OSError as fault:
         raise DotMapError(f'{path}: cannot be written ({fault.strerror}); choose a writable place') from fault
 

@@ -14,6 +14,7 @@ import numpy as np
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.survey.piece import Piece
+from floor_localizer.survey_files.shelf_folder import ShelfFolder
 from shirube_files import write_text, written_beside
 
 Found = DetectedDots | str
@@ -48,6 +49,19 @@ class Checkpoint:
                 )
         else:
             write_text(path, json.dumps({'key': key, 'survey': survey}, default=str, indent=1))
+
+    def drop_shelf(self) -> None:
+        """Remove the shelf; the parts stay."""
+        self.shelf().remove()
+
+    @property
+    def images_file(self) -> Path:
+        """Where the dots of all images are packed."""
+        return self._folder / 'images.bin'
+
+    def shelf(self) -> ShelfFolder:
+        """Return an empty shelf for linking and adjusting."""
+        return ShelfFolder(self._folder / 'adjustment')
 
     def load_dots(self, chunk: int) -> dict[int, Found] | None:
         """Return the dots of a chunk of images by their index, None where there are none yet."""

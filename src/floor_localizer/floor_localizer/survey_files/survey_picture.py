@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from floor_localizer.core.survey.floor_survey import SurveyResult
+from floor_localizer.survey_files.residual_statistics import LengthCounter
 
 _LONG_SIDE, _SHORT_SIDE_LEAST = 9.0, 3.5  # of the floor in the picture [inch]
 _MOST_COUNTED = 8
@@ -47,12 +48,15 @@ def draw_residuals(file: BinaryIO, result: SurveyResult) -> None:
     points = result.dot_map.points
     figure = Figure(figsize=(11.0, 5.0), layout='constrained')
     left, right = figure.subplots(1, 2)
-    places = result.states[result.sightings.image, :2]
-    lower, size = places.min(axis=0), np.maximum(np.ptp(places, axis=0), 1e-6)
-    cells = np.minimum((_CELLS * (places - lower) / size.max()).astype(int), _CELLS - 1)
-    flat = cells[:, 0] * _CELLS + cells[:, 1]
-    number = np.bincount(flat, minlength=_CELLS**2)
-    squares = np.bincount(flat, np.sum(result.residuals**2, axis=1), _CELLS**2)
+    drive = result.states[:, :2]
+    lower, size = drive.min(axis=0), np.maximum(np.ptp(drive, axis=0), 1e-6)
+    number, squares, shares = np.zeros(_CELLS**2), np.zeros(_CELLS**2), LengthCounter()
+    for image, residuals in result.residuals:
+        cells = np.minimum((_CELLS * (drive[image] - lower) / size.max()).astype(int), _CELLS - 1)
+        flat = cells[:, 0] * _CELLS + cells[:, 1]
+        number += np.bincount(flat, minlength=_CELLS**2)
+        squares += np.bincount(flat, np.sum(residuals**2, axis=1), _CELLS**2)
+        shares.add(np.abs(residuals).ravel())
     rms = 1e3 * np.sqrt(squares / np.maximum(2 * number, 1))
     shown = np.where(number > 0, rms, np.nan).reshape(_CELLS, _CELLS).T
     extent = (lower[0], lower[0] + size.max(), lower[1], lower[1] + size.max())
@@ -61,10 +65,13 @@ def draw_residuals(file: BinaryIO, result: SurveyResult) -> None:
     left.set_xlim(points[:, 0].min(), max(points[:, 0].max(), extent[1]))
     left.set_ylim(points[:, 1].min(), max(points[:, 1].max(), extent[3]))
     figure.colorbar(shades, ax=left, label='mm', shrink=0.8)
-    most = 1e3 * float(np.percentile(np.abs(result.residuals), 99.7))
-    bins = np.linspace(-most, most, 80)
+    bins = np.linspace(-1e3 * shares.below(0.997), 1e3 * shares.below(0.997), 80)
+    each = [np.zeros(len(bins) - 1), np.zeros(len(bins) - 1)]
+    for _, residuals in result.residuals:
+        for k in range(2):
+            each[k] += np.histogram(1e3 * residuals[:, k], bins)[0]
     for k, name in enumerate('xy'):
-        right.hist(1e3 * result.residuals[:, k], bins=bins.tolist(), histtype='step', label=name)
+        right.stairs(each[k], bins, label=name)
     right.set(title='residuals', xlabel='mm', ylabel='sightings')
     right.legend()
     figure.savefig(file, format='png', dpi=100)

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from floor_localizer.core.survey.floor_survey import SurveyResult
+from floor_localizer.survey_files.residual_statistics import LengthCounter
 from floor_localizer.survey_files.survey_run import SurveyRun
-from shirube_files import write_text
+from shirube_files import write_text, written_beside
 
 _MOST_LISTED = 10
 
@@ -24,16 +25,16 @@ def survey_report(run: SurveyRun, scale: float | None) -> str:
         scale: by which it was made larger for a known length, None without one.
     """
     result = run.result
-    lengths = np.hypot(*result.residuals.T)
+    lengths = LengthCounter()
+    for _, residuals in result.residuals:
+        lengths.add(np.hypot(*residuals.T))
     counts = result.counts[result.old_dots :]
     sway = 100.0 * result.states[:, 3], np.degrees(result.states[:, 4]), np.degrees(result.states[:, 5])
     scale_text = 'from the height of the camera'
     if scale is not None:
         scale_text = f'from the known length, {100.0 * (scale - 1.0):+.3f} %'
-    residuals = f'{1e3 * math.sqrt(float(np.mean(lengths**2)) / 2.0):.4f} mm rms an axis'
-    residuals += (
-        f', {1e3 * np.percentile(lengths, 95.0):.4f} mm for 95 %, {1e3 * lengths.max():.3f} mm at most'
-    )
+    left_over = f'{1e3 * lengths.rms / math.sqrt(2.0):.4f} mm rms an axis'
+    left_over += f', {1e3 * lengths.below(0.95):.4f} mm for 95 %, {1e3 * lengths.most:.3f} mm at most'
     camera = f'height {sway[0].mean():+.2f} % ± {sway[0].std():.2f} %'
     for name, angles in (('roll', sway[1]), ('pitch', sway[2])):
         camera += f', {name} {angles.mean():+.2f}° ± {angles.std():.2f}°'
@@ -46,15 +47,15 @@ def survey_report(run: SurveyRun, scale: float | None) -> str:
             'dots',
             f'{len(result.dot_map)}, {len(counts)} of them new; {result.dirt} more were dropped as dirt',
         ),
-        ('sightings', f'{len(lengths)}, {np.mean(counts) if len(counts) else 0.0:.1f} a new dot'),
+        ('sightings', f'{lengths.number}, {np.mean(counts) if len(counts) else 0.0:.1f} a new dot'),
         ('loops', f'{result.loops} links between parts of the drive that do not follow each other'),
-        ('residuals', residuals),
+        ('residuals', left_over),
         ('camera', f'{camera} beside the mount'),
         ('scale', scale_text),
     ]
     lines = [f'{name:<12}{text}' for name, text in rows]
     if len(result.left_out):
-        names = [run.images[index].name for index in result.left_out[:_MOST_LISTED]]
+        names = [run.images.frames[index].name for index in result.left_out[:_MOST_LISTED]]
         more = ' ...' if len(result.left_out) > _MOST_LISTED else ''
         lines.append(f'linked to no others: {", ".join(names)}{more}')
     lines += [f'could not be used: {fault}' for fault in run.faults[:_MOST_LISTED]]
@@ -68,9 +69,11 @@ def save_sightings(path: Path, result: SurveyResult) -> None:
         OSError: the place cannot be written to.
     """
     dots = result.dot_map
-    rows = zip(dots.points.tolist(), dots.diameters.tolist(), result.counts.tolist(), strict=True)
-    lines = [f'{x:.6f},{y:.6f},{"" if math.isnan(d) else f"{d:.6f}"},{count}' for (x, y), d, count in rows]
-    write_text(path, '\n'.join(['x,y,diameter,count', *lines, '']))
+    with written_beside(path) as file:
+        file.write(b'x,y,diameter,count\n')
+        for (x, y), diameter, count in zip(dots.points, dots.diameters, result.counts, strict=True):
+            size = '' if math.isnan(diameter) else f'{diameter:.6f}'
+            file.write(f'{x:.6f},{y:.6f},{size},{count}\n'.encode())
 
 
 def save_image_poses(path: Path, run: SurveyRun) -> None:
@@ -83,5 +86,5 @@ def save_image_poses(path: Path, run: SurveyRun) -> None:
     table = csv.writer(text, lineterminator='\n')
     table.writerow(('image', 'x', 'y', 'yaw', 'scale', 'roll', 'pitch'))
     for index, state in zip(run.result.images.tolist(), run.result.states.tolist(), strict=True):
-        table.writerow([run.images[index].name, *(f'{value:.7f}' for value in state)])
+        table.writerow([run.images.frames[index].name, *(f'{value:.7f}' for value in state)])
     write_text(path, text.getvalue())

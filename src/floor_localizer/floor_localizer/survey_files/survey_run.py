@@ -3,30 +3,27 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.survey.floor_survey import SurveyResult, survey_floor
-from floor_localizer.core.survey.piece import Piece
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
 from floor_localizer.core.survey.survey_plan import choose_images, cut_pieces
 from floor_localizer.core.survey.survey_settings import SurveySettings
-from floor_localizer.survey_files.checkpoint import Checkpoint, Found
+from floor_localizer.survey_files.checkpoint import Checkpoint
+from floor_localizer.survey_files.packed_images import PackedImages, pack_images
 from floor_localizer.survey_files.survey_source import SurveySource
 from floor_localizer.survey_files.survey_tasks import find_dots, put_together
 from floor_localizer.task_runner import Task, TaskRunner
 from shirube_geometry import CameraMount
 
-Part = TypeVar('Part')
-
-_CHUNK = 40
+IMAGES_A_CHUNK = 40
 _USABLE = 0.5
 """Of the images, at least."""
 
@@ -42,7 +39,7 @@ class SurveyRun:
     """
 
     result: SurveyResult
-    images: list[SurveyImage]
+    images: PackedImages
     faults: list[str]
 
 
@@ -78,65 +75,78 @@ def run_survey(
         FloorLocalizerError: images that do not overlap, or too few that can be used.
         OSError: a checkpoint cannot be written.
     """
-    outline = view_outline(source.camera, mount)
-    frames = source.frames
-    chosen = choose_images([frame.T_odom_base for frame in frames], outline.width, settings)
-    found = _detect(source, chosen, checkpoint, runner)
-    faults = [dots for dots in found.values() if isinstance(dots, str)]
-    if len(faults) > (1.0 - _USABLE) * len(found):
-        raise FloorLocalizerError(
-            f'{len(faults)} of {len(found)} images cannot be used; the first: {faults[0]}'
-        )
-    images = [
-        survey_image(frames[index].name, frames[index].T_odom_base, dots, source.camera, mount)
-        for index, dots in found.items()
-        if not isinstance(dots, str)
-    ]
-    if len(images) < 2:
-        raise FloorLocalizerError(
-            f'{len(images)} image of the drive shows new floor, at least 2 are needed; drive on'
-        )
-    position = np.array(mount.xyz)
-    pieces = _put_together(images, outline.width, position, settings, checkpoint, runner)
-    with tqdm(total=len(pieces) + 3, desc='map', unit='step', disable=None) as bar:
+    images, spans, faults = put_images_together(source, mount, settings, checkpoint, runner)
+    outline, position = view_outline(source.camera, mount), np.array(mount.xyz)
+    pieces = (piece for span in range(spans) for piece in checkpoint.load_pieces(span) or ())
+    shelf = checkpoint.shelf()
+    with tqdm(total=spans + 3, desc='map', unit='step', disable=None) as bar:
         result = survey_floor(
-            images, pieces, outline, position, settings, existing, progress=lambda _: bar.update() and None
+            images, pieces, outline, position, settings, shelf, existing, lambda _: bar.update() and None
         )
     return SurveyRun(result, images, faults)
 
 
-def _detect(
-    source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint, runner: TaskRunner
-) -> dict[int, Found]:
-    """Find the dots of the chosen images."""
-    chunks = [chosen[start : start + _CHUNK] for start in range(0, len(chosen), _CHUNK)]
+def put_images_together(
+    source: SurveySource,
+    mount: CameraMount,
+    settings: SurveySettings,
+    checkpoint: Checkpoint,
+    runner: TaskRunner,
+) -> tuple[PackedImages, int, list[str]]:
+    """Find dots and make pieces: what runs in parallel.
+
+    Returns:
+        the images that can be used, the number of spans whose pieces are in the checkpoint, and lines about images
+        that cannot be used.
+
+    Raises:
+        FloorLocalizerError: too few images that can be used.
+        OSError: a checkpoint cannot be written.
+    """
+    width = view_outline(source.camera, mount).width
+    chosen = choose_images([frame.T_odom_base for frame in source.frames], width, settings)
+    chunks = _detect(source, chosen, checkpoint, runner)
+    faults: list[str] = []
+    images = pack_images(checkpoint.images_file, _usable_images(source, mount, checkpoint, chunks, faults))
+    if len(faults) > (1.0 - _USABLE) * len(chosen):
+        raise FloorLocalizerError(
+            f'{len(faults)} of {len(chosen)} images cannot be used; the first: {faults[0]}'
+        )
+    if len(images) < 2:
+        raise FloorLocalizerError(
+            f'{len(images)} image of the drive shows new floor, at least 2 are needed; drive on'
+        )
+    spans = cut_pieces([frame.T_odom_base for frame in images.frames], width, settings)
+    tasks = [
+        (checkpoint, number, images[first : last + 1], first, np.array(mount.xyz), settings)
+        for number, (first, last) in enumerate(spans)
+    ]
+    _stage(runner, 'pieces', put_together, tasks, checkpoint.load_pieces)
+    return images, len(spans), faults
+
+
+def _detect(source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint, runner: TaskRunner) -> int:
+    """Find the dots of the chosen images; return the number of chunks that are in the checkpoint."""
+    chunks = [chosen[start : start + IMAGES_A_CHUNK] for start in range(0, len(chosen), IMAGES_A_CHUNK)]
     tasks = [
         (checkpoint, number, source.part(chunk), [source.frames[index].name for index in chunk])
         for number, chunk in enumerate(chunks)
     ]
-    parts = _stage(runner, f'dots of {_CHUNK} images', find_dots, tasks, checkpoint.load_dots)
-    return {index: dots for part in parts for index, dots in part.items()}
+    _stage(runner, f'dots of {IMAGES_A_CHUNK} images', find_dots, tasks, checkpoint.load_dots)
+    return len(chunks)
 
 
-def _put_together(
-    images: Sequence[SurveyImage],
-    view_width: float,
-    position: NDArray[np.float64],
-    settings: SurveySettings,
-    checkpoint: Checkpoint,
-    runner: TaskRunner,
-) -> list[Piece]:
-    """Put the images of each span together to pieces."""
-    spans = cut_pieces([image.T_odom_base for image in images], view_width, settings)
-    tasks = [
-        (checkpoint, number, images[first : last + 1], first, position, settings)
-        for number, (first, last) in enumerate(spans)
-    ]
-    return [
-        piece
-        for part in _stage(runner, 'pieces', put_together, tasks, checkpoint.load_pieces)
-        for piece in part
-    ]
+def _usable_images(
+    source: SurveySource, mount: CameraMount, checkpoint: Checkpoint, chunks: int, faults: list[str]
+) -> Iterator[SurveyImage]:
+    """Yield the images that can be used; what is wrong with the others is added to ``faults``."""
+    for chunk in range(chunks):
+        for index, dots in (checkpoint.load_dots(chunk) or {}).items():
+            if isinstance(dots, str):
+                faults.append(dots)
+            else:
+                frame = source.frames[index]
+                yield survey_image(frame.name, frame.T_odom_base, dots, source.camera, mount)
 
 
 def _stage(
@@ -144,17 +154,16 @@ def _stage(
     name: str,
     function: Task,
     tasks: Sequence[tuple[Any, ...]],
-    load: Callable[[int], Part | None],
-) -> list[Part]:
-    """Run the tasks of a stage that are not done yet, and return what all of them left in the checkpoint."""
-    missing = [task for number, task in enumerate(tasks) if load(number) is None]
+    load: Callable[[int], object | None],
+) -> None:
+    """Run the tasks of a stage that are not done yet; what they found is in the checkpoint then."""
+    missing = [number for number in range(len(tasks)) if load(number) is None]
     with tqdm(total=len(tasks), initial=len(tasks) - len(missing), desc=name, disable=None) as bar:
-        for _ in runner.run(function, missing):
+        for _ in runner.run(function, [tasks[number] for number in missing]):
             bar.update()
-    parts = [part for number in range(len(tasks)) if (part := load(number)) is not None]
-    if len(parts) < len(tasks):
+    lost = sum(load(number) is None for number in missing)
+    if lost:
         raise FloorLocalizerError(
-            f'{len(tasks) - len(parts)} parts of what the workers found are not in the checkpoint; '
+            f'{lost} parts of what the workers found are not in the checkpoint; '
             'use workers that see the same files under the same names'
         )
-    return parts

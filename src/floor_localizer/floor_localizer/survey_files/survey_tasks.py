@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.dot_extraction import DotDetector
 from floor_localizer.core.survey.piece import Piece, build_piece
-from floor_localizer.core.survey.survey_image import SurveyImage
 from floor_localizer.core.survey.survey_settings import SurveySettings
 from floor_localizer.survey_files.checkpoint import Checkpoint, Found
 from floor_localizer.survey_files.image_parts import ImagePart
+from floor_localizer.survey_files.packed_images import PackedImages
 
 _LEAST_DOTS = 8
 
@@ -45,7 +45,7 @@ def _dots_of(detector: DotDetector, pixels: NDArray[np.uint8], name: str) -> Fou
 def put_together(
     checkpoint: Checkpoint,
     span: int,
-    images: Sequence[SurveyImage],
+    packed: PackedImages,
     first: int,
     position: NDArray[np.float64],
     settings: SurveySettings,
@@ -55,12 +55,12 @@ def put_together(
     Args:
         checkpoint: of the survey.
         span: its number; each but the first begins with the image that the one before ends with.
-        images: of the span.
+        packed: the images of the span.
         first: index in the survey of the first of them.
         position: of the optical centre, shape (3,) [m].
         settings: of the survey.
     """
-    pieces: list[Piece] = []
+    images, pieces = list(packed), list[Piece]()
     begin, last, is_linked = 0, len(images) - 1, span > 0
     while begin <= last:
         piece = build_piece(images, begin, last, position, settings, is_linked=is_linked)

@@ -1,9 +1,8 @@
 import numpy as np
 from floor_views import CAMERA, MOUNT
 
-from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.survey.sightings import count_views, merge_sightings
-from floor_localizer.core.survey.survey_image import survey_image, view_outline
+from floor_localizer.core.survey.survey_image import view_outline
 from shirube_geometry import PlanarPose
 
 
@@ -28,14 +27,12 @@ def test_two_dots_of_one_image_stay_two() -> None:
 
 def test_the_images_that_should_see_a_dot_are_those_whose_picture_holds_it() -> None:
     rng, outline = np.random.default_rng(2), view_outline(CAMERA, MOUNT)
-    none = DetectedDots(np.empty((0, 2)), np.empty(0), np.empty(0))
     states = np.zeros((20, 6))
     states[:, :3] = rng.uniform((-0.05, -0.05, -3.0), (0.05, 0.05, 3.0), (20, 3))
-    images = [survey_image(str(k), PlanarPose(0.0, 0.0, 0.0), none, CAMERA, MOUNT) for k in range(20)]
     dots = rng.uniform(-0.1, 0.1, (200, 2))
     expected = np.zeros(200, dtype=int)
     for state in states:
         base = PlanarPose(*state[:3]).inverse().transform(dots)
         pixels = CAMERA.pixels_from_points(MOUNT.camera_points_from_floor(base))
         expected += ((pixels > 0.0) & (pixels < 234.0)).all(axis=1)
-    np.testing.assert_array_equal(count_views(dots, images, states, outline, 0.0), expected)
+    np.testing.assert_array_equal(count_views(dots, states, outline, 0.0), expected)

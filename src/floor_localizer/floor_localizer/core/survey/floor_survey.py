@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.survey.adjustment import Adjusted, BodyPriors, Sightings, adjust, without_outliers
-from floor_localizer.core.survey.dot_matching import nearest_pairs
-from floor_localizer.core.survey.piece import Piece, join_sightings
+from floor_localizer.core.survey.adjustment import BodyPriors, adjust_blocks, place_dots, without_outliers
+from floor_localizer.core.survey.block_cutting import BlockCutter
+from floor_localizer.core.survey.fixed_dots import fix_dots
+from floor_localizer.core.survey.piece import Piece
 from floor_localizer.core.survey.piece_graph import connected_parts
 from floor_localizer.core.survey.piece_linking import PieceLinker
-from floor_localizer.core.survey.sightings import count_views
-from floor_localizer.core.survey.survey_image import SurveyImage, ViewOutline
+from floor_localizer.core.survey.shelf import Shelf
+from floor_localizer.core.survey.sighting_blocks import SightingBlocks
+from floor_localizer.core.survey.survey_image import ImageSelection, SurveyImage, ViewOutline
 from floor_localizer.core.survey.survey_settings import SurveySettings
+from floor_localizer.core.survey.surveyed_dots import Residuals, gather_dots
 
 # Pieces lie right to about this many times what makes two sightings one dot, adjusted ones to less.
 _REACHES = (1.6, 1.0, 0.8)
 _OUTLIER = 8.0
 # No robot is taken for stiffer than this: share of its height, and tilt [rad].
 _STIFFEST = 3e-5
-_SEVERAL = 2
-"""A dot that was seen once though so many images should have seen it is dirt."""
 _LEAST_PART = 0.5
 """Of the images that are linked to each other, at least."""
 
@@ -42,8 +42,8 @@ class SurveyResult:
         counts: shape (n,), how many images saw each dot; 0 for dots of the old map that none saw.
         images: indices of the images that were used.
         states: shape (k, 6), of these: x, y [m], yaw [rad], scale, roll, pitch [rad].
-        sightings: image (in ``images``) and dot of each sighting.
-        residuals: shape (s, 2), of the sightings [m].
+        blocks: the sightings; their images are indices of ``images``.
+        residuals: of the sightings, block by block.
         loops: number of links between pieces that do not follow each other.
         dirt: number of dots that were dropped.
         left_out: indices of images that are linked to no others.
@@ -54,8 +54,8 @@ class SurveyResult:
     counts: NDArray[np.int64]
     images: NDArray[np.int64]
     states: NDArray[np.float64]
-    sightings: Sightings
-    residuals: NDArray[np.float64]
+    blocks: SightingBlocks
+    residuals: Residuals
     loops: int
     dirt: int
     left_out: NDArray[np.int64]
@@ -64,10 +64,11 @@ class SurveyResult:
 
 def survey_floor(
     images: Sequence[SurveyImage],
-    pieces: Sequence[Piece],
+    pieces: Iterable[Piece],
     outline: ViewOutline,
     position: NDArray[np.float64],
     settings: SurveySettings,
+    shelf: Shelf,
     existing: DotMap | None = None,
     progress: Progress = lambda _: None,
 ) -> SurveyResult:
@@ -79,6 +80,7 @@ def survey_floor(
         outline: what an image shows.
         position: of the optical centre in the base frame [m].
         settings: of the survey.
+        shelf: for what does not fit into memory; the result needs it further on.
         existing: a map that is extended; its dots stay where they are.
         progress: is told each step.
 
@@ -86,30 +88,40 @@ def survey_floor(
         FloorLocalizerError: the images do not overlap.
     """
     old = None if existing is None else existing.points
-    linker = PieceLinker(images, settings, old)
+    linker = PieceLinker(images, settings, old, shelf)
     for piece in pieces:
         linker.add(piece)
         progress('placing pieces')
     turns, shifts = linker.solve()
     first = 0 if existing is None else 1
-    chosen = _main_part(pieces, linker, first, images)
-    used, states = _global_states([pieces[k] for k in chosen], turns[chosen + first], shifts[chosen + first])
+    chosen = _main_part(linker, first, images)
+    used, states = _global_states([linker.pieces[k] for k in chosen], turns[chosen], shifts[chosen])
+    loops = sum(link.is_loop for link in linker.links)
+    del linker
+    cutter = BlockCutter(ImageSelection(images, used), position, settings.dot_sigma, shelf)
     priors = BodyPriors(position, settings.scale_sigma, settings.tilt_sigma)
-    picked = [images[k] for k in used]
     for reach in _REACHES:
         progress('adjusting')
-        sightings, count = join_sightings(
-            picked, states, position, reach * settings.same_dot, settings.dot_sigma
-        )
-        fixed = _fixed_dots(sightings, states, position, count, old, reach * settings.same_dot)
-        adjusted = adjust(sightings, states, fixed, priors)
-        sightings = without_outliers(sightings, adjusted.residuals, _OUTLIER)
-        adjusted = adjust(sightings, adjusted.states, fixed, priors)
-        states = adjusted.states
+        blocks = cutter.cut(states, reach * settings.same_dot)
+        if old is not None:
+            fix_dots(blocks, states, position, old, reach * settings.same_dot)
+        states = adjust_blocks(blocks, states, priors, shelf)
+        _drop_outliers(blocks, states, position)
+        states = adjust_blocks(blocks, states, priors, shelf)
         priors = learned_priors(states, position, settings)
-    left_out = np.setdiff1d(np.arange(len(images)), used)
-    loops = sum(link.is_loop for link in linker.links)
-    return _result(picked, used, sightings, adjusted, fixed, outline, existing, loops, left_out)
+    dots = gather_dots(blocks, states, position, outline, existing, shelf)
+    return SurveyResult(
+        dots.dot_map, dots.counts, used, states, blocks, Residuals(shelf, blocks),
+        loops, dots.dirt, np.setdiff1d(np.arange(len(images)), used), dots.old_dots,
+    )  # fmt: skip
+
+
+def _drop_outliers(
+    blocks: SightingBlocks, states: NDArray[np.float64], position: NDArray[np.float64]
+) -> None:
+    for number, block in enumerate(blocks):
+        _, residuals = place_dots(block, states, position)
+        blocks.put(number, without_outliers(block, residuals, _OUTLIER))
 
 
 def learned_priors(
@@ -134,23 +146,20 @@ def learned_priors(
     )
 
 
-def _main_part(
-    pieces: Sequence[Piece], linker: PieceLinker, first: int, images: Sequence[SurveyImage]
-) -> NDArray[np.int64]:
-    """Return the pieces that are linked to the old map, or else to most others."""
-    parts = connected_parts(len(pieces) + first, linker.links)
+def _main_part(linker: PieceLinker, first: int, images: Sequence[SurveyImage]) -> NDArray[np.int64]:
+    """Return the linker's numbers of the pieces that are linked to the old map, or else to most others."""
+    pieces = linker.pieces
+    parts = connected_parts(len(pieces), linker.links)
     sizes = np.array([len(piece.images) for piece in pieces])
     main = parts[0] if first else int(np.argmax(np.bincount(parts, sizes)))
-    chosen = np.flatnonzero(parts[first:] == main)
+    chosen = first + np.flatnonzero(parts[first:] == main)
     share = sizes[chosen].sum() / sizes.sum()
     if len(chosen) == 0:
         raise FloorLocalizerError(
             'the images show nothing of the map that is to be extended; begin the drive on floor that is in it'
         )
     if share < _LEAST_PART:
-        torn = next(
-            piece for k, piece in enumerate(pieces[1:], 1) if parts[first + k] != parts[first + k - 1]
-        )
+        torn = next(pieces[k] for k in range(first + 1, len(pieces)) if parts[k] != parts[k - 1])
         raise FloorLocalizerError(
             f'no overlap: only {share:.0%} of the images are linked to each other, {images[torn.images[0]].name} '
             'fits none before it; drive slower or in narrower lanes, and check camera_xyz, camera_rpy and the odometry'
@@ -172,64 +181,3 @@ def _global_states(
             used.setdefault(index, moved)
     order = np.array(sorted(used), dtype=np.int64)
     return order, np.array([used[index] for index in order.tolist()])
-
-
-def _fixed_dots(
-    sightings: Sightings,
-    states: NDArray[np.float64],
-    position: NDArray[np.float64],
-    count: int,
-    old: NDArray[np.float64] | None,
-    reach: float,
-) -> NDArray[np.float64]:
-    """Return where dots must stay, shape (count, 2): those that are dots of the old map; NaN for the others."""
-    fixed = np.full((count, 2), np.nan)
-    if old is None:
-        return fixed
-    free = adjust(sightings, states, fixed, BodyPriors(position, 1.0, 1.0), iterations=0)
-    seen, known = nearest_pairs(old, free.dots, reach)
-    fixed[seen] = old[known]
-    return fixed
-
-
-def _result(
-    images: Sequence[SurveyImage],
-    used: NDArray[np.int64],
-    sightings: Sightings,
-    adjusted: Adjusted,
-    fixed: NDArray[np.float64],
-    outline: ViewOutline,
-    existing: DotMap | None,
-    loops: int,
-    left_out: NDArray[np.int64],
-) -> SurveyResult:
-    """Put dots, diameters and counts together, without dirt."""
-    seen = np.bincount(sightings.dot, minlength=len(adjusted.dots))
-    diameter = _diameters(sightings, adjusted)
-    margin = float(np.nanmedian(diameter))
-    expected = count_views(adjusted.dots, images, adjusted.states, outline, margin)
-    is_new = np.isnan(fixed[:, 0]) & (seen > 0)
-    dirt = is_new & (seen == 1) & (expected >= _SEVERAL)
-    kept = is_new & ~dirt
-    points, diameters, counts = adjusted.dots[kept], diameter[kept], seen[kept]
-    old_dots = 0
-    if existing is not None:
-        old_dots = len(existing)
-        again = np.zeros(old_dots, dtype=np.int64)
-        known = np.flatnonzero(~np.isnan(fixed[:, 0]))
-        _, which = cKDTree(existing.points).query(fixed[known])
-        np.add.at(again, which, seen[known])
-        points = np.vstack([existing.points, points])
-        diameters = np.concatenate([existing.diameters, diameters])
-        counts = np.concatenate([again, counts])
-    return SurveyResult(
-        DotMap(points, diameters), counts, used, adjusted.states, sightings, adjusted.residuals,
-        loops, int(dirt.sum()), left_out, old_dots,
-    )  # fmt: skip
-
-
-def _diameters(sightings: Sightings, adjusted: Adjusted) -> NDArray[np.float64]:
-    """Return the mean diameter of each dot, shape (m,) [m]."""
-    each = sightings.diameters * (1.0 + adjusted.states[sightings.image, 3])
-    total = np.bincount(sightings.dot, each, len(adjusted.dots))
-    return total / np.maximum(np.bincount(sightings.dot, minlength=len(adjusted.dots)), 1)

@@ -50,7 +50,8 @@ def scale_survey(result: SurveyResult, known: KnownLength) -> tuple[SurveyResult
     states[:, :2] *= scale
     states[:, 3] = scale * (1.0 + states[:, 3]) - 1.0
     dot_map = DotMap(scale * result.dot_map.points, scale * result.dot_map.diameters)
-    return replace(result, dot_map=dot_map, states=states, residuals=scale * result.residuals), scale
+    residuals = replace(result.residuals, scale=scale * result.residuals.scale)
+    return replace(result, dot_map=dot_map, states=states, residuals=residuals), scale
 
 
 def _dot_at(dot_map: DotMap, place: NDArray[np.float64]) -> NDArray[np.float64]:

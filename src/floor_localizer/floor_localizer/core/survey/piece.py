@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from floor_localizer.core.survey.adjustment import BodyPriors, Sightings, adjust, map_points
+from floor_localizer.core.survey.adjustment import BodyPriors, adjust
 from floor_localizer.core.survey.dot_matching import DotField, Tolerances
+from floor_localizer.core.survey.placed_sightings import place_sightings
 from floor_localizer.core.survey.sightings import merge_sightings
 from floor_localizer.core.survey.survey_image import SurveyImage
 from floor_localizer.core.survey.survey_settings import SurveySettings
@@ -68,28 +69,12 @@ def build_piece(
         return Piece(numbers, states, chosen[0].points, np.ones(len(chosen[0]), dtype=np.int64), is_linked)
     priors = BodyPriors(position, settings.scale_sigma, settings.tilt_sigma)
     for reach in (_FIRST_REACH * settings.same_dot, settings.same_dot):
-        sightings, count = join_sightings(chosen, states, position, reach, settings.dot_sigma)
-        adjusted = adjust(sightings, states, np.full((count, 2), np.nan), priors)
+        placed = place_sightings(chosen, np.arange(len(chosen)), states, position, settings.dot_sigma)
+        dot = merge_sightings(placed.points, placed.seen.image, reach)
+        counts = np.bincount(dot)
+        adjusted = adjust(replace(placed.seen, dot=dot), states, np.full((len(counts), 2), np.nan), priors)
         states = adjusted.states
-    counts = np.bincount(sightings.dot, minlength=count)
     return Piece(numbers, states, adjusted.dots, counts, is_linked)
-
-
-def join_sightings(
-    images: Sequence[SurveyImage],
-    states: NDArray[np.float64],
-    position: NDArray[np.float64],
-    reach: float,
-    dot_sigma: float,
-) -> tuple[Sightings, int]:
-    """Return the sightings of images under their states, and the number of dots that they are of."""
-    image = np.repeat(np.arange(len(images)), [len(each) for each in images])
-    directions = np.concatenate([each.directions for each in images])
-    sigmas = np.hypot(np.concatenate([each.sigmas for each in images]), dot_sigma)
-    points = map_points(directions, position, states[image])
-    dot = merge_sightings(points, image, reach)
-    diameters = np.concatenate([each.diameters for each in images])
-    return Sightings(image, dot, directions, sigmas, diameters), int(dot.max(initial=-1)) + 1
 
 
 def _beside(

@@ -11,14 +11,13 @@ and renewed. One piece, or the dots of a map that is extended, is fixed.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
-
-from floor_localizer.core.survey.adjustment import factorise
+from scipy.sparse.linalg import SuperLU, splu
 
 _ROUNDS = 4
 _MOST_DOTS = 30
@@ -44,6 +43,11 @@ class Link:
     in_second: NDArray[np.complex128]
     is_loop: bool
 
+    def thinned(self) -> Link:
+        """Return the link with no more dots than `solve_graph` takes."""
+        chosen = np.linspace(0, len(self.in_first) - 1, min(len(self.in_first), _MOST_DOTS)).astype(int)
+        return replace(self, in_first=self.in_first[chosen], in_second=self.in_second[chosen])
+
 
 def solve_graph(
     turns: NDArray[np.complex128],
@@ -63,8 +67,8 @@ def solve_graph(
     """
     rows, columns, values, count = [], [], [], 0
     for link in links:
-        chosen = np.linspace(0, len(link.in_first) - 1, min(len(link.in_first), _MOST_DOTS)).astype(int)
-        z, w = link.in_first[chosen], link.in_second[chosen]
+        thin = link.thinned()
+        z, w = thin.in_first, thin.in_second
         lines, one = count + np.arange(len(z)), np.ones(len(z))
         for column, value in (
             (2 * link.first, z),
@@ -86,7 +90,7 @@ def solve_graph(
     free[[2 * fixed, 2 * fixed + 1]] = False
     weight = np.where(np.arange(size) % 2 == 0, _SCALE_SIGMA**-2, 1e-6)
     normal = (A.conj().T @ A + sparse.diags(weight)).tocsc()
-    factor = factorise(normal[free][:, free])
+    factor = _factorise(normal[free][:, free])
     known = normal[free][:, ~free] @ state[~free]
     for _ in range(_ROUNDS):
         wanted = weight * state
@@ -100,3 +104,8 @@ def connected_parts(count: int, links: Sequence[Link]) -> NDArray[np.int64]:
     ends = np.array([(link.first, link.second) for link in links], dtype=np.int64).reshape(-1, 2)
     matrix = sparse.coo_matrix((np.ones(len(ends)), ends.T), shape=(count, count))
     return connected_components(matrix, directed=False)[1].astype(np.int64)
+
+
+def _factorise(normal: sparse.csc_matrix) -> SuperLU:
+    """Return the factors of a sparse matrix that is Hermitian and positive definite."""
+    return splu(normal, permc_spec='MMD_AT_PLUS_A', diag_pivot_thresh=0.0, options={'SymmetricMode': True})

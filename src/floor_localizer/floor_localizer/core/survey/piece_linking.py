@@ -7,13 +7,16 @@ be anywhere by now, it is looked for on all the dots so far by constellations. W
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.survey.dot_matching import DotField, Matched, Tolerances, nearest_pairs
 from floor_localizer.core.survey.piece import Piece, overlapping
+from floor_localizer.core.survey.piece_fields import PieceFields
 from floor_localizer.core.survey.piece_graph import Link, solve_graph
+from floor_localizer.core.survey.shelf import Shelf
 from floor_localizer.core.survey.survey_image import SurveyImage
 from floor_localizer.core.survey.survey_settings import SurveySettings
 from shirube_geometry import PlanarPose
@@ -32,41 +35,56 @@ _SURELY = 1e-3
 
 
 class PieceLinker:
-    """Places pieces one after the other."""
+    """Places pieces one after the other.
+
+    Attributes:
+        pieces: those so far without their dots, which are on the shelf.
+        turns: where each lies.
+        shifts: likewise [m].
+        links: between them.
+    """
 
     def __init__(
-        self, images: Sequence[SurveyImage], settings: SurveySettings, existing: NDArray[np.float64] | None
+        self,
+        images: Sequence[SurveyImage],
+        settings: SurveySettings,
+        existing: NDArray[np.float64] | None,
+        shelf: Shelf,
     ) -> None:
         """Begin.
 
         Args:
             images: of the survey.
             settings: of the survey.
-            existing: shape (n, 2), dots of a map that is extended [m]; it becomes piece 0.
+            existing: shape (n, 2), dots of a map that is extended [m]; it becomes piece 0, without images.
+            shelf: for the dots.
         """
         self._images, self._settings = images, settings
+        self.pieces: list[Piece] = []
         self.turns: list[complex] = []
         self.shifts: list[complex] = []
         self.links: list[Link] = []
-        self._pieces: list[Piece | None] = []
-        self._fields: list[DotField] = []
+        self._fields = PieceFields(shelf)
         self._drift: list[float] = []
         self._since_settled = 0
         self._all_dots: tuple[int, DotField, NDArray[np.int64]] | None = None
         if existing is not None:
-            self._append(None, DotField(existing), 1.0 + 0.0j, 0.0j, 0.0)
+            old = Piece(
+                np.empty(0, dtype=np.int64), np.empty((0, 6)), existing, np.empty(0, dtype=np.int64), False
+            )
+            self._append(old, 1.0 + 0.0j, 0.0j, 0.0)
 
     def add(self, piece: Piece) -> None:
         """Place the next piece."""
-        index = len(self._pieces)
+        index = len(self.pieces)
         turn, shift, drift = self._expected(piece)
-        self._append(piece, DotField(piece.dots), turn, shift, drift)
+        self._append(piece, turn, shift, drift)
         if index == 0:
             return
         new = [*self._chain_link(index), *self._links_beside(index)]
         if not any(link.is_loop for link in new) and (drift >= _WIDEST or not new):
             new += self._links_anywhere(index)
-        self.links += new
+        self.links += [link.thinned() for link in new]
         if any(link.is_loop for link in new):
             self._drift[index] = 0.0
         self._place(index, new)
@@ -79,21 +97,19 @@ class PieceLinker:
             self.turns, self.shifts = turns.tolist(), shifts.tolist()
         return turns, shifts
 
-    def _append(
-        self, piece: Piece | None, field: DotField, turn: complex, shift: complex, drift: float
-    ) -> None:
-        self._pieces.append(piece)
-        self._fields.append(field)
+    def _append(self, piece: Piece, turn: complex, shift: complex, drift: float) -> None:
+        self._fields.append(piece.dots)
+        self.pieces.append(replace(piece, dots=piece.dots[:0].copy(), counts=piece.counts[:0].copy()))
         self._drift.append(drift)
         self.turns.append(turn)
         self.shifts.append(shift)
 
     def _expected(self, piece: Piece) -> tuple[complex, complex, float]:
         """Return where a piece is expected by the one before, and how far it may be off [m]."""
-        before = self._pieces[-1] if self._pieces else None
-        if before is None:
+        if not self.pieces or len(self.pieces[-1].images) == 0:
             # On a map that is extended it may be anywhere.
-            return 1.0 + 0.0j, 0.0j, _WIDEST if self._pieces else 0.0
+            return 1.0 + 0.0j, 0.0j, _WIDEST if self.pieces else 0.0
+        before = self.pieces[-1]
         last = before.images[-1]
         x, y, yaw = (float(value) for value in before.states[-1, :3])
         step = self._images[last].T_odom_base.inverse() @ self._images[piece.images[0]].T_odom_base
@@ -121,8 +137,7 @@ class PieceLinker:
 
     def _chain_link(self, index: int) -> Iterator[Link]:
         """Link a piece to the one before by the dots of the image that both have."""
-        piece, before = self._pieces[index], self._pieces[index - 1]
-        if piece is None or before is None or not piece.is_linked:
+        if not self.pieces[index].is_linked or len(self.pieces[index - 1].images) == 0:
             return
         found = self._lay(index, index - 1, 0.003, 0.02)
         if found is not None:
@@ -132,24 +147,27 @@ class PieceLinker:
         """Link a piece to those that may lie where it is expected."""
         radius = min(self._drift[index] + 0.003, _WIDEST)
         turn = min(_DRIFT_TURN * (1.0 + 20.0 * self._drift[index]), _WIDEST_TURN)
-        last = index - 1 if self._pieces[index].is_linked else index  # type: ignore[union-attr]
-        for other in range(last - 1, -1, -1):
-            if self._may_overlap(index, other, radius):
+        before = index - 1 if self.pieces[index].is_linked else index
+        while True:
+            for other in self._candidates(index, before, radius):
                 found = self._lay(index, other, radius, turn)
                 if found is not None:
                     yield self._link(index, other, found, is_loop=True)
                     # The first link tells where the piece lies; the others must lie there, too.
                     self._place(index, [self._link(index, other, found, is_loop=True)], settle=False)
-                    radius, turn = 0.004, 0.02
+                    before, radius, turn = other, 0.004, 0.02
+                    break
+            else:
+                return
 
-    def _may_overlap(self, index: int, other: int, radius: float) -> bool:
-        mine, theirs = self._fields[index].points, self._fields[other].points
-        pose = self._pose(other).inverse() @ self._pose(index)
-        placed = pose.transform(mine)
-        return bool(
-            (placed.min(axis=0) - radius < theirs.max(axis=0)).all()
-            and (placed.max(axis=0) + radius > theirs.min(axis=0)).all()
-        )
+    def _candidates(self, index: int, before: int, radius: float) -> Iterator[int]:
+        """Yield the pieces below ``before`` that a piece may overlap, the latest first."""
+        turns = np.array(self.turns)
+        near = self._fields.near(index, turns / np.abs(turns), np.array(self.shifts), radius)
+        for other in near[near < before][::-1].tolist():
+            pose = self._pose(other).inverse() @ self._pose(index)
+            if self._fields.may_overlap(index, other, pose, radius):
+                yield other
 
     def _lay(self, index: int, other: int, radius: float, turn: float) -> Matched | None:
         """Lay a piece on another where it is expected."""
@@ -214,13 +232,13 @@ class PieceLinker:
 
     def _earlier_dots(self, index: int) -> tuple[DotField, NDArray[np.int64]] | None:
         """Return the dots of pieces well before, and which piece each is of; renewed now and then."""
-        until = index - 3 if self._pieces[0] is not None else index
+        until = index - 3 if len(self.pieces[0].images) else index
         if until < 1:
             return None
         if self._all_dots is None or until - self._all_dots[0] > 20 + until // 4:
             parts, owners = [], []
             for k in range(until):
-                z = self.turns[k] * (self._fields[k].points @ (1.0, 1j)) + self.shifts[k]
+                z = self.turns[k] * (self._fields.dots(k) @ (1.0, 1j)) + self.shifts[k]
                 parts.append(np.column_stack([z.real, z.imag]))
                 owners.append(np.full(len(z), k))
             self._all_dots = (until, DotField(np.concatenate(parts)), np.concatenate(owners))

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from floor_localizer.core.survey.survey_image import SurveyImage, ViewOutline
+from floor_localizer.core.survey.survey_image import ViewOutline
 from shirube_geometry import PlanarPose
 
 _HALVINGS = 4
@@ -34,7 +32,7 @@ def merge_sightings(points: NDArray[np.float64], image: NDArray[np.int64], reach
     for _ in range(_HALVINGS):
         if len(waiting) == 0:
             break
-        groups = _chains(points[waiting], image[waiting], reach)
+        groups = chains(points[waiting], image[waiting], reach)
         clean = ~_has_twins(groups, image[waiting])
         first = np.full(int(groups.max(initial=-1)) + 1, -1)
         first[groups[::-1]] = waiting[::-1]
@@ -44,7 +42,10 @@ def merge_sightings(points: NDArray[np.float64], image: NDArray[np.int64], reach
     return np.unique(labels, return_inverse=True)[1].astype(np.int64)
 
 
-def _chains(points: NDArray[np.float64], image: NDArray[np.int64], reach: float) -> NDArray[np.int64]:
+def chains(points: NDArray[np.float64], image: NDArray[np.int64], reach: float) -> NDArray[np.int64]:
+    """Return the number of the chain that each sighting belongs to; arguments as of `merge_sightings`."""
+    if len(points) == 0:
+        return np.empty(0, dtype=np.int64)
     pairs = cKDTree(points).query_pairs(reach, output_type='ndarray')
     pairs = pairs[image[pairs[:, 0]] != image[pairs[:, 1]]]
     links = sparse.coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
@@ -61,25 +62,26 @@ def _has_twins(groups: NDArray[np.int64], image: NDArray[np.int64]) -> NDArray[n
 
 
 def count_views(
-    dots: NDArray[np.float64],
-    images: Sequence[SurveyImage],
-    states: NDArray[np.float64],
-    outline: ViewOutline,
-    margin: float,
+    dots: NDArray[np.float64], states: NDArray[np.float64], outline: ViewOutline, margin: float
 ) -> NDArray[np.int64]:
     """Return how many images should have seen each dot, shape (m,).
 
     Args:
         dots: shape (m, 2) [m].
-        images: those that were used.
-        states: shape (k, 6), theirs.
+        states: shape (k, 6), of the images that were used.
         outline: of a view.
         margin: a dot nearer to the border may not be whole in the image [m].
     """
-    tree, counts = cKDTree(dots), np.zeros(len(dots), dtype=np.int64)
+    counts = np.zeros(len(dots), dtype=np.int64)
+    if len(dots) == 0:
+        return counts
+    tree = cKDTree(dots)
     reach = float(np.hypot(*(outline.corners - outline.middle).T).max())
-    for _, state in zip(images, states, strict=True):
+    middles = states[:, :2] @ (1.0, 1j) + np.exp(1j * states[:, 2]) * complex(*outline.middle)
+    places = np.column_stack([middles.real, middles.imag])
+    near_any = ((places >= dots.min(axis=0) - reach) & (places <= dots.max(axis=0) + reach)).all(axis=1)
+    for place, state in zip(places[near_any], states[near_any], strict=True):
         pose = PlanarPose(*(float(value) for value in state[:3]))
-        near = np.array(tree.query_ball_point(pose.transform([outline.middle])[0], reach), dtype=np.int64)
+        near = np.array(tree.query_ball_point(place, reach), dtype=np.int64)
         counts[near[outline.contains(pose.inverse().transform(dots[near]), margin)]] += 1
     return counts

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +37,28 @@ class SurveyImage:
     def __len__(self) -> int:
         """Return the number of dots."""
         return len(self.points)
+
+
+class ImageSelection(Sequence[SurveyImage]):
+    """Some of many images."""
+
+    def __init__(self, images: Sequence[SurveyImage], chosen: NDArray[np.int64]) -> None:
+        """Choose images by their indices, shape (k,)."""
+        self._images, self._chosen = images, chosen
+
+    def __len__(self) -> int:
+        """Return the number of images that were chosen."""
+        return len(self._chosen)
+
+    @overload
+    def __getitem__(self, index: int) -> SurveyImage: ...
+    @overload
+    def __getitem__(self, index: slice) -> ImageSelection: ...
+    def __getitem__(self, index: int | slice) -> SurveyImage | ImageSelection:
+        """Return a chosen image, or a choice from the choice."""
+        if isinstance(index, slice):
+            return ImageSelection(self._images, self._chosen[index])
+        return self._images[int(self._chosen[index])]
 
 
 def survey_image(

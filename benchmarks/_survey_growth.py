@@ -1,0 +1,135 @@
+"""How a survey's memory and time grow with the floor: dots are simulated, so nothing is rendered or detected."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import shutil
+import threading
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from _surveyed_floor import CAMERA, MOUNT, VIEW, RenderedSurvey
+from scipy.spatial import cKDTree
+
+from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.survey.survey_plan import choose_images
+from floor_localizer.core.survey.survey_settings import SurveySettings
+from floor_localizer.survey_files.checkpoint import Checkpoint
+from floor_localizer.survey_files.survey_run import IMAGES_A_CHUNK, put_images_together, run_survey
+from floor_localizer.task_runner import task_runner
+
+_NOISE = 0.02
+"""Of a dot's place along each axis [px]."""
+_EVERY = 0.01  # memory is looked at so often [s]
+
+
+@dataclass(frozen=True)
+class Growth:
+    """What linking and adjusting took.
+
+    Attributes:
+        images: that were put on the map.
+        sightings: of dots.
+        base: private memory before: the interpreter and its libraries [bytes].
+        peak: greatest private memory [bytes].
+        seconds: for linking and adjusting.
+        error: of the images' places after the rigid motion that makes them least, rms [m].
+    """
+
+    images: int
+    sightings: int
+    base: int
+    peak: int
+    seconds: float
+    error: float
+
+
+def measure_growth(size: float, seed: int, settings: SurveySettings, workers: int) -> Growth:
+    """Survey a simulated floor, linking and adjusting in a process of their own."""
+    folder = Path(f'out/bench_survey/growth_{size}_{seed}')
+    shutil.rmtree(folder, ignore_errors=True)
+    spawn = multiprocessing.get_context('spawn')
+    for step in (_prepare, _link_and_adjust):
+        process = spawn.Process(target=step, args=(folder, size, seed, settings, workers))
+        process.start()
+        process.join()
+        if process.exitcode:
+            raise SystemExit(process.exitcode)
+    return Growth(**json.loads((folder / 'growth.json').read_text()))
+
+
+def _prepare(folder: Path, size: float, seed: int, settings: SurveySettings, workers: int) -> None:
+    """Simulate what the images show and put them together to pieces."""
+    survey, checkpoint = RenderedSurvey(size, seed), Checkpoint(folder, {'size': size, 'seed': seed})
+    floor = survey.floor
+    tree = cKDTree(floor.points)
+    chosen = choose_images([frame.T_odom_base for frame in survey.frames], VIEW, settings)
+    for chunk, start in enumerate(range(0, len(chosen), IMAGES_A_CHUNK)):
+        found: dict[int, DetectedDots | str] = {
+            index: _see(survey, tree, floor.points, floor.diameters, index, seed)
+            for index in chosen[start : start + IMAGES_A_CHUNK]
+        }
+        checkpoint.save_dots(chunk, found)
+    with task_runner(workers) as runner:
+        put_images_together(survey, MOUNT, settings, checkpoint, runner)
+
+
+def _see(
+    survey: RenderedSurvey, tree: cKDTree, points: np.ndarray, diameters: np.ndarray, index: int, seed: int
+) -> DetectedDots:
+    """Return the dots that an image of the drive would show."""
+    pose, rng = survey.truth[index], np.random.default_rng([seed, 2, index])
+    near = np.sort(np.array(tree.query_ball_point((pose.x, pose.y), VIEW), dtype=np.int64))
+    at = MOUNT.camera_points_from_floor(pose.inverse().transform(points[near]))
+    pixels = CAMERA.pixels_from_points(at) + rng.normal(0.0, _NOISE, (len(near), 2))
+    whole = ((pixels > 3.0) & (pixels < CAMERA.width - 4.0)).all(axis=1)
+    size = diameters[near[whole]] * CAMERA.fx / MOUNT.xyz[2]
+    return DetectedDots(pixels[whole], size, np.full(len(size), _NOISE))
+
+
+def _link_and_adjust(folder: Path, size: float, seed: int, settings: SurveySettings, _: int) -> None:
+    """Do the rest in this process and write down what it took."""
+    survey, checkpoint = RenderedSurvey(size, seed), Checkpoint(folder, {'size': size, 'seed': seed})
+    with task_runner(1) as runner, _PrivateMemory() as memory:
+        base, start = private_memory(), time.perf_counter()
+        run = run_survey(survey, MOUNT, settings, checkpoint, runner)
+        seconds = time.perf_counter() - start
+    names = [int(run.images[k].name.split()[1]) for k in run.result.images]
+    truth = np.array([complex(survey.truth[k].x, survey.truth[k].y) for k in names])
+    found = run.result.states[:, :2] @ (1.0, 1j)
+    z, m = found - found.mean(), truth - truth.mean()
+    turn = np.vdot(z, m)
+    error = float(np.sqrt(np.mean(np.abs(turn / abs(turn) * z - m) ** 2)))
+    grown = Growth(len(names), int(run.result.counts.sum()), base, memory.peak, seconds, error)
+    (folder / 'growth.json').write_text(json.dumps(asdict(grown)))
+
+
+def private_memory() -> int:
+    """Return the private memory of this process; files in the page cache do not count [bytes]."""
+    lines = Path('/proc/self/status').read_text().splitlines()
+    return 1024 * int(next(line for line in lines if line.startswith('RssAnon')).split()[1])
+
+
+class _PrivateMemory:
+    """Looks at this process's memory while something else runs."""
+
+    def __init__(self) -> None:
+        self.peak = 0
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._watch)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ended.set()
+        self._thread.join()
+
+    def _watch(self) -> None:
+        while not self._ended.wait(_EVERY):
+            self.peak = max(self.peak, private_memory())
