@@ -3,10 +3,10 @@
 The equations come in parts, one for each block of dots, and each knows only the images that see its dots. Parts that
 lie side by side are joined two and two, then the pairs, and so on; an image that no other part sees leaves at once by
 
-    L L^T = A_11,   X = L^-1 A_12,   y = L^-1 g_1,   A_22 - X^T X,   g_2 - X^T y
+    U^T U = A_11,   X = U^-T A_12,   y = U^-T g_1,   A_22 - X^T X,   g_2 - X^T y
 
 (nested dissection, with the blocks as its leaves). What has left lies on the shelf until the way back,
-x_1 = L^-T (y - X x_2). So memory holds the images along the edge of what is joined, not those within.
+x_1 = U^-1 (y - X x_2). So memory holds the images along the edge of what is joined, not those within.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, solve_triangular
 
+from floor_localizer.core.survey.partial_cholesky import eliminate_first, way_back
 from floor_localizer.core.survey.shelf import Shelf
 
 UNKNOWNS = 6
@@ -101,21 +101,21 @@ class Elimination:
         leaves = (self._first[part.images] >= begin) & (self._last[part.images] <= until)
         if not leaves.any():
             return part
-        rows = np.repeat(leaves, UNKNOWNS)
-        lower = cholesky(part.normal[np.ix_(rows, rows)], lower=True, overwrite_a=True, check_finite=False)
-        across = solve_triangular(lower, part.normal[np.ix_(rows, ~rows)], lower=True, check_finite=False)
-        y = solve_triangular(lower, part.gradient[rows], lower=True, check_finite=False)
-        self._shelf.put('left', self._left, part.images[leaves], part.images[~leaves], lower, across, y)
+        order = np.argsort(~leaves, kind='stable')
+        rows, count = unknowns_of(order), UNKNOWNS * int(leaves.sum())
+        normal, gradient = part.normal[np.ix_(rows, rows)], part.gradient[rows]
+        eliminate_first(normal, gradient, count)
+        images, others = part.images[leaves], part.images[~leaves]
+        self._shelf.put('left', self._left, images, others, normal[:count], gradient[:count])
         self._left += 1
-        rest = part.normal[np.ix_(~rows, ~rows)]
-        rest -= across.T @ across
-        return Equations(part.images[~leaves], rest, part.gradient[~rows] - across.T @ y)
+        rest = np.triu(normal[count:, count:])
+        rest += np.triu(rest, 1).T
+        return Equations(others, rest, gradient[count:])
 
     def _way_back(self) -> NDArray[np.float64]:
         solution = np.zeros((len(self._first), UNKNOWNS))
         for number in range(self._left - 1, -1, -1):
-            images, others, lower, across, y = self._shelf.get('left', number)
-            known = y - across @ solution[others].ravel()
-            found = solve_triangular(lower, known, lower=True, trans='T', check_finite=False)
+            images, others, upper, y = self._shelf.get('left', number)
+            found = way_back(upper, y, solution[others].ravel())
             solution[images] = found.reshape(-1, UNKNOWNS)
         return solution
