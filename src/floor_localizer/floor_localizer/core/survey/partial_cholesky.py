@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg import cholesky
+from scipy.linalg.lapack import dtrtri
 
 # OpenBLAS takes more threads from 64 rows of a factor and from 64 * 64 * 64 products on.
 _TILE = 60
@@ -19,21 +20,20 @@ def eliminate_first(normal: NDArray[np.float64], gradient: NDArray[np.float64], 
 
     Args:
         normal: shape (n, n), symmetric; of it, only the upper triangle is used and written: above, the rows of U with
-            U^T U = A_11 and of X = U^-T A_12, below, A_22 - X^T X.
+            U^T U = A_11, whose tiles on the diagonal are inverted, and of X = U^-T A_12; below, A_22 - X^T X.
         gradient: shape (n,); becomes y = U^-T g_1 and g_2 - X^T y.
         count: number of the unknowns that are eliminated.
     """
     size = len(normal)
     for begin in range(0, count, _TILE):
         own = slice(begin, min(begin + _TILE, count))
-        upper = cholesky(normal[own, own], check_finite=False)
-        normal[own, own] = upper
-        gradient[own] = solve_triangular(upper, gradient[own], trans='T', check_finite=False)
+        # With the inverse of a tile in its place all the rest are products.
+        normal[own, own], _ = dtrtri(cholesky(normal[own, own], check_finite=False))
+        inverse = normal[own, own].T.copy()
+        gradient[own] = inverse @ gradient[own]
         behind = [slice(k, min(k + _TILE, size)) for k in range(own.stop, size, _TILE)]
         for column in behind:
-            normal[own, column] = solve_triangular(
-                upper, normal[own, column], trans='T', check_finite=False
-            )
+            normal[own, column] = inverse @ normal[own, column]
             gradient[column] -= gradient[own] @ normal[own, column]
         for k, row in enumerate(behind):
             left = normal[own, row].T.copy()
@@ -55,6 +55,6 @@ def way_back(
     found = y - np.einsum('ij,j->i', upper[:, count:], known)
     for begin in range(_TILE * ((count - 1) // _TILE), -1, -_TILE):
         own = slice(begin, min(begin + _TILE, count))
-        found[own] = solve_triangular(upper[own, own], found[own], check_finite=False)
+        found[own] = upper[own, own] @ found[own]
         found[:begin] -= np.einsum('ij,j->i', upper[:begin, own], found[own])
     return found
