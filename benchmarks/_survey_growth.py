@@ -98,7 +98,7 @@ def _link_and_adjust(folder: Path, size: float, seed: int, settings: SurveySetti
         base, start = private_memory(), time.perf_counter()
         run = run_survey(survey, MOUNT, settings, checkpoint, runner)
         seconds = time.perf_counter() - start
-    names = [int(run.images[k].name.split()[1]) for k in run.result.images]
+    names = [int(run.images.frames[k].name.split()[1]) for k in run.result.images]
     truth = np.array([complex(survey.truth[k].x, survey.truth[k].y) for k in names])
     found = run.result.states[:, :2] @ (1.0, 1j)
     z, m = found - found.mean(), truth - truth.mean()

@@ -43,14 +43,18 @@ class PoseScores:
 
 def wrong_merges(run: SurveyRun, survey: RenderedSurvey) -> tuple[int, int]:
     """Return how many dots were made of sightings whose true places differ, of how many."""
-    numbers = [int(run.images[k].name.split()[1]) for k in run.result.images]
+    numbers = [int(run.images.frames[k].name.split()[1]) for k in run.result.images]
     poses = np.array([(p.x, p.y, p.yaw, 0.0, 0.0, 0.0) for p in (survey.truth[k] for k in numbers)])
-    seen = run.result.sightings
-    true = map_points(seen.directions, np.array(MOUNT.xyz), poses[seen.image])
-    count = np.maximum(np.bincount(seen.dot), 1)
-    means = np.column_stack([np.bincount(seen.dot, true[:, k]) / count for k in range(2)])
-    far = np.hypot(*(true - means[seen.dot]).T) > _SAME_PLACE
-    return len(np.unique(seen.dot[far])), len(np.unique(seen.dot))
+    wrong = dots = 0
+    for block in run.result.blocks:
+        seen = block.seen
+        true = map_points(seen.directions, np.array(MOUNT.xyz), poses[seen.image])
+        count = np.maximum(np.bincount(seen.dot), 1)
+        means = np.column_stack([np.bincount(seen.dot, true[:, k]) / count for k in range(2)])
+        far = np.hypot(*(true - means[seen.dot]).T) > _SAME_PLACE
+        wrong += len(np.unique(seen.dot[far]))
+        dots += len(np.unique(seen.dot))
+    return wrong, dots
 
 
 def locate_on(

@@ -2,10 +2,13 @@
 
     shirube bench survey
     shirube bench survey --size 1.5 --sway
+    shirube bench survey --growth 2.5 5 10
 
 A robot with odometry 2 % off and a heading that drifts by 1 degree a metre drives over a square floor in lanes that
 overlap by 20 %; `build_map`'s core makes the map, whose scale comes from one length that was measured 0.5 mm too long.
-A survey that was stopped goes on. With SHIRUBE_DATA the printed sheets of its photographs are surveyed as well.
+A survey that was stopped goes on.
+`--growth` tells instead what linking and adjusting take on floors of several sizes, whose dots are simulated. With
+SHIRUBE_DATA the printed sheets of its photographs are surveyed as well.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from _survey_growth import measure_growth
 from _survey_scores import PoseScores, locate_on, wrong_merges
 from _surveyed_floor import MOUNT, RenderedSurvey
 
@@ -38,6 +42,9 @@ SETTINGS = SurveySettings(image_step=0.45)
 def main() -> int:
     """Survey, compare, locate, and print the tables."""
     options = parse()
+    if options.growth:
+        report_growth(options.growth, options.seed, options.workers)
+        return 0
     suspension = Suspension(heave=0.0013, tilt=math.radians(0.5)) if options.sway else None
     survey = RenderedSurvey(options.size, options.seed, suspension)
     folder = Path(f'out/bench_survey/{options.size}_{options.seed}_{int(options.sway)}')
@@ -51,6 +58,23 @@ def main() -> int:
         return 0
     print('\nPrinted sheets in photographs:\n', flush=True)
     return subprocess.run([sys.executable, PHOTOGRAPHS], check=False).returncode
+
+
+def report_growth(sizes: list[float], seed: int, workers: int) -> None:
+    """Print what linking and adjusting took on floors of several sizes."""
+    print(
+        '| floor m | images | sightings | base MB | peak MB | above the base, kB an image | seconds | ms an image '
+        '| places of the images rms mm |\n|---|---|---|---|---|---|---|---|---|'
+    )
+    for size in sizes:
+        grown = measure_growth(size, seed, SETTINGS, workers)
+        above = (grown.peak - grown.base) / grown.images
+        print(
+            f'| {size:g} x {size:g} | {grown.images} | {grown.sightings} | {grown.base / 1e6:.0f} | '
+            f'{grown.peak / 1e6:.0f} | {above / 1e3:.1f} | {grown.seconds:.0f} | '
+            f'{1e3 * grown.seconds / grown.images:.1f} | {1e3 * grown.error:.4f} |',
+            flush=True,
+        )
 
 
 def report(survey: RenderedSurvey, run: SurveyRun, size: float, seconds: float, places: int) -> None:
@@ -127,6 +151,9 @@ def parse() -> argparse.Namespace:
     )
     parser.add_argument(
         '--sway', action='store_true', help='the body heaves by 1 %% and tilts by 0.5 degrees'
+    )
+    parser.add_argument(
+        '--growth', type=float, nargs='+', metavar='SIZE', help='memory and time for such floors instead [m]'
     )
     return parser.parse_args()
 

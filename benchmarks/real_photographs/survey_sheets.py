@@ -32,6 +32,7 @@ from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.survey.floor_survey import survey_floor
 from floor_localizer.core.survey.map_comparison import MapComparison, compare
 from floor_localizer.core.survey.piece import Piece, build_piece
+from floor_localizer.core.survey.shelf import MemoryShelf
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
 from floor_localizer.core.survey.survey_settings import SurveySettings
 from shirube_geometry import PlanarPose
@@ -111,7 +112,9 @@ def survey_sheet(dots: NDArray[np.float64], views: list[View]) -> SheetScore:
     """
     true_map, kept_out = DotMap(dots, np.full(len(dots), DOT_DIAMETER)), views[1::2]
     images, outline = noisy_images(views[::2]), view_outline(VIEW_CAMERA, VIEW_MOUNT)
-    result = survey_floor(images, pieces_of(images), outline, np.array(VIEW_MOUNT.xyz), SETTINGS)
+    result = survey_floor(
+        images, pieces_of(images), outline, np.array(VIEW_MOUNT.xyz), SETTINGS, MemoryShelf()
+    )
     # Hands and cut edges stand in a few views.
     often = result.counts >= max(2, len(result.images) // 4)
     surveyed = DotMap(result.dot_map.points[often], result.dot_map.diameters[often])

@@ -123,13 +123,13 @@ def forbidden() -> SimpleNamespace:
 
 
 @pytest.mark.newest_set_only
-def test_a_killed_survey_goes_on_and_ends_the_same(
+def test_a_survey_killed_with_all_its_workers_goes_on_and_ends_the_same(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(capsys, *folder_options(scene), '--out', tmp_path / 'whole')[0] == 0
     command = [sys.executable, '-m', 'floor_localizer.commands.build_map', *map(str, folder_options(scene))]
     child = subprocess.Popen(
-        [*command, '--out', str(tmp_path / 'killed'), *FLAGS],
+        [*command, '--out', str(tmp_path / 'killed'), *FLAGS, '--workers', '2'],
         stderr=subprocess.DEVNULL,
         start_new_session=True,
     )
@@ -138,7 +138,7 @@ def test_a_killed_survey_goes_on_and_ends_the_same(
         not (tmp_path / 'killed' / 'checkpoint' / 'dots_00000.npz').exists() and time.monotonic() < deadline
     ):
         time.sleep(0.01)
-    child.send_signal(signal.SIGKILL)
+    os.killpg(child.pid, signal.SIGKILL)
     child.wait()
     assert not (tmp_path / 'killed' / 'map.csv').exists()
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'killed')

@@ -88,16 +88,7 @@ def survey_floor(
         FloorLocalizerError: the images do not overlap.
     """
     old = None if existing is None else existing.points
-    linker = PieceLinker(images, settings, old, shelf)
-    for piece in pieces:
-        linker.add(piece)
-        progress('placing pieces')
-    turns, shifts = linker.solve()
-    first = 0 if existing is None else 1
-    chosen = _main_part(linker, first, images)
-    used, states = _global_states([linker.pieces[k] for k in chosen], turns[chosen], shifts[chosen])
-    loops = sum(link.is_loop for link in linker.links)
-    del linker
+    used, states, loops = _linked(images, pieces, settings, shelf, old, progress)
     cutter = BlockCutter(ImageSelection(images, used), position, settings.dot_sigma, shelf)
     priors = BodyPriors(position, settings.scale_sigma, settings.tilt_sigma)
     for reach in _REACHES:
@@ -114,6 +105,25 @@ def survey_floor(
         dots.dot_map, dots.counts, used, states, blocks, Residuals(shelf, blocks),
         loops, dots.dirt, np.setdiff1d(np.arange(len(images)), used), dots.old_dots,
     )  # fmt: skip
+
+
+def _linked(
+    images: Sequence[SurveyImage],
+    pieces: Iterable[Piece],
+    settings: SurveySettings,
+    shelf: Shelf,
+    old: NDArray[np.float64] | None,
+    progress: Progress,
+) -> tuple[NDArray[np.int64], NDArray[np.float64], int]:
+    """Place the pieces; return the images of those that are linked, their states, and the number of loops."""
+    linker = PieceLinker(images, settings, old, shelf)
+    for piece in pieces:
+        linker.add(piece)
+        progress('placing pieces')
+    turns, shifts = linker.solve()
+    chosen = _main_part(linker, 0 if old is None else 1, images)
+    used, states = _global_states([linker.pieces[k] for k in chosen], turns[chosen], shifts[chosen])
+    return used, states, sum(link.is_loop for link in linker.links)
 
 
 def _drop_outliers(

@@ -1,0 +1,151 @@
+"""A survey in many blocks against the same all at once, by dense algebra and by one block."""
+
+import errno
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from simulated_survey import POSITION, SETTINGS, Drive, drive_over, lane_poses, small_floor, survey
+
+from floor_localizer.core.survey.adjustment import BodyPriors, adjust_blocks, map_points
+from floor_localizer.core.survey.block_cutting import BlockCutter
+from floor_localizer.core.survey.fixed_dots import fix_dots
+from floor_localizer.core.survey.placed_sightings import place_sightings
+from floor_localizer.core.survey.shelf import MemoryShelf
+from floor_localizer.core.survey.sighting_blocks import SightingBlock, SightingBlocks
+from floor_localizer.core.survey.sightings import merge_sightings
+from floor_localizer.survey_files import shelf_folder
+from floor_localizer.survey_files.packed_images import pack_images
+from floor_localizer.survey_files.shelf_folder import ShelfFolder
+
+PRIORS = BodyPriors(POSITION, 0.001, 0.001)
+REACH = 0.0008
+
+
+@pytest.fixture(scope='module')
+def drive() -> Drive:
+    return drive_over(small_floor(), lane_poses((0.45, 0.33)), sway=0.1)
+
+
+@pytest.fixture(scope='module')
+def states(drive: Drive) -> np.ndarray:
+    return survey(drive).states
+
+
+def cut(drive: Drive, states: np.ndarray, most: int, reach: float = REACH) -> SightingBlocks:
+    return BlockCutter(drive.images, POSITION, SETTINGS.dot_sigma, MemoryShelf(), most).cut(states, reach)
+
+
+def dots_by_rows(blocks: SightingBlocks) -> set[frozenset[tuple[float, ...]]]:
+    """Each dot as the set of its sightings."""
+    return {
+        frozenset((k, *d) for k, d in zip(block.seen.image[rows].tolist(), block.seen.directions[rows].tolist()))
+        for block in blocks
+        for rows in (np.flatnonzero(block.seen.dot == dot) for dot in range(len(block.fixed_dots)))
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize('reach', [REACH, 0.0035])
+def test_dots_are_those_of_all_sightings_at_once(drive: Drive, states: np.ndarray, reach: float) -> None:
+    # With the larger reach, chains run over several tiles before they are parted.
+    placed = place_sightings(drive.images, np.arange(len(states)), states, POSITION, SETTINGS.dot_sigma)
+    dot = merge_sightings(placed.points, placed.seen.image, reach)
+    rows = [[] for _ in range(dot.max() + 1)]
+    for k, (image, direction) in enumerate(zip(placed.seen.image.tolist(), placed.seen.directions.tolist())):
+        rows[dot[k]].append((image, *direction))
+    blocks = cut(drive, states, 9, reach)
+    assert len(blocks) >= 8
+    assert dots_by_rows(blocks) == {frozenset(row) for row in rows}
+
+
+def test_many_blocks_are_adjusted_as_one(drive: Drive, states: np.ndarray, tmp_path: Path) -> None:
+    many, one = (
+        adjust_blocks(cut(drive, states, most), states, PRIORS, shelf)
+        for most, shelf in ((9, ShelfFolder(tmp_path / 'shelf')), (10_000, MemoryShelf()))
+    )
+    assert np.abs(many - states).max() > 1e-6
+    np.testing.assert_allclose(many, one, rtol=0.0, atol=1e-10)
+
+
+def test_a_step_is_that_of_dense_equations_with_all_dots(drive: Drive, states: np.ndarray) -> None:
+    """Few images and no outlier beyond Huber's bound: then the weights are those of the sigmas."""
+    few = Drive(drive.floor, drive.images[:14], drive.truth[:14])
+    blocks, start = cut(few, states[:14], 4), states[:14]
+    for number, block in enumerate(blocks):
+        wide = block.seen.sigmas * 20.0
+        seen = type(block.seen)(block.seen.image, block.seen.dot, block.seen.directions, wide, wide)
+        blocks.put(number, SightingBlock(seen, block.fixed_dots))
+    rows, values, count = [], [], 6 * 14 + 2 * sum(len(block.fixed_dots) for block in blocks)
+    dots_before = 6 * 14
+    for block in blocks:
+        seen = block.seen
+        points = map_points(seen.directions, POSITION, start[seen.image])
+        means = np.array([points[seen.dot == dot].mean(axis=0) for dot in range(len(block.fixed_dots))])
+        for k, image in enumerate(seen.image.tolist()):
+            jacobian = np.zeros((2, count))
+            for unknown in range(6):
+                ahead, behind = start[[image]].copy(), start[[image]].copy()
+                ahead[0, unknown] += 1e-5
+                behind[0, unknown] -= 1e-5
+                moved = [map_points(seen.directions[[k]], POSITION, each)[0] for each in (ahead, behind)]
+                jacobian[:, 6 * image + unknown] = (moved[0] - moved[1]) / 2e-5
+            residual = points[k] - means[seen.dot[k]]
+            jacobian[:, 6 * image + 3] -= residual
+            jacobian[:, dots_before + 2 * seen.dot[k] + np.arange(2)] = -np.eye(2)
+            rows += list(jacobian / seen.sigmas[k])
+            values += list(residual / seen.sigmas[k])
+        dots_before += 2 * len(block.fixed_dots)
+    sigmas = np.tile([np.inf, np.inf, np.inf, PRIORS.scale, PRIORS.tilt, PRIORS.tilt], 14)
+    sigmas[:3] = 1e-7
+    prior = np.zeros((len(sigmas), count))
+    prior[:, : len(sigmas)] = np.diag(1.0 / sigmas)
+    pull = np.where(np.arange(len(sigmas)) % 6 < 3, 0.0, start.ravel() / sigmas)
+    step = -np.linalg.lstsq(np.vstack([*rows, *prior]), np.concatenate([values, pull]), rcond=None)[0]
+    found = adjust_blocks(blocks, start, PRIORS, MemoryShelf(), iterations=1) - start
+    assert np.abs(found).max() > 1e-5
+    np.testing.assert_allclose(found.ravel(), step[: 6 * 14], atol=2e-4 * np.abs(found).max())
+
+
+def test_a_dot_of_the_old_map_is_given_once(drive: Drive, states: np.ndarray) -> None:
+    many, one = cut(drive, states, 9), cut(drive, states, 10_000)
+    old = some_dots(states, one) + 0.0001
+    for blocks in (many, one):
+        fix_dots(blocks, states, POSITION, old, REACH)
+    kept = [np.concatenate([block.fixed_dots[block.is_fixed] for block in blocks]) for blocks in (many, one)]
+    assert len(kept[0]) == len(np.unique(kept[0], axis=0)) > 0.9 * len(old)
+    assert {tuple(dot) for dot in kept[0]} == {tuple(dot) for dot in kept[1]}
+
+
+def some_dots(states: np.ndarray, blocks: SightingBlocks) -> np.ndarray:
+    seen = blocks[0].seen
+    points = map_points(seen.directions, POSITION, states[seen.image])
+    return np.array([points[seen.dot == dot][0] for dot in range(0, len(blocks[0].fixed_dots), 5)])
+
+
+def test_packed_images_are_the_same_images(drive: Drive, tmp_path: Path) -> None:
+    packed = pack_images(tmp_path / 'images.bin', drive.images)
+    for k in (0, 7, -1):
+        for name in ('directions', 'points', 'sigmas', 'diameters', 'T_odom_base', 'name'):
+            np.testing.assert_equal(getattr(packed[k], name), getattr(drive.images[k], name))
+    assert [image.name for image in packed[3:6]] == [image.name for image in drive.images[3:6]]
+    assert len(packed) == len(list(packed)) == len(drive.images)
+
+
+def test_a_full_disk_leaves_no_half_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shelf, saved = ShelfFolder(tmp_path / 'shelf'), np.save
+    shelf.put('block', 3, np.arange(4), np.eye(2))
+
+    def full(file: object, array: np.ndarray) -> None:
+        if array.ndim == 2:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        saved(file, array)
+
+    monkeypatch.setattr(shelf_folder.np, 'save', full)
+    with pytest.raises(OSError, match='No space left'):
+        shelf.put('block', 3, np.arange(5), np.eye(3))
+    first, second = shelf.get('block', 3)
+    np.testing.assert_array_equal(first, np.arange(4))
+    np.testing.assert_array_equal(second, np.eye(2))
+    ShelfFolder(tmp_path / 'shelf')  # of another run
+    assert not (tmp_path / 'shelf').exists()
