@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import multiprocessing
-import shutil
 import threading
 import time
 from dataclasses import asdict, dataclass
@@ -49,9 +48,8 @@ class Growth:
 
 
 def measure_growth(size: float, seed: int, settings: SurveySettings, workers: int) -> Growth:
-    """Survey a simulated floor, linking and adjusting in a process of their own."""
+    """Survey a simulated floor, linking and adjusting in a process of their own; pieces are kept for the next time."""
     folder = Path(f'out/bench_survey/growth_{size}_{seed}')
-    shutil.rmtree(folder, ignore_errors=True)
     spawn = multiprocessing.get_context('spawn')
     for step in (_prepare, _link_and_adjust):
         process = spawn.Process(target=step, args=(folder, size, seed, settings, workers))
@@ -69,6 +67,8 @@ def _prepare(folder: Path, size: float, seed: int, settings: SurveySettings, wor
     tree = cKDTree(floor.points)
     chosen = choose_images([frame.T_odom_base for frame in survey.frames], VIEW, settings)
     for chunk, start in enumerate(range(0, len(chosen), IMAGES_A_CHUNK)):
+        if checkpoint.load_dots(chunk) is not None:
+            continue
         found: dict[int, DetectedDots | str] = {
             index: _see(survey, tree, floor.points, floor.diameters, index, seed)
             for index in chosen[start : start + IMAGES_A_CHUNK]

@@ -205,7 +205,7 @@ def _equations(block: SightingBlock, states: NDArray[np.float64], position: NDAr
     free = np.where(block.is_fixed | (total == 0.0), 0.0, 1.0 / np.maximum(total, 1e-30))
     normal = J.T @ WJ - M.T @ sparse.diags(np.repeat(free, 2)) @ M
     # Of free dots the residuals' weighted sum is 0: the gradient needs no term of the dots.
-    return Equations(images, normal.toarray(), WJ.T @ residuals.ravel())
+    return Equations(images, normal.toarray(), np.asarray(WJ.T @ residuals.ravel()))
 
 
 def _weighted_dots(

@@ -22,8 +22,7 @@ class Tile:
 
     def contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Tell which points, shape (n, 2), lie in it."""
-        inside: NDArray[np.bool_] = ((points >= self.lower) & (points < self.upper)).all(axis=1)
-        return inside
+        return np.asarray(((points >= self.lower) & (points < self.upper)).all(axis=1))
 
     def grown(self, by: float) -> Tile:
         """Return the tile with a margin [m]."""
