@@ -2,6 +2,7 @@
 
 import errno
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +16,11 @@ from floor_localizer.core.survey.placed_sightings import place_sightings
 from floor_localizer.core.survey.shelf import MemoryShelf
 from floor_localizer.core.survey.sighting_blocks import SightingBlock, SightingBlocks
 from floor_localizer.core.survey.sightings import merge_sightings
+from floor_localizer.core.survey.survey_image import SurveyImage
 from floor_localizer.survey_files import shelf_folder
 from floor_localizer.survey_files.packed_images import pack_images
 from floor_localizer.survey_files.shelf_folder import ShelfFolder
+from shirube_geometry import PlanarPose
 
 PRIORS = BodyPriors(POSITION, 0.001, 0.001)
 REACH = 0.0008
@@ -121,6 +124,36 @@ def some_dots(states: np.ndarray, blocks: SightingBlocks) -> np.ndarray:
     seen = blocks[0].seen
     points = map_points(seen.directions, POSITION, states[seen.image])
     return np.array([points[seen.dot == dot][0] for dot in range(0, len(blocks[0].fixed_dots), 5)])
+
+
+def views_of_a_dot_each(points: np.ndarray) -> list[SurveyImage]:
+    """Images from the map's origin."""
+    directions = np.column_stack([points - POSITION[:2], np.full(len(points), -POSITION[2])])
+    one, home = np.full(1, 0.0001), PlanarPose(0.0, 0.0, 0.0)
+    return [
+        SurveyImage(str(k), home, directions[[k]], points[[k]], one, 20.0 * one) for k in range(len(points))
+    ]
+
+
+def test_a_chain_over_many_tiles_is_one_dot() -> None:
+    points = np.column_stack([0.0005 * np.arange(60), np.zeros(60)])
+    cutter = BlockCutter(views_of_a_dot_each(points), POSITION, 0.0, MemoryShelf(), 2)
+    blocks = cutter.cut(np.zeros((60, 6)), REACH)
+    assert len(blocks) == 32
+    assert [len(block.seen.image) for block in blocks if len(block.fixed_dots)] == [60]
+
+
+def test_of_dots_in_several_blocks_the_nearest_is_the_old_one() -> None:
+    points = np.array([[0.0, 0.0003], [0.0, -0.0001], [0.0, 0.0002]])
+    blocks = SightingBlocks(MemoryShelf(), 3)
+    for number in range(3):
+        seen = place_sightings(
+            views_of_a_dot_each(points), np.array([number]), np.zeros((3, 6)), POSITION, 0.0
+        )
+        block = SightingBlock(replace(seen.seen, dot=np.zeros(1, dtype=np.int64)), np.full((1, 2), np.nan))
+        blocks.put(number, block)
+    fix_dots(blocks, np.zeros((3, 6)), POSITION, np.zeros((1, 2)), REACH)
+    assert [bool(block.is_fixed[0]) for block in blocks] == [False, True, False]
 
 
 def test_packed_images_are_the_same_images(drive: Drive, tmp_path: Path) -> None:
