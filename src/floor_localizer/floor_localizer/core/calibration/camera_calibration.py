@@ -111,12 +111,8 @@ def _calibration(fit: MountFit, supposed: CameraMount, T_mat_base: PlanarPose | 
 def _sigmas(covariance: NDArray[np.float64], height: float) -> tuple[float, float, float, float]:
     """Return the standard deviations of tilt [rad], height [m], pixel and focal length, the last two as shares."""
     if not np.isfinite(covariance).all():
-        return (
-            math.inf,
-            math.inf,
-            math.inf,
-            math.inf,
-        )  # something cannot be told at all; nobody knows what is certain
+        # Something cannot be told at all, and what else is uncertain with it nobody knows.
+        return math.inf, math.inf, math.inf, math.inf
     variance_focal, variance_height = covariance[6, 6], covariance[5, 5] / height**2
     variances = (
         float(np.linalg.eigvalsh(covariance[:2, :2])[-1]),
