@@ -75,6 +75,17 @@ def test_every_included_launch_file_is_there_and_takes_what_it_is_given(launch: 
             assert re.search(rf"DeclareLaunchArgument\(\s*'{argument}'", included), (name, argument)
 
 
+@pytest.mark.parametrize('launch', ['robot', 'simulation'])
+def test_what_one_part_is_given_does_not_reach_the_next(launch: str) -> None:
+    # The launch system keeps what an included file is given, unless the file stands in a group of its own.
+    tree = ast.parse((PACKAGE / 'launch' / f'{launch}.launch.py').read_text())
+    include = next(f for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) and f.name == 'include')
+    group = include.body[-1].value
+    assert group.func.id == 'GroupAction'
+    assert not any(word.arg == 'scoped' for word in group.keywords)
+    assert [ast.unparse(part) for part in group.args] == ['[part]']
+
+
 def test_the_simulation_gives_all_that_an_included_launch_file_demands() -> None:
     tree = ast.parse((PACKAGE / 'launch' / 'simulation.launch.py').read_text())
     calls = [c for c in ast.walk(tree) if isinstance(c, ast.Call) and getattr(c.func, 'id', '') == 'include']
