@@ -161,7 +161,10 @@ class MotorBridgeNode(Node):
         return 'odometry begins at the origin'
 
     def _status(self) -> Status:
-        return bridge_status(self._talk, self._now(), self._drivers())
+        offers = self.get_publishers_info_by_topic(self._velocities.topic_name)
+        kind = 'TwistStamped' if self._settings.stamped else 'Twist'
+        offered = [str(offer.topic_type) for offer in offers]
+        return bridge_status(self._talk, self._now(), f'geometry_msgs/msg/{kind}', offered)
 
     def stop(self) -> None:
         """Stop the motors, as the node ends."""

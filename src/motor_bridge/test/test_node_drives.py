@@ -27,7 +27,7 @@ def test_velocities_drive_and_odometry_tells_where(robot):
     joints = robot.joints[-1]
     assert list(joints.name) == ['left_wheel_joint', 'right_wheel_joint']
     assert joints.position == pytest.approx(robot.controller._body.wheel_angles, abs=0.02)
-    assert robot.message().message == 'stands, nobody publishes cmd_vel'
+    assert robot.message().message == 'stands, cmd_vel is silent'
 
 
 def test_with_simulated_time_everything_is_in_lock_step(graph, tmp_path):
