@@ -61,6 +61,20 @@ def test_shown_topics_are_published_by_the_nodes(path: str) -> None:
         assert f"'~/{name}'" in source, topic
 
 
+def test_the_foxglove_layout_shows_every_topic_of_the_nodes() -> None:
+    layout = json.loads((PACKAGE / 'foxglove' / 'shirube.json').read_text())
+    shown = {re.split(r'[.\[]', text)[0] for text in strings_in(layout['configById'])}
+    wanted = {'/cmd_vel', '/estop', '/odom', '/joint_states', '/diagnostics', '/goal_pose', '/initialpose'}
+    for node in NODES:
+        for source in (PACKAGE.parent / node / node).glob('*.py'):
+            told = re.findall(r"(?:create_publisher|MapOutput)\(\s*\S+, '~/(\w+)'", source.read_text())
+            wanted |= {f'/{node}/{name}' for name in told if name != 'cmd_vel'}
+    assert len(wanted) > 20
+    assert wanted <= shown
+    panels = set(strings_in(layout['layout']))
+    assert set(layout['configById']) <= panels
+
+
 @pytest.mark.parametrize('launch', ['robot', 'simulation'])
 def test_every_included_launch_file_is_there_and_takes_what_it_is_given(launch: str) -> None:
     tree = ast.parse((PACKAGE / 'launch' / f'{launch}.launch.py').read_text())
