@@ -116,6 +116,14 @@ def test_the_simulation_gives_all_that_an_included_launch_file_demands() -> None
         assert demanded <= {k.arg for k in call.keywords}
 
 
+def test_the_replay_starts_the_player_with_words_that_it_knows() -> None:
+    replay = (PACKAGE / 'launch' / 'replay.launch.py').read_text()
+    play = (PACKAGE.parent / 'shirube_bags' / 'shirube_bags' / 'commands' / 'play.py').read_text()
+    options = re.findall(r"'(--[\w-]+)'", replay)
+    assert options
+    assert all(f"'{option}'" in play for option in options)
+
+
 def test_the_simulation_starts_the_room_with_words_that_it_knows() -> None:
     simulation = (PACKAGE / 'launch' / 'simulation.launch.py').read_text()
     mission = PACKAGE.parent / 'shirube_mission'
