@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import import_module
+from typing import Any
 
-import gtsam
 import numpy as np
 from _arbiter_bags import Opinion
 
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
+from pose_arbiter.core.covariance import as_matrix
 from pose_arbiter.core.estimate import Estimate, moved_on, told
 from pose_arbiter.core.odometry_trail import OdometryTrail
 from shirube_geometry import PlanarPose
 
+try:
+    gtsam: Any = import_module('gtsam')
+except ImportError:
+    gtsam = None
+
+IS_INSTALLED = gtsam is not None
+INSTALL = "gtsam is not installed; 'pip install --no-deps gtsam' adds its smoother to the comparison"
 _LAG = 2.0  # as history_seconds of the arbiter [s]
 _LEAST = 1e-5  # a robot that stands is no certainty: gtsam could not invert it [m, rad]
 
@@ -52,20 +61,16 @@ def smoothed(
     return [state for state, (_, number) in zip(states, said, strict=True) if number == wanted]
 
 
-def _pose2(pose: PlanarPose) -> gtsam.Pose2:
+def _pose2(pose: PlanarPose) -> Any:
     return gtsam.Pose2(pose.x, pose.y, pose.yaw)
 
 
-def _in_its_own_frame(opinion: Opinion) -> gtsam.noiseModel.Base:
-    xx, xy, xt, yy, yt, tt = opinion.noise
-    return gtsam.noiseModel.Gaussian.Covariance(
-        _rotated(np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]]), -opinion.pose.yaw)
-    )
+def _in_its_own_frame(opinion: Opinion) -> Any:
+    return gtsam.noiseModel.Gaussian.Covariance(_rotated(as_matrix(opinion.noise), -opinion.pose.yaw))
 
 
 def _turned_back(step: Estimate) -> np.ndarray:
-    xx, xy, xt, yy, yt, tt = step.covariance
-    return _rotated(np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]]), -step.yaw)
+    return _rotated(as_matrix(step.covariance), -step.yaw)
 
 
 def _rotated(covariance: np.ndarray, angle: float) -> np.ndarray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
@@ -27,13 +27,31 @@ SIDE = 0.8
 """Of the tag's black square; the fields of the panel span as much from left to right [m]."""
 HEIGHT = RIG.mount.xyz[2]
 DEPTH = 0.1
-PANEL = Cabinet('panel', facing_wall(0.0), (-0.46, HEIGHT - 0.4), (0.92, 0.8), DEPTH, columns=3)
+SURFACE = facing_wall(0.0)
 FIELDS = 6
 OFFSET, TURN = 0.5, math.radians(15.0)
 TEACH_OFFSET, TEACH_TURN = 0.05, math.radians(2.0)
 BORDER = 12.0
 """Panel and tag are so far inside of both images [px]."""
 WHITE, BLACK = Paint(0.9), Paint(0.08)
+
+
+@dataclass(frozen=True)
+class Panel(Cabinet):
+    """The cabinet with the fields.
+
+    Attributes:
+        grain: whether its paint has the grain of all cabinets.
+    """
+
+    grain: bool = True
+
+    def shapes(self) -> list[FlatShape]:
+        """Return what is painted, the lowest first."""
+        shapes = super().shapes()
+        if self.grain:
+            return shapes
+        return [replace(shape, paint=replace(shape.paint, grain=0.0)) for shape in shapes]
 
 
 @dataclass(frozen=True)
@@ -99,14 +117,16 @@ class LandmarkWall:
     Args:
         seed: of the corridor.
         cells: of the tag, shape (n, n), true for white.
+        grain: whether the paint of the panel has grain.
     """
 
-    def __init__(self, seed: int, cells: NDArray[np.bool_]) -> None:
+    def __init__(self, seed: int, cells: NDArray[np.bool_], *, grain: bool) -> None:
         bare = corridor(CorridorDesign(seed=seed, bare=True))
         walls: Sequence[Thing] = [thing for thing in bare.things if not thing.name.startswith('meter')]
         rows = tuple(tuple(bool(cell) for cell in row) for row in cells)
-        tag = TagSheet('tag', PANEL.surface.raised(DEPTH), (0.0, HEIGHT), rows)
-        self.with_panel = CorridorScene((*walls, PANEL))
+        tag = TagSheet('tag', SURFACE.raised(DEPTH), (0.0, HEIGHT), rows)
+        panel = Panel('panel', SURFACE, (-0.46, HEIGHT - 0.4), (0.92, 0.8), DEPTH, columns=3, grain=grain)
+        self.with_panel = CorridorScene((*walls, panel))
         self.with_tag = CorridorScene((*walls, tag))
 
     def view(self, T_map_base: PlanarPose, rng: np.random.Generator) -> LandmarkView:

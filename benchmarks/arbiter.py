@@ -12,13 +12,15 @@ import time
 
 import numpy as np
 from _arbiter_bags import Opinion, RecordedDrive, recorded_drives
-from _arbiter_fusion import fused, messages_of, new_arbiter, pose_of, tell
+from _arbiter_fusion import Message, fused, messages_of, new_arbiter, pose_of, tell
 from _arbiter_lies import CREWS, LIES, wrong_poses
 from _arbiter_load import filter_share, node_share
-from _arbiter_smoother import smoothed
+from _arbiter_smoother import INSTALL, IS_INSTALLED, smoothed
 
+from pose_arbiter.core.arbiter import Arbiter
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.covariance import diagonal
+from pose_arbiter.core.estimate import Estimate
 from shirube_geometry import PlanarPose
 
 OUTAGE_FROM, OUTAGE_TO = 0.4, 0.8
@@ -59,13 +61,21 @@ def print_bags(drives: list[RecordedDrive]) -> None:
         source = drive.errors_of(drive.sources[best])
         estimates = fused(messages_of(drive.sources, drive.odometry), count, best)
         ours = drive.errors_at([s for s, _ in estimates], [pose_of(e) for _, e in estimates])
-        newest = smoothed(drive.sources, drive.odometry, best)
-        theirs = drive.errors_at(*map(list, zip(*newest, strict=True)))
-        a, b, c = rms(source), rms(ours), rms(theirs)
+        a, b = rms(source), rms(ours)
         d, e = (rms(errors) for errors in outage_errors(drive))
-        ratios = (f'{b[0] / x[0]:.3f}, {b[1] / x[1]:.3f}' for x in (a, c))
-        print(f'| {drive.name} | {len(source)} |', ' | '.join(
-            (cell(a), cell(b), next(ratios), cell(c), next(ratios), cell(d), cell(e))), '|', flush=True)  # fmt: skip
+        cells = [cell(a), cell(b), ratio(b, a), *beside_gtsam(drive, b), cell(d), cell(e)]
+        print(f'| {drive.name} | {len(source)} |', ' | '.join(cells), '|', flush=True)
+    if not IS_INSTALLED:
+        print(INSTALL)
+
+
+def beside_gtsam(drive: RecordedDrive, ours: tuple[float, float]) -> tuple[str, str]:
+    """Return the errors of gtsam's newest states, and the ratio of ours to them; dashes where it is not installed."""
+    if not IS_INSTALLED:
+        return '-', '-'
+    newest = smoothed(drive.sources, drive.odometry, drive.best)
+    theirs = rms(drive.errors_at(*map(list, zip(*newest, strict=True))))
+    return cell(theirs), ratio(ours, theirs)
 
 
 def outage_errors(drive: RecordedDrive) -> tuple[np.ndarray, np.ndarray]:
@@ -123,47 +133,70 @@ def largest_difference(drive: RecordedDrive, shuffles: int = 5) -> float:
 
 
 def difference_by_bad_messages(drive: RecordedDrive) -> float:
-    """Return how far the poses differ with many random bad messages in between."""
+    """Return how far poses, covariances and lasting errors differ with many random bad messages in between."""
     rng, messages = random.Random(1), messages_of(drive.sources, drive.odometry)  # noqa: S311
     plain, disturbed, worst = new_arbiter(1), new_arbiter(1), 0.0
     each = BAD_MESSAGES // len(messages) + 1
     for message in messages:
         now = message[0]
-        for _ in range(each):
-            stamp, opinion = bad_message(rng, now)
-            if disturbed.add_pose(0, stamp, opinion.pose, opinion.noise, now) is None:
-                raise ValueError('a bad message was taken')
         for arbiter in (plain, disturbed):
             tell(arbiter, message, now)
+        for _ in range(each):
+            if takes(disturbed, bad_message(rng, message), now):
+                raise ValueError('a bad message was taken')
         a, b = plain.estimate_at(now), disturbed.estimate_at(now)
         if a is not None and b is not None:
-            worst = max(worst, *(abs(x - y) for x, y in zip(a[1:4], b[1:4], strict=True)))
+            worst = max(worst, float(np.abs(state_of(a) - state_of(b)).max()))
     return worst
 
 
-def bad_message(rng: random.Random, now: int) -> tuple[int, Opinion]:
-    """Return a message with one fault: a number, a covariance or a stamp."""
-    pose = [rng.gauss(0.0, 10.0) for _ in range(3)]
-    noise, stamp = diagonal(1e-4, 1e-4), now
-    match rng.randrange(4):
+def takes(arbiter: Arbiter, message: Message, now: int) -> bool:
+    """Hand a message to an arbiter; return whether it was taken."""
+    try:
+        tell(arbiter, message, now)
+    except ValueError:
+        return False
+    return True
+
+
+def state_of(estimate: Estimate) -> np.ndarray:
+    """Return all that is known at an instant as one array."""
+    return np.concatenate((estimate[1:4], estimate.lasting.ravel(), estimate.P.ravel()))
+
+
+def bad_message(rng: random.Random, latest: Message) -> Message:
+    """Return a pose or odometry with one fault: a number, a covariance, a stamp, or one that the latest message had."""
+    now, source, said = latest
+    pose, noise, stamp = [rng.gauss(0.0, 10.0) for _ in range(3)], diagonal(1e-4, 1e-4), now
+    is_odometry = rng.random() < 0.5
+    match rng.randrange(5):
         case 0:
             pose[rng.randrange(3)] = rng.choice([float('nan'), float('inf'), float('-inf')])
         case 1:
             pose[rng.randrange(2)] = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(6.1, 300.0)
         case 2:
+            is_odometry = False
             noise = diagonal(
                 rng.choice([0.0, -1.0, float('nan'), 1e9]), rng.choice([0.0, -1.0, float('inf')])
             )
-        case _:
+        case 3:
             stamp = rng.choice([0, -1, now + rng.randrange(10**9, 10**18), rng.randrange(1, now - 3 * 10**9)]) \
                 if now > 4 * 10**9 else 0  # fmt: skip
-    return stamp, Opinion(stamp, PlanarPose(*pose), noise)
+        case _:
+            is_odometry = isinstance(said, PlanarPose)
+    told = PlanarPose(*pose)
+    return (stamp, source if is_odometry else 0, told if is_odometry else Opinion(stamp, told, noise))
 
 
 def rms(errors: np.ndarray) -> tuple[float, float]:
     """Return root mean squares of position [mm] and heading [mrad], of what is known."""
     position, heading = 1e3 * np.sqrt(np.nanmean(errors**2, axis=0))
     return float(position), float(heading)
+
+
+def ratio(a: tuple[float, float], b: tuple[float, float]) -> str:
+    """Return by how much position and heading of one are off more than those of the other."""
+    return f'{a[0] / b[0]:.3f}, {a[1] / b[1]:.3f}'
 
 
 def cell(pair: tuple[float, float]) -> str:

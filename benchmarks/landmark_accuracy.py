@@ -126,14 +126,15 @@ class Methods:
             yield 'AprilTag, both images', self._tag.from_both(self._view.tag, view.tag)
 
 
-def run(distance: float, wanted: int, repeats: int, seed: int, bar: tqdm[None]) -> Result:
+def run(distance: float, wanted: int, repeats: int, seed: int, bar: tqdm[None], *, grain: bool) -> Result:
     """Return the errors at one distance, of so many lessons with so many repeats each."""
     result = Result()
     tag = TagPeer() if is_there() else None
     pipelines = [FeaturePipeline(name, product_rig(RIG)) for name in ('ORB', 'SIFT')]
     for number in range(wanted):
         rng = np.random.default_rng((seed, round(distance), number))
-        wall = LandmarkWall(seed + number, np.zeros((1, 1), np.bool_) if tag is None else tag.cells())
+        cells = np.zeros((1, 1), np.bool_) if tag is None else tag.cells()
+        wall = LandmarkWall(seed + number, cells, grain=grain)
         lesson = wall.view(teach_pose(distance, rng), rng)
         place = taught_panel(wall, lesson)
         if place is None:
@@ -193,12 +194,17 @@ def main() -> int:
         '--distances', type=float, nargs='+', default=DISTANCES, choices=DISTANCES, help='which of them [m]'
     )
     parser.add_argument('--seed', type=int, default=1, help='of everything')
+    parser.add_argument(
+        '--plain', action='store_true', help='a panel whose paint has no grain, as the bound supposes'
+    )
     arguments = parser.parse_args()
     use_one_core()
     results = {}
     with tqdm(total=len(arguments.distances) * arguments.lessons * arguments.repeats, leave=False) as bar:
         for distance in arguments.distances:
-            results[distance] = run(distance, arguments.lessons, arguments.repeats, arguments.seed, bar)
+            results[distance] = run(
+                distance, arguments.lessons, arguments.repeats, arguments.seed, bar, grain=not arguments.plain
+            )
     print_results(results)
     if not is_there():
         print('OpenCV has no AprilTags here: pip install opencv-python-headless>=4.7', file=sys.stderr)

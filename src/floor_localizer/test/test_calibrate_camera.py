@@ -153,6 +153,7 @@ def test_the_covariance_is_honest(folder: Path, tmp_path: Path, capsys: pytest.C
     ],
 )
 @pytest.mark.newest_set_only
+@pytest.mark.filterwarnings('error::RuntimeWarning')
 def test_bad_input_is_one_line_and_exit_code_1(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: str, part: str
 ) -> None:
@@ -174,4 +175,6 @@ def test_bad_input_is_one_line_and_exit_code_1(
     assert code == 1
     assert err.count('\n') == 1
     assert part in err
+    assert '± inf' not in err
+    assert '± nan' not in err
     assert not (tmp_path / 'found.yaml').exists()

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from motor_bridge.conversation import Conversation
 from motor_bridge.core.count_watch import CountVerdict
 from shirube_ros.diagnostics import Level, Status
 
 
-def bridge_status(talk: Conversation, now: float, drivers: int) -> Status:
+def bridge_status(talk: Conversation, now: float, wanted: str, offered: Sequence[str]) -> Status:
     """Return the state of the line, of the wheels and of what drives them.
 
     Args:
         talk: the conversation with the controller.
         now: the time [s]; 0 while simulated time has not begun.
-        drivers: number of nodes that publish velocities.
+        wanted: the type of velocities that the node listens to.
+        offered: the type of each publisher of velocities.
     """
     report = talk.report
     with talk.lock:
@@ -27,10 +30,15 @@ def bridge_status(talk: Conversation, now: float, drivers: int) -> Status:
         level, message = Level.ERROR, report.state
     elif is_stopped:
         level, message = Level.WARN, 'stopped by estop'
-    elif drivers > 1:
-        level, message = Level.WARN, f'{drivers} nodes publish cmd_vel, none is obeyed; leave one'
+    elif len(offered) > 1:
+        level, message = Level.WARN, f'{len(offered)} nodes publish cmd_vel, none is obeyed; leave one'
+    elif offered and offered[0] != wanted:
+        level = Level.WARN
+        message = (
+            f'cmd_vel is published as {offered[0]}, not as {wanted}; set stamped as its publisher needs it'
+        )
     elif is_silent:
-        message = 'stands, nobody publishes cmd_vel'
+        message = 'stands, cmd_vel is silent' if offered else 'stands, nobody publishes cmd_vel'
     values = {
         'forward [m/s]': f'{velocity.forward:.3f}',
         'turn rate [rad/s]': f'{velocity.turn_rate:.3f}',

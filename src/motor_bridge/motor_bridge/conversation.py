@@ -130,7 +130,7 @@ class Conversation:
         now = self._now()
         with self.lock:
             if now < self._latest:
-                self.report.faults['time went back'] += 1
+                self.report.time_went_back()
                 self.drive.halt()
                 self.odometry.time_jumped()
             self._latest = now

@@ -34,6 +34,11 @@ class LoopReport:
         """No controller answers any more, or none does yet."""
         self._tell(sentence, is_connected=False)
 
+    def time_went_back(self) -> None:
+        """The clock was set or wound back."""
+        self.faults['time went back'] += 1
+        self.say('time went back: the robot stands, odometry goes on from where it is', False)
+
     def _tell(self, sentence: str, *, is_connected: bool) -> None:
         if (sentence, is_connected) != (self.state, self.is_connected):
             self.state, self.is_connected = sentence, is_connected

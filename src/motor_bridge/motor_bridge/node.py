@@ -74,6 +74,10 @@ class MotorBridgeNode(Node):
             raise MotorBridgeError('port is empty; set it to the serial port of the motor controller')
         if self._settings.odom_frame == self._settings.base_frame:
             raise MotorBridgeError('odom_frame and base_frame are the same; give each its own name')
+        if self._settings.left_wheel_joint == self._settings.right_wheel_joint:
+            raise MotorBridgeError(
+                'left_wheel_joint and right_wheel_joint are the same; give each its own name'
+            )
         self._timeout = drive.cmd_vel_timeout
         self._is_simulated = bool(self.get_parameter('use_sim_time').value)
         self._guard = MessageGuard(self, (MotorBridgeError,))
@@ -98,14 +102,8 @@ class MotorBridgeNode(Node):
 
     def _make_loop(self) -> MotorLoop:
         settings = self._settings
-        gains = (
-            settings.gain_proportional,
-            settings.gain_derivative,
-            settings.gain_integral,
-            settings.gain_divisor,
-        )
         open_line = partial(SerialPort, settings.port, settings.baud, settings.reply_timeout)
-        return MotorLoop(open_line, ControllerSetup(settings.baud, gains), self._talk, self._now)
+        return MotorLoop(open_line, ControllerSetup(settings.baud, settings.gains), self._talk, self._now)
 
     def _subscribe(self) -> None:
         if self._settings.stamped:
@@ -161,7 +159,10 @@ class MotorBridgeNode(Node):
         return 'odometry begins at the origin'
 
     def _status(self) -> Status:
-        return bridge_status(self._talk, self._now(), self._drivers())
+        offers = self.get_publishers_info_by_topic(self._velocities.topic_name)
+        kind = 'TwistStamped' if self._settings.stamped else 'Twist'
+        offered = [str(offer.topic_type) for offer in offers]
+        return bridge_status(self._talk, self._now(), f'geometry_msgs/msg/{kind}', offered)
 
     def stop(self) -> None:
         """Stop the motors, as the node ends."""

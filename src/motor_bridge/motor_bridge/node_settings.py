@@ -41,3 +41,8 @@ class NodeSettings:
     gain_divisor: int = setting(
         50, 'by which the firmware divides what the gains make', minimum=1, maximum=1000
     )
+
+    @property
+    def gains(self) -> tuple[int, int, int, int]:
+        """Proportional, derivative, integral and divisor."""
+        return self.gain_proportional, self.gain_derivative, self.gain_integral, self.gain_divisor

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import pytest
 from builtin_interfaces.msg import Time
@@ -114,6 +115,17 @@ def test_unstamped_velocities_are_taken_when_set(graph, tmp_path):
     twist.linear.x = 0.2
     publisher.publish(twist)
     assert graph.spin_until(lambda: robot._talk.drive._wanted.forward == 0.2)
+
+
+def test_velocities_of_the_other_type_are_told(robot, monkeypatch):
+    # Publishers of both types cannot share this process.
+    offer = SimpleNamespace(topic_type='geometry_msgs/msg/Twist')
+    monkeypatch.setattr(robot.node, 'get_publishers_info_by_topic', lambda _: [offer])
+    robot.until(lambda: robot.report.is_connected)
+    words = (
+        'cmd_vel is published as geometry_msgs/msg/Twist, not as geometry_msgs/msg/TwistStamped; set stamped'
+    )
+    assert robot.message().message.startswith(words)
 
 
 @pytest.mark.parametrize(

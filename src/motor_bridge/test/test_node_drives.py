@@ -27,10 +27,10 @@ def test_velocities_drive_and_odometry_tells_where(robot):
     joints = robot.joints[-1]
     assert list(joints.name) == ['left_wheel_joint', 'right_wheel_joint']
     assert joints.position == pytest.approx(robot.controller._body.wheel_angles, abs=0.02)
-    assert robot.message().message == 'stands, nobody publishes cmd_vel'
+    assert robot.message().message == 'stands, cmd_vel is silent'
 
 
-def test_with_simulated_time_everything_is_in_lock_step(graph, tmp_path):
+def test_with_simulated_time_everything_is_in_lock_step(graph, tmp_path, capfd):
     with Robot(graph, tmp_path / 'tty', real_time=False, use_sim_time=True) as robot:
         clock = robot.person.create_publisher(Clock, '/clock', 10)
         robot.until(lambda: clock.get_subscription_count() >= 1)
@@ -55,3 +55,4 @@ def test_with_simulated_time_everything_is_in_lock_step(graph, tmp_path):
             clock.publish(Clock(clock=Time(sec=1, nanosec=nanosec)))
             robot.wait(0.1)
         robot.until(lambda: robot.report.faults['time went back'] == 1, 3.0)
+        assert capfd.readouterr().err.count('time went back: the robot stands') == 1

@@ -73,8 +73,11 @@ class PoseArbiterNode(Node):
         self._method = declare_parameters(self, ArbiterSettings)
         sources = declare_sources(self, self._settings.map_frame)
         refuse_misspelled_parameters(self)
-        if self._settings.odom_frame in (self._settings.map_frame, self._settings.base_frame):
-            raise PoseArbiterError('odom_frame is map_frame or base_frame, too; give each frame its own name')
+        frames = (self._settings.map_frame, self._settings.odom_frame, self._settings.base_frame)
+        if len(set(frames)) < len(frames):
+            raise PoseArbiterError(
+                'two of map_frame, odom_frame and base_frame are the same; give each frame its own name'
+            )
         self._sources = tuple(sources.values())
         self._arbiter = Arbiter(self._sources, self._method)
         self._time = TimeWatch(self, self._start_again)

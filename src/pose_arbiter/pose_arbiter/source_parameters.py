@@ -8,7 +8,9 @@ from keyword import iskeyword
 from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
+from rclpy.validate_topic_name import validate_topic_name
 
 from pose_arbiter.core.source_settings import SourceSettings
 from shirube_ros.parameters import declare_parameters
@@ -17,6 +19,7 @@ from shirube_settings import SettingsError
 DEFAULT_SOURCES = ('floor_localizer', 'stereo_landmark', 'vlc_beacon')
 """The localizers of this suite, whose topics are known."""
 _PARAMETER = 'sources'
+_OTHER_WORDS = ('odom', 'initialpose', 'output', 'state', 'sigma')  # in the diagnostics
 
 
 def declare_sources(node: Node, map_frame: str) -> dict[str, SourceSettings]:
@@ -27,7 +30,7 @@ def declare_sources(node: Node, map_frame: str) -> dict[str, SourceSettings]:
         map_frame: the frame of poses where no other is set.
 
     Raises:
-        SettingsError: no names, a bad or doubled one, two sources with one topic, or a bad value.
+        SettingsError: no names, a bad or doubled one, a topic that is none, is taken or our own, or a bad value.
     """
     names = _names(node)
     groups = make_dataclass(
@@ -64,6 +67,10 @@ def _names(node: Node) -> list[str]:
             )
         if node.has_parameter(name):
             raise SettingsError(f'setting {_PARAMETER} holds {name}, which is a parameter; take another name')
+        if name in _OTHER_WORDS:
+            raise SettingsError(
+                f'setting {_PARAMETER} holds {name}, which is something else in the diagnostics; take another name'
+            )
     return names
 
 
@@ -73,11 +80,24 @@ def _filled(name: str, source: SourceSettings, map_frame: str) -> SourceSettings
 
 
 def _refuse_shared_topics(node: Node, sources: dict[str, SourceSettings]) -> None:
+    own = {node.resolve_topic_name(topic) for topic in ('~/pose', '~/odometry')}
     owners: dict[str, str] = {}
     for name, source in sources.items():
-        topic = node.resolve_topic_name(source.topic)
+        topic = _resolved(node, name, source.topic)
+        if topic in own:
+            raise SettingsError(
+                f'setting {name}.topic is {topic}, what this node tells itself; take a localizer'
+            )
         if topic in owners:
             raise SettingsError(
                 f'sources {owners[topic]} and {name} have the same topic {topic}; one opinion may not count twice'
             )
         owners[topic] = name
+
+
+def _resolved(node: Node, name: str, topic: str) -> str:
+    try:
+        validate_topic_name(topic)
+    except InvalidTopicNameException as error:
+        raise SettingsError(f'setting {name}.topic is {topic!r}, which is no name of a topic') from error
+    return str(node.resolve_topic_name(topic))

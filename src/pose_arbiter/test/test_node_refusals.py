@@ -87,9 +87,10 @@ def test_what_comes_before_simulated_time_has_begun_is_refused_and_harms_nothing
     assert robot.poses[-1].pose.position.x == pytest.approx(robot.pose.x, abs=0.02)
 
 
-def test_frames_that_are_one_are_refused(graph):
+@pytest.mark.parametrize('frames', [{'odom_frame': 'map'}, {'base_frame': 'map'}, {'base_frame': 'odom'}])
+def test_frames_that_are_one_are_refused(graph, frames):
     with pytest.raises(PoseArbiterError, match='give each frame its own name'):
-        graph.add(PoseArbiterNode, sources=['a'], odom_frame='map')
+        graph.add(PoseArbiterNode, sources=['a'], **frames)
 
 
 def test_topics_that_nobody_publishes_are_told_once(graph, capfd):
@@ -109,6 +110,12 @@ def test_topics_that_nobody_publishes_are_told_once(graph, capfd):
         ({'sources': ['A b']}, "holds 'A b'; a name has small letters"),
         ({'sources': ['class']}, "holds 'class'; a name has small letters.* and is no word of Python"),
         ({'sources': ['rate']}, 'holds rate, which is a parameter'),
+        ({'sources': ['odom']}, 'holds odom, which is something else in the diagnostics'),
+        ({'sources': ['a'], 'a.topic': 'b c'}, "setting a.topic is 'b c', which is no name of a topic"),
+        (
+            {'sources': ['a'], 'a.topic': '/pose_arbiter/pose'},
+            'setting a.topic is .* what this node tells itself',
+        ),
         ({'sources': 'a'}, 'must be a list of names'),
         ({'sources': [1.0]}, 'must be a list of names'),
         ({'sources': ['a'], 'a.sigma_xy': -1.0}, 'setting a.sigma_xy is -1.0 m, allowed is'),

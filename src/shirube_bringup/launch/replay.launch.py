@@ -1,7 +1,9 @@
 """Replays a bag into localizers, arbiter and planner; the motors stay off.
 
-Arguments: `bag` (its folder), `rate` (times real time; 0 as fast as the nodes go), and of `robot.launch.py` all but
-`driver`, `motors` and `use_sim_time`.
+Arguments: `bag` (its folder), `rate` (times real time; 0 as fast as the nodes go), `wait_for` (the bag begins when
+somebody listens to this topic: take the pictures of the localizer that starts last, such as
+`/belly/image_raw/compressed`, to lose nothing of the beginning), and of `robot.launch.py` all but `driver`, `motors`
+and `use_sim_time`.
 """
 
 from launch import LaunchDescription
@@ -21,12 +23,18 @@ def generate_launch_description() -> LaunchDescription:
         package='shirube_bags',
         executable='play',
         output='screen',
-        arguments=[LaunchConfiguration('bag'), '--rate', LaunchConfiguration('rate')],
+        arguments=[
+            LaunchConfiguration('bag'),
+            *('--rate', LaunchConfiguration('rate')),
+            # At their very first start the nodes compile their loops.
+            *('--wait-for', LaunchConfiguration('wait_for'), '--timeout', '300'),
+        ],
     )
     return LaunchDescription(
         [
             DeclareLaunchArgument('bag', description='folder of the bag'),
             DeclareLaunchArgument('rate', default_value='1.0', description='times real time; 0: full speed'),
+            DeclareLaunchArgument('wait_for', default_value='/odom', description='topic with a listener'),
             IncludeLaunchDescription(
                 PythonLaunchDescriptionSource(suite),
                 launch_arguments={'driver': 'none', 'motors': 'false', 'use_sim_time': 'true'}.items(),

@@ -6,14 +6,14 @@ your own copies of all parameter files), `places_dir` (the taught places, for `s
 `lamps` (as they say) or `none` (you do, with a joystick). It is one of them: motor_bridge obeys nobody while two
 publish there.
 
-The belly camera publishes in the namespace `belly`, the one that looks up in `ceiling`, the pair in `left` and `right`;
-what the planner sees with stands in its parameter file.
+The belly camera publishes in the namespace `floor_camera`, the one that looks up in `ceiling_camera` (`belly` and
+`ceiling` by default), the pair in `left` and `right`; what the planner sees with stands in its parameter file.
 """
 
 from typing import Any
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch.actions import DeclareLaunchArgument, GroupAction, IncludeLaunchDescription
 from launch.conditions import IfCondition
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import EqualsSubstitution, LaunchConfiguration, PathJoinSubstitution
@@ -32,6 +32,8 @@ def generate_launch_description() -> LaunchDescription:
         'config': (config, 'folder of the parameter files'),
         'places_dir': ('', 'folder of the taught places'),
         'beacons_file': ('', 'the lamps and their places'),
+        'floor_camera': ('belly', 'namespace of the camera that looks at the floor'),
+        'ceiling_camera': ('ceiling', 'namespace of the camera that looks at the lamps'),
         'use_sim_time': ('false', 'take the time from /clock'),
     }
     driver = DeclareLaunchArgument(
@@ -52,11 +54,11 @@ def generate_launch_description() -> LaunchDescription:
     )
 
 
-def parts() -> list[IncludeLaunchDescription]:
+def parts() -> list[GroupAction]:
     """Return the launch file of each part with what it takes from the arguments."""
     given = LaunchConfiguration
     return [
-        include('floor', 'floor_localizer', 'floor', **camera('belly')),
+        include('floor', 'floor_localizer', 'floor', **camera('floor_camera')),
         include('stereo', 'stereo_landmark', 'stereo', places_dir=given('places_dir')),
         include(
             'vlc',
@@ -65,7 +67,7 @@ def parts() -> list[IncludeLaunchDescription]:
             beacons_file=given('beacons_file'),
             drive=EqualsSubstitution(given('driver'), 'lamps'),
             cmd_vel='cmd_vel',
-            **camera('ceiling'),
+            **camera('ceiling_camera'),
         ),
         include('arbiter', 'pose_arbiter', None),
         include('planner', 'reward_planner', 'planner', drive=EqualsSubstitution(given('driver'), 'planner')),
@@ -73,18 +75,20 @@ def parts() -> list[IncludeLaunchDescription]:
     ]
 
 
-def camera(namespace: str) -> dict[str, str]:
-    """Return the arguments that tell a localizer its camera."""
-    return {'image': f'{namespace}/image_raw', 'camera_info': f'{namespace}/camera_info'}
+def camera(argument: str) -> dict[str, list[Any]]:
+    """Return the arguments that tell a localizer its camera, whose namespace is an argument of this file."""
+    namespace = LaunchConfiguration(argument)
+    return {'image': [namespace, '/image_raw'], 'camera_info': [namespace, '/camera_info']}
 
 
-def include(name: str, package: str, condition: str | None, **arguments: Any) -> IncludeLaunchDescription:
-    """Return another launch file of this package, with the parameter file from the folder of them."""
+def include(name: str, package: str, condition: str | None, **arguments: Any) -> GroupAction:
+    """Return another launch file of this package, with the parameter file from the folder of them.
+
+    In a group of its own: else what it is given would be given to those after it, too, which have arguments of the same
+    name.
+    """
     path = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'launch', f'{name}.launch.py'])
     arguments['params_file'] = PathJoinSubstitution([LaunchConfiguration('config'), f'{package}.yaml'])
     arguments['use_sim_time'] = LaunchConfiguration('use_sim_time')
-    return IncludeLaunchDescription(
-        PythonLaunchDescriptionSource(path),
-        launch_arguments=arguments.items(),
-        condition=IfCondition(LaunchConfiguration(condition)) if condition else None,
-    )
+    part = IncludeLaunchDescription(PythonLaunchDescriptionSource(path), launch_arguments=arguments.items())
+    return GroupAction([part], condition=IfCondition(LaunchConfiguration(condition)) if condition else None)

@@ -12,6 +12,7 @@ from launch.actions import (
     DeclareLaunchArgument,
     EmitEvent,
     ExecuteProcess,
+    GroupAction,
     IncludeLaunchDescription,
     RegisterEventHandler,
 )
@@ -50,12 +51,12 @@ def generate_launch_description() -> LaunchDescription:
     )
 
 
-def follow(event: ProcessIO) -> list[IncludeLaunchDescription] | None:
+def follow(event: ProcessIO) -> list[GroupAction] | None:
     """Return the nodes when the room has said that their parameter files are there."""
     return parts() if WRITTEN in event.text else None
 
 
-def parts() -> list[IncludeLaunchDescription]:
+def parts() -> list[GroupAction]:
     """Return the launch file of each node with what it takes."""
     building = [LaunchConfiguration('folder'), 'building']
     return [
@@ -78,9 +79,14 @@ def camera(namespace: str) -> dict[str, str]:
     return {'image': f'/{namespace}/image_raw', 'camera_info': f'/{namespace}/camera_info'}
 
 
-def include(name: str, package: str, **arguments: Any) -> IncludeLaunchDescription:
-    """Return another launch file of this package, with the parameter file that the room has written."""
+def include(name: str, package: str, **arguments: Any) -> GroupAction:
+    """Return another launch file of this package, with the parameter file that the room has written.
+
+    In a group of its own: else what it is given would be given to those after it, too, which have arguments of the same
+    name.
+    """
     path = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'launch', f'{name}.launch.py'])
     arguments['params_file'] = PathJoinSubstitution([LaunchConfiguration('folder'), f'{package}.yaml'])
     arguments['use_sim_time'] = 'true'
-    return IncludeLaunchDescription(PythonLaunchDescriptionSource(path), launch_arguments=arguments.items())
+    part = IncludeLaunchDescription(PythonLaunchDescriptionSource(path), launch_arguments=arguments.items())
+    return GroupAction([part])

@@ -61,6 +61,20 @@ def test_shown_topics_are_published_by_the_nodes(path: str) -> None:
         assert f"'~/{name}'" in source, topic
 
 
+def test_the_foxglove_layout_shows_every_topic_of_the_nodes() -> None:
+    layout = json.loads((PACKAGE / 'foxglove' / 'shirube.json').read_text())
+    shown = {re.split(r'[.\[]', text)[0] for text in strings_in(layout['configById'])}
+    wanted = {'/cmd_vel', '/estop', '/odom', '/joint_states', '/diagnostics', '/goal_pose', '/initialpose'}
+    for node in NODES:
+        for source in (PACKAGE.parent / node / node).glob('*.py'):
+            told = re.findall(r"(?:create_publisher|MapOutput)\(\s*\S+, '~/(\w+)'", source.read_text())
+            wanted |= {f'/{node}/{name}' for name in told if name != 'cmd_vel'}
+    assert len(wanted) > 20
+    assert wanted <= shown
+    panels = set(strings_in(layout['layout']))
+    assert set(layout['configById']) <= panels
+
+
 @pytest.mark.parametrize('launch', ['robot', 'simulation'])
 def test_every_included_launch_file_is_there_and_takes_what_it_is_given(launch: str) -> None:
     tree = ast.parse((PACKAGE / 'launch' / f'{launch}.launch.py').read_text())
@@ -73,6 +87,17 @@ def test_every_included_launch_file_is_there_and_takes_what_it_is_given(launch: 
         given = {k.arg for k in call.keywords if k.arg} | {'params_file', 'use_sim_time'}
         for argument in given | ({'image', 'camera_info'} if name in {'floor', 'vlc'} else set()):
             assert re.search(rf"DeclareLaunchArgument\(\s*'{argument}'", included), (name, argument)
+
+
+@pytest.mark.parametrize('launch', ['robot', 'simulation'])
+def test_what_one_part_is_given_does_not_reach_the_next(launch: str) -> None:
+    # The launch system keeps what an included file is given, unless the file stands in a group of its own.
+    tree = ast.parse((PACKAGE / 'launch' / f'{launch}.launch.py').read_text())
+    include = next(f for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) and f.name == 'include')
+    group = include.body[-1].value
+    assert group.func.id == 'GroupAction'
+    assert not any(word.arg == 'scoped' for word in group.keywords)
+    assert [ast.unparse(part) for part in group.args] == ['[part]']
 
 
 def test_the_simulation_gives_all_that_an_included_launch_file_demands() -> None:
@@ -89,6 +114,14 @@ def test_the_simulation_gives_all_that_an_included_launch_file_demands() -> None
             c.args[0].value for c in declared if not any(k.arg == 'default_value' for k in c.keywords)
         }
         assert demanded <= {k.arg for k in call.keywords}
+
+
+def test_the_replay_starts_the_player_with_words_that_it_knows() -> None:
+    replay = (PACKAGE / 'launch' / 'replay.launch.py').read_text()
+    play = (PACKAGE.parent / 'shirube_bags' / 'shirube_bags' / 'commands' / 'play.py').read_text()
+    options = re.findall(r"'(--[\w-]+)'", replay)
+    assert options
+    assert all(f"'{option}'" in play for option in options)
 
 
 def test_the_simulation_starts_the_room_with_words_that_it_knows() -> None:

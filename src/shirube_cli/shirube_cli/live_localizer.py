@@ -165,6 +165,7 @@ def _listening(package: str, image_topic: str) -> Iterator[tuple[PoseListener, S
     with free_domain() as domain:
         rclpy.init(context=context, domain_id=domain)
         listener = PoseListener(package, image_topic, context)
+        # Not node_executor's: rclpy's EventsExecutor fails at callbacks that ask when a message was sent.
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(listener)
         try:

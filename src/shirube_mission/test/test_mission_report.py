@@ -97,6 +97,7 @@ def test_a_mission_without_map_and_without_goals_has_a_report(tmp_path):
 
 
 @pytest.mark.parametrize('steps', [1, 2, 12])
+@pytest.mark.filterwarnings('error::UserWarning')
 def test_a_mission_that_broke_off_at_once_has_a_report_with_the_reason(tmp_path, steps):
     summary, whole = mission(GOOD)
     summary['goals'], summary['success'] = [], False

@@ -18,14 +18,17 @@ _REMEDY = 'set the camera driver to mono8, bgr8 or rgb8'
 
 
 def array_from_image(message: Image, topic: str) -> NDArray[np.uint8]:
-    """Return an image as an array that shares the message's memory where it can.
+    """Return an image as an array that shares the message's memory where it can be written to.
+
+    Bags hand out memory that cannot be written to. An array of that is another type to compiled loops, which would all
+    be compiled a second time for it.
 
     Args:
         message: image in mono8, bgr8 or rgb8; padded rows (``step``) are allowed.
         topic: name for error messages.
 
     Returns:
-        array, C-contiguous, shape (h, w) for mono8, shape (h, w, 3) in order blue, green, red otherwise.
+        array, C-contiguous, writeable, shape (h, w) for mono8, shape (h, w, 3) in order blue, green, red otherwise.
 
     Raises:
         ImageError: another encoding, an empty image, or data that does not fit size and step.
@@ -50,7 +53,7 @@ def array_from_image(message: Image, topic: str) -> NDArray[np.uint8]:
     pixels: NDArray[np.uint8] = np.ndarray(shape, np.uint8, buffer=message.data, strides=strides)
     if message.encoding == 'rgb8':
         return _uint8(cv2.cvtColor(np.ascontiguousarray(pixels), cv2.COLOR_RGB2BGR))
-    return np.ascontiguousarray(pixels[:, :, 0] if channels == 1 else pixels)
+    return np.require(pixels[:, :, 0] if channels == 1 else pixels, requirements=('C', 'W'))
 
 
 def array_from_compressed_image(message: CompressedImage, topic: str) -> NDArray[np.uint8]:

@@ -15,7 +15,8 @@ def node_executor(context: rclpy.Context | None = None) -> Executor:
     """Return an executor that calls one callback after the other, in the order in which their events came.
 
     The usual one looks at everything a node has before each callback, which costs more than most callbacks: a node that
-    gets a hundred small messages a second then works two to three times as long.
+    gets a hundred small messages a second then works two to three times as long. Subscriptions whose callbacks take the
+    message's info (when it was sent) need the usual one: rclpy's EventsExecutor fails at them.
 
     Args:
         context: of the nodes, None for the default one.

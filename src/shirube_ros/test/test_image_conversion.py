@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from array import array
+from types import SimpleNamespace
+from typing import cast
 
 import cv2
 import numpy as np
 import pytest
+from numba import typeof
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
@@ -52,6 +55,22 @@ def test_every_encoding_gives_gray_or_bgr(padding: int) -> None:
 @pytest.mark.parametrize('message', [image('mono8', GRAY), image('bgr8', BGR)])
 def test_unpadded_images_share_the_memory_of_the_message(message: Image) -> None:
     assert np.shares_memory(array_from_image(message, 't'), np.frombuffer(message.data, np.uint8))
+
+
+@pytest.mark.parametrize('pixels', [GRAY, BGR])
+def test_loops_get_the_same_type_from_a_bag_as_from_a_camera(pixels: np.ndarray) -> None:
+    from_camera = image_from_array(pixels, Header())
+    # As the reader of bags makes it.
+    recorded = SimpleNamespace(
+        encoding=from_camera.encoding,
+        height=from_camera.height,
+        width=from_camera.width,
+        step=from_camera.step,
+        data=np.frombuffer(from_camera.data.tobytes(), np.uint8),
+    )
+    from_bag = array_from_image(cast(Image, recorded), 't')
+    np.testing.assert_array_equal(from_bag, pixels)
+    assert typeof(from_bag) == typeof(array_from_image(from_camera, 't'))
 
 
 def test_the_last_row_needs_no_padding() -> None:

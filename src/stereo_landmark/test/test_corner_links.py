@@ -1,6 +1,7 @@
 import numpy as np
+import pytest
 
-from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
+from stereo_landmark.core.primitives.corner_links import CornerLinks, link_corners, nearest_links
 
 
 def _random_sides(count):
@@ -44,15 +45,28 @@ def test_no_sides_make_no_links():
     assert len(link_corners(np.empty((0, 2, 2)), 30.0, 4.0, 0.35).gaps) == 0
 
 
-def test_nearest_links_keep_for_each_end_its_nearest_ones():
+@pytest.mark.parametrize('count', [1, 2, 3])
+def test_nearest_links_are_for_each_end_its_nearest_ones(count: int) -> None:
     links = link_corners(_random_sides(200), 30.0, 4.0, 0.35)
-    few = nearest_links(links, 1)
-    kept = {tuple(row) for row in few.sides.tolist()}
     gaps = np.abs(links.gaps).sum(axis=1)
     nodes = 2 * links.sides + links.ends
-    for column in range(2):
-        for node in np.unique(nodes[:, column]):
-            mine = np.flatnonzero(nodes[:, column] == node)
-            assert tuple(links.sides[mine[np.argmin(gaps[mine])]].tolist()) in kept
+    wanted = {
+        m
+        for column in nodes.T
+        for node in np.unique(column)
+        for m in sorted(np.flatnonzero(column == node).tolist(), key=lambda m: gaps[m])[:count]
+    }
+    few = nearest_links(links, count)
+    np.testing.assert_array_equal(few.vertices, links.vertices[sorted(wanted)])
     assert len(few.gaps) < len(links.gaps)
+
+
+def test_all_links_are_kept_where_each_end_has_few() -> None:
+    links = link_corners(_random_sides(200), 30.0, 4.0, 0.35)
     assert len(nearest_links(links, 1000).gaps) == len(links.gaps)
+
+
+def test_of_equally_near_links_the_first_is_kept() -> None:
+    pair, gaps = np.array([[0, 1]] * 3), np.array([[2.0, 1.0], [1.0, 2.0], [-1.0, 2.0]])
+    links = CornerLinks(pair, np.ones_like(pair), np.arange(6.0).reshape(3, 2), gaps, np.ones(3))
+    np.testing.assert_array_equal(nearest_links(links, 1).vertices, [[0.0, 1.0]])

@@ -174,6 +174,17 @@ def test_two_servers_on_one_host_keep_their_tokens_apart(talk):
     assert len(names) == 2
 
 
+def test_scripts_and_other_sites_do_not_get_the_token(talk):
+    async def conversation(client):
+        way_in = await client.get('/?token=secret', allow_redirects=False)
+        (cookie,) = way_in.cookies.values()
+        assert cookie['httponly']
+        assert cookie['samesite'] == 'Strict'
+        assert way_in.headers['Location'] == '/'
+
+    talk(conversation, 'secret')
+
+
 def test_with_a_token_nobody_gets_in_without_it(talk):
     async def conversation(client):
         for path in ('/', '/?token=wrong', '/static/main.js', '/image/0/left.png', '/socket'):

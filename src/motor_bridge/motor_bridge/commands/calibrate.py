@@ -19,7 +19,7 @@ from motor_bridge.node_settings import NodeSettings
 from motor_bridge.serial_port import SerialPort
 
 _GREETINGS = 20  # an Arduino boots for up to two seconds
-_REPLY_TIMEOUT = 0.2  # [s]
+_DEFAULTS = NodeSettings()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -77,8 +77,8 @@ def _runs_by_hand(
     options: argparse.Namespace, ask: Callable[[str], str]
 ) -> tuple[list[MeasuredRun], list[MeasuredRun]]:
     """Let somebody push the robot and count what its wheels do."""
-    with SerialPort(options.port, options.baud, _REPLY_TIMEOUT) as line:
-        link = ControllerLink(line, ControllerSetup(options.baud, (20, 12, 0, 50)))
+    with SerialPort(options.port, options.baud, _DEFAULTS.reply_timeout) as line:
+        link = ControllerLink(line, ControllerSetup(options.baud, _DEFAULTS.gains))
         _greet(link)
         straights = [
             _pushed(link, ask, 'Push the robot straight ahead, 2 m or more, without slip.', 'How far [m]? ')
@@ -150,7 +150,7 @@ def make_parser() -> argparse.ArgumentParser:
             help=f'{meaning}; may be repeated',
         )
     add('--port', metavar='DEVICE', help='read the encoders there while the robot is pushed')
-    add('--baud', type=int, default=NodeSettings().baud, help='of that port (default: %(default)s)')
+    add('--baud', type=int, default=_DEFAULTS.baud, help='of that port (default: %(default)s)')
     add('--runs', type=int, default=2, help='straights and turns that are pushed (default: %(default)s)')
     add('--out', type=Path, metavar='FILE', help='where the result goes; by default into the parameter file')
     return parser

@@ -16,7 +16,6 @@ from shirube_mission.report.trace_errors import all_poses_in_map, as_array, erro
 _SOURCES = ('floor_localizer', 'vlc_beacon', 'stereo_landmark')
 _VERDICT_COLOURS = ('#dc2626', '#f59e0b', '#9333ea', '#0891b2', '#be185d', '#525252')
 _USED = 'used'
-_SPEED_TITLE = 'Speed, orders of the lamps (orange), and room around the robot'
 _LEAST = 1e-2
 """Errors below are drawn there [mm]: the axis is logarithmic."""
 
@@ -102,6 +101,7 @@ def draw_speed(path: Path, traces: MissionTraces, orders: Sequence[tuple[float, 
                 f' {order}',
                 (time, 0.86),
                 xycoords=('data', 'axes fraction'),
+                annotation_clip=True,  # otherwise one beside the axes leaves them no room
                 color='#b45309',
                 fontweight='bold',
             )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from shirube_geometry import CameraMount, PinholeCamera
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
 from stereo_landmark.core.procedure.primitive import Kind, Primitive
 from stereo_landmark.core.procedure.stereo_view import StereoView
@@ -37,6 +38,8 @@ def warm_up() -> None:
                 parts[kind.value] = primitive
     place = teacher.teach('wall', [TargetChoice('things', parts)])
     LandmarkLocalizer([place]).locate(*images)
+    # Only a picture of thousands of sides chooses among its links.
+    nearest_links(link_corners(np.empty((0, 2, 2)), 1.0, 1.0, 1.0), 1)
 
 
 def _is_measurable(teacher: Teacher, primitive: Primitive) -> bool:

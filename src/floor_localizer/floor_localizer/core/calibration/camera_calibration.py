@@ -100,20 +100,28 @@ def _calibration(fit: MountFit, supposed: CameraMount, T_mat_base: PlanarPose | 
     rotation = Rotation.from_euler('z', -turn) * Rotation.from_matrix(fit.rotation)
     roll, pitch, yaw = (float(angle) for angle in rotation.as_euler('xyz'))
     mount = CameraMount((float(place[0]), float(place[1]), height), (roll, pitch, yaw))
-    covariance = fit.covariance
-    variance_focal, variance_height = covariance[6, 6], covariance[5, 5] / height**2
-    focal = math.sqrt(fit.camera.fx * fit.camera.fy)
-    variance_pixel = max(variance_height + variance_focal - 2.0 * covariance[5, 6] / height, 0.0)
+    sigma_tilt, sigma_height, share_pixel, sigma_focal = _sigmas(fit.covariance, height)
+    pixel = height / math.sqrt(fit.camera.fx * fit.camera.fy)
+    tilt = math.acos(min(-float(fit.rotation[2, 2]), 1.0))
     return CameraCalibration(
-        mount,
-        fit,
-        math.acos(min(-float(fit.rotation[2, 2]), 1.0)),
-        math.sqrt(max(float(np.linalg.eigvalsh(covariance[:2, :2])[-1]), 0.0)),
-        math.sqrt(max(covariance[5, 5], 0.0)),
-        height / focal,
-        math.sqrt(variance_pixel) * height / focal,
-        math.sqrt(max(variance_focal, 0.0)),
+        mount, fit, tilt, sigma_tilt, sigma_height, pixel, share_pixel * pixel, sigma_focal
     )
+
+
+def _sigmas(covariance: NDArray[np.float64], height: float) -> tuple[float, float, float, float]:
+    """Return the standard deviations of tilt [rad], height [m], pixel and focal length, the last two as shares."""
+    if not np.isfinite(covariance).all():
+        # Something cannot be told at all, and what else is uncertain with it nobody knows.
+        return math.inf, math.inf, math.inf, math.inf
+    variance_focal, variance_height = covariance[6, 6], covariance[5, 5] / height**2
+    variances = (
+        float(np.linalg.eigvalsh(covariance[:2, :2])[-1]),
+        covariance[5, 5],
+        variance_height + variance_focal - 2.0 * covariance[5, 6] / height,
+        variance_focal,
+    )
+    tilt, tall, pixel, focal = (math.sqrt(max(variance, 0.0)) for variance in variances)
+    return tilt, tall, pixel, focal
 
 
 def _heading(rotation: NDArray[np.float64]) -> float:
@@ -136,8 +144,9 @@ def _checked(found: CameraCalibration, dots: DetectedDots) -> CameraCalibration:
             'flatten the mat, check its scale bar, and give the calibration of this camera'
         )
     if found.sigma_focal > _SIGMA_FOCAL_MAX:
+        spread = f' (± {found.sigma_focal:.0%})' if found.sigma_focal < 1.0 else ''
         raise FloorLocalizerError(
-            f'focal length and height cannot both be told from this view (± {found.sigma_focal:.0%}), only the pixel: '
+            f'focal length and height cannot both be told from this view{spread}, only the pixel: '
             f'{1e3 * found.pixel:.4f} mm; give --calibration, or --height from floor to lens, or tilt the robot'
         )
     if found.sigma_tilt > _SIGMA_TILT_MAX or found.sigma_height > _SIGMA_HEIGHT_MAX * found.mount.xyz[2]:

@@ -67,7 +67,8 @@ class IncrementalRoute:
             RewardPlannerError: a cell is outside of the map.
         """
         places = np.ascontiguousarray(cells, dtype=np.int64).reshape(-1, 2)
-        now = np.ascontiguousarray(np.broadcast_to(np.asarray(blocked, dtype=np.bool_), len(places)))
+        # A copy, because what broadcast_to returns for an array is of another type to the loop than for one value.
+        now = np.broadcast_to(np.asarray(blocked, dtype=np.bool_), len(places)).copy()
         if len(places) and (places.min() < 0 or (places.max(axis=0) >= self._blocked.shape).any()):
             raise RewardPlannerError(f'a cell to change is outside of the map of {self._blocked.shape} cells')
         changed = write_changes(self._state, places, now)

@@ -65,8 +65,8 @@ def _continuations(ends: NDArray[np.float64], gap_max: float, offset_max: float)
         i = order[a]
         for b in range(1, n):
             # Sorted by direction and closed to a circle, the candidates follow each other.
-            j = order[(a + b) % n]
-            if (angles[j] - angles[i]) % (2.0 * np.pi) > _ANGLE_MAX:
+            j = order[a + b] if a + b < n else order[a + b - n]
+            if angles[j] - angles[i] + (0.0 if a + b < n else 2.0 * np.pi) > _ANGLE_MAX:
                 break
             for first, second in ((i, j), (j, i)):
                 longest = gap_max * (lengths[i] + lengths[j])

@@ -37,14 +37,43 @@ def nearest_links(links: CornerLinks, count: int) -> CornerLinks:
         links: pairs of ends.
         count: of each end.
     """
-    gaps = np.abs(links.gaps).sum(axis=1)
-    kept = np.zeros(len(gaps), dtype=np.bool_)
-    for nodes in (2 * links.sides + links.ends).T:
-        order = np.lexsort((gaps, nodes))
-        firsts = np.searchsorted(nodes[order], nodes[order])
-        kept[order] |= np.arange(len(order)) - firsts < count
+    nodes = 2 * links.sides + links.ends
+    kept = _are_nearest(nodes, np.abs(links.gaps).sum(axis=1), count)
     sides, ends, vertices = links.sides[kept], links.ends[kept], links.vertices[kept]
     return CornerLinks(sides, ends, vertices, links.gaps[kept], links.turns[kept])
+
+
+@njit(cache=True, error_model='numpy')
+def _are_nearest(nodes: NDArray[np.int64], gaps: NDArray[np.float64], count: int) -> NDArray[np.bool_]:
+    """Return which links are among the nearest of one of their ends, of equal ones the first, shape (n,).
+
+    Args:
+        nodes: shape (n, 2), both ends.
+        gaps: shape (n,) [px].
+        count: of each end.
+    """
+    kept = np.zeros(len(gaps), np.bool_)
+    if not len(gaps):
+        return kept
+    # The nearest of each end so far, in order.
+    best, filled = np.empty((np.max(nodes) + 1, count), np.int64), np.zeros(np.max(nodes) + 1, np.int64)
+    for side in range(2):
+        filled[:] = 0
+        for m in range(len(gaps)):
+            node = nodes[m, side]
+            place = filled[node]
+            if place == count and not gaps[m] < gaps[best[node, count - 1]]:
+                continue
+            filled[node] = min(place + 1, count)
+            place = filled[node] - 1
+            while place > 0 and gaps[best[node, place - 1]] > gaps[m]:
+                best[node, place] = best[node, place - 1]
+                place -= 1
+            best[node, place] = m
+        for node in range(len(filled)):
+            for place in range(filled[node]):
+                kept[best[node, place]] = True
+    return kept
 
 
 @njit(cache=True, error_model='numpy')

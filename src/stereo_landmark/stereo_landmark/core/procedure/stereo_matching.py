@@ -89,12 +89,20 @@ def alike_pairs(
             j = order[place]
             disparity = left[i, 0] - right[j, 0]
             is_near = disparities[0] <= disparity <= disparities[1]
-            if is_near and np.max(np.abs(left_shapes[i] - right_shapes[j])) < 1.0:
+            if is_near and _are_alike(left_shapes[i], right_shapes[j]):
                 pairs.append((i, j))
     numbers = np.empty((len(pairs), 2), np.int64)
     for p in range(len(pairs)):
         numbers[p, 0], numbers[p, 1] = pairs[p]
     return numbers
+
+
+@njit(cache=True, error_model='numpy')
+def _are_alike(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
+    alike = 0
+    while alike < len(one) and abs(one[alike] - other[alike]) < 1.0:
+        alike += 1
+    return alike == len(one)
 
 
 @njit(cache=True, error_model='numpy')
