@@ -25,11 +25,11 @@ WARM_UPS = (
     (
         'from floor_localizer.core.warm_up import warm_up',
         'from shirube_mission.warm_up import warm_up',
+        'from reward_planner.core.warm_up import warm_up_defaults as warm_up',
     ),
     (
         'from stereo_landmark.core.warm_up import warm_up',
         'from vlc_beacon.core.receiver.warm_up import warm_up_both as warm_up',
-        'from reward_planner.core.warm_up import warm_up_defaults as warm_up',
     ),
 )
 """Two shares of the loops that take about as long: what numba itself is made of is compiled once a process."""
