@@ -16,7 +16,7 @@ from floor_localizer.commands.build_map import main
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.survey.map_comparison import compare
 from floor_localizer.files.csv_form import load_csv, save_csv
-from floor_localizer.survey_files import checkpoint
+from floor_localizer.survey_files import checkpoint, shelf_folder
 
 
 @pytest.fixture(scope='module')
@@ -113,6 +113,29 @@ def test_a_full_disk_is_told_and_the_survey_goes_on(
     monkeypatch.setattr('floor_localizer.survey_files.survey_tasks.DotDetector', forbidden)
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 0, err  # the dots were kept: no image was looked at again
+
+
+@pytest.mark.newest_set_only
+def test_a_disk_that_fills_up_while_adjusting_is_told_and_the_survey_ends_the_same(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert run(capsys, *folder_options(scene), '--out', tmp_path / 'whole')[0] == 0
+    with monkeypatch.context() as full:
+        full.setattr(shelf_folder.np, 'save', without_room)
+        code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'full')
+    assert code == 1
+    assert 'No space left on device; free some and give the same command again' in fault_of(err)
+    # What a process that was killed here would leave.
+    (tmp_path / 'full/checkpoint/adjustment').mkdir(exist_ok=True)
+    (tmp_path / 'full/checkpoint/adjustment/block_00000.npy').write_bytes(b'half')
+    monkeypatch.setattr('floor_localizer.survey_files.survey_tasks.DotDetector', forbidden)
+    assert run(capsys, *folder_options(scene), '--out', tmp_path / 'full')[0] == 0
+    assert (tmp_path / 'full/map.csv').read_bytes() == (tmp_path / 'whole/map.csv').read_bytes()
+    assert not (tmp_path / 'full/checkpoint/adjustment').exists()
+
+
+def without_room(*_: object) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 def forbidden() -> SimpleNamespace:
