@@ -121,7 +121,7 @@ def test_a_disk_that_fills_up_while_adjusting_is_told_and_the_survey_ends_the_sa
 ) -> None:
     assert run(capsys, *folder_options(scene), '--out', tmp_path / 'whole')[0] == 0
     with monkeypatch.context() as full:
-        full.setattr(shelf_folder.np, 'save', without_room)
+        full.setattr(shelf_folder, 'write_array', without_room)
         code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'full')
     assert code == 1
     assert 'No space left on device; free some and give the same command again' in fault_of(err)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import errno
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,6 +15,7 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.survey.known_length import KnownLength, scale_survey
 from floor_localizer.core.survey.survey_settings import SurveySettings
+from floor_localizer.files.array_file import NO_ROOM
 from floor_localizer.files.csv_form import save_csv
 from floor_localizer.files.dot_map_file import load_dot_map
 from floor_localizer.survey_files.checkpoint import Checkpoint
@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as fault:
         place = fault.filename or options.out
         remedy = 'choose a writable place'
-        if fault.errno == errno.ENOSPC:
+        if fault.errno in NO_ROOM:
             remedy = 'free some and give the same command again, it goes on where it stopped'
         print(f'build_map: {place}: {fault.strerror}; {remedy}', file=sys.stderr)
         return 1

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import errno
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from floor_localizer.commands.worker_options import add_worker_options
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.files.array_file import NO_ROOM
 from floor_localizer.map_building.index_build import IndexBuild
 from floor_localizer.task_runner import task_runner
 
@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _explain(fault: OSError, out: Path) -> str:
-    if fault.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+    if fault.errno in NO_ROOM:
         return (
             f'{out}: no room left ({fault.strerror}); make room and give the same command again, '
             'what is done is kept'

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from floor_localizer.files.array_file import write_array
 from floor_localizer.files.file_errors import DotMapError
 from shirube_files import write_text, written_beside
 
@@ -59,7 +60,7 @@ class PartsFolder:
     def save(self, name: str, task: int, array: NDArray[Any]) -> None:
         """Write an array of a task, whole or not at all."""
         with written_beside(self._folder / f'{name}-{task:05d}.npy') as file:
-            np.save(file, array)
+            write_array(file, array)
 
     def load(self, name: str, task: int) -> NDArray[Any]:
         """Return an array of a task, memory-mapped."""

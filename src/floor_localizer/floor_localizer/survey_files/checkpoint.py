@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import shutil
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -127,10 +126,6 @@ class Checkpoint:
                 f'{k}_counts': piece.counts, f'{k}_linked': piece.is_linked,
             }  # fmt: skip
         self._save(f'pieces_{span:05d}.npz', **arrays)
-
-    def remove(self) -> None:
-        """Remove all files: the survey is done."""
-        shutil.rmtree(self._folder, ignore_errors=True)
 
     def _load(self, name: str) -> dict[str, np.ndarray] | None:
         try:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from floor_localizer.files.array_file import write_array
 from shirube_files import written_beside
 
 
@@ -28,7 +29,7 @@ class ShelfFolder:
         """
         with written_beside(self._path(name, number)) as file:
             for array in arrays:
-                np.save(file, array)
+                write_array(file, array)
 
     def get(self, name: str, number: int) -> tuple[NDArray[Any], ...]:
         """Return arrays that were put away."""

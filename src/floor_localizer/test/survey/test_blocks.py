@@ -4,6 +4,7 @@ import errno
 import os
 from dataclasses import replace
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 import pytest
@@ -166,15 +167,15 @@ def test_packed_images_are_the_same_images(drive: Drive, tmp_path: Path) -> None
 
 
 def test_a_full_disk_leaves_no_half_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shelf, saved = ShelfFolder(tmp_path / 'shelf'), np.save
+    shelf, saved = ShelfFolder(tmp_path / 'shelf'), shelf_folder.write_array
     shelf.put('block', 3, np.arange(4), np.eye(2))
 
-    def full(file: object, array: np.ndarray) -> None:
+    def full(file: IO[bytes], array: np.ndarray) -> None:
         if array.ndim == 2:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         saved(file, array)
 
-    monkeypatch.setattr(shelf_folder.np, 'save', full)
+    monkeypatch.setattr(shelf_folder, 'write_array', full)
     with pytest.raises(OSError, match='No space left'):
         shelf.put('block', 3, np.arange(5), np.eye(3))
     first, second = shelf.get('block', 3)

@@ -1,4 +1,4 @@
-"""The dots of all pieces, on a shelf: in memory is where they lie, and what was looked at last."""
+"""The dots of all pieces, on a shelf: here, only where they lie and what was looked at last is in memory."""
 
 from __future__ import annotations
 
