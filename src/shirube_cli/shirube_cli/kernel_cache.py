@@ -34,8 +34,13 @@ WARM_UPS = (
 )
 """Two shares of the loops that take about as long: what numba itself is made of is compiled once a process."""
 # A compiler makes millions of objects that stay; the collector would look through them again and again for nothing.
-_RARELY_COLLECTED = 'import gc\ngc.set_threshold(50_000, 20, 50)\n'
-PROGRAMS = tuple(_RARELY_COLLECTED + '\n'.join(f'{one}\nwarm_up()' for one in share) for share in WARM_UPS)
+# Ctrl-C ends a compiler at once: its traceback would tell the user nothing.
+PROLOGUE = """
+import gc, signal
+gc.set_threshold(50_000, 20, 50)
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+"""
+PROGRAMS = tuple(PROLOGUE + '\n'.join(f'{one}\nwarm_up()' for one in share) for share in WARM_UPS)
 PYTHON = f'python{sys.version_info.major}.{sys.version_info.minor}'
 _COMPILED = re.compile(rb'^@njit', re.MULTILINE)
 _IMPORTED = re.compile(rb'^from ([\w.]+) import', re.MULTILINE)

@@ -2,13 +2,21 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from shirube_cli.kernel_cache import PROGRAMS, PYTHON, digest_loops, fresh_cache, put_beside_installed
+from shirube_cli.kernel_cache import (
+    PROGRAMS,
+    PROLOGUE,
+    PYTHON,
+    digest_loops,
+    fresh_cache,
+    put_beside_installed,
+)
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -26,6 +34,18 @@ def test_the_warm_ups_of_all_packages_are_run_once() -> None:
     ]
     assert sorted(run) == sorted(modules)
     assert all(program.count('warm_up()') == program.count('from ') for program in PROGRAMS)
+
+
+def test_ctrl_c_ends_a_compiler_without_a_word() -> None:
+    program = f'{PROLOGUE}\nimport time\nprint("ready", flush=True)\ntime.sleep(60.0)'
+    compiler = subprocess.Popen(
+        [sys.executable, '-c', program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert compiler.stdout is not None
+    assert compiler.stdout.readline() == 'ready\n'
+    compiler.send_signal(signal.SIGINT)
+    assert compiler.communicate(timeout=20) == ('', '')
+    assert compiler.returncode == -signal.SIGINT
 
 
 def test_only_the_cache_of_these_sources_stays(tmp_path: Path) -> None:
