@@ -62,12 +62,12 @@ def test_the_tilt_near_the_image_counts_and_without_one_the_robot_is_level(asked
     assert not add_pair(stream(), 1.0).lacks_tilt
 
 
-def test_cameras_of_a_lost_robot_are_checked_now_and_then(monkeypatch):
+def test_cameras_of_a_lost_robot_are_checked_now_and_then_and_faulty_ones_with_each_pair(monkeypatch):
     checked = []
 
     def fault(*_):
         checked.append(None)
-        return PairFault.SWAPPED if len(checked) == 2 else None
+        return PairFault.SWAPPED if len(checked) in {2, 3} else None
 
     monkeypatch.setattr(pair_localizer, 'pair_fault', fault)
     monkeypatch.setattr(LandmarkLocalizer, 'locate', lambda *_: without_fix().answer)
@@ -78,8 +78,9 @@ def test_cameras_of_a_lost_robot_are_checked_now_and_then(monkeypatch):
     for seconds in (3.0, 4.0):
         with pytest.raises(StereoLandmarkError, match='swapped'):
             add_pair(robot, seconds)
-    add_pair(robot, 6.0)
-    assert len(checked) == 3
+    for seconds in (5.0, 6.0):
+        add_pair(robot, seconds)
+    assert len(checked) == 4
 
 
 def test_a_single_image_tells_nothing():

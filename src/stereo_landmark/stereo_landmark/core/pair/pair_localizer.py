@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
-from stereo_landmark.core.pair.pair_check import PairFault, pair_fault
+from stereo_landmark.core.pair.pair_check import pair_fault
 from stereo_landmark.core.pair.rectification import Rectifier
 from stereo_landmark.core.pair.same_cameras import check_cameras
 from stereo_landmark.core.place.stereo_rig import StereoRig
@@ -22,7 +22,7 @@ REMEMBERED = 10.0
 """A robot that was at a place so lately is probably still there [s]."""
 
 CHECK_INTERVAL = 2.0
-"""Cameras that were a rectified pair so lately still are one, and those that were none are none [s]."""
+"""Cameras that were a rectified pair so lately still are one [s]."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class PairLocalizer:
         self._localizer = LandmarkLocalizer(places, settings)
         self._rectifiers = None if raw is None else (Rectifier(raw[0]), Rectifier(raw[1]))
         self._latest: tuple[int, str] | None = None
-        self._checked: tuple[int, PairFault | None] | None = None
+        self._faultless: int | None = None  # the last stamp at which the cameras were known to be a pair [ns]
 
     def forget(self) -> None:
         """Drop the place where the robot was last."""
@@ -101,18 +101,19 @@ class PairLocalizer:
         answer = self._localizer.locate(left, right, tilt, self._likely(stamp_ns))
         if isinstance(answer, LandmarkFix):
             self._latest = stamp_ns, answer.place.name
-            self._checked = stamp_ns, None
-        elif (fault := self._fault_of_late(stamp_ns, left, right)) is not None:
-            raise StereoLandmarkError(fault.value)
+            self._faultless = stamp_ns
+        else:
+            self._check(stamp_ns, left, right)
         return LocatedPair(stamp_ns, left, answer, tilt, self._rig)
 
-    def _fault_of_late(
-        self, stamp_ns: int, left: NDArray[np.uint8], right: NDArray[np.uint8]
-    ) -> PairFault | None:
-        """Return what is wrong with the cameras; a lost robot, which has most to do, is not asked with each pair."""
-        if self._checked is None or abs(stamp_ns - self._checked[0]) > CHECK_INTERVAL * 1e9:
-            self._checked = stamp_ns, pair_fault(left, right, self._rig)
-        return self._checked[1]
+    def _check(self, stamp_ns: int, left: NDArray[np.uint8], right: NDArray[np.uint8]) -> None:
+        """Raise what is wrong with the cameras; a lost robot, which has most to do, is not asked with each pair."""
+        if self._faultless is not None and abs(stamp_ns - self._faultless) <= CHECK_INTERVAL * 1e9:
+            return
+        fault = pair_fault(left, right, self._rig)
+        if fault is not None:
+            raise StereoLandmarkError(fault.value)
+        self._faultless = stamp_ns
 
     def _likely(self, stamp_ns: int) -> tuple[str, ...]:
         if self._latest is None or abs(stamp_ns - self._latest[0]) > REMEMBERED * 1e9:
