@@ -1,10 +1,10 @@
 """Starts the whole suite on a robot: localizers, arbiter, planner and motors.
 
 Arguments: `floor`, `stereo`, `vlc`, `planner`, `motors` (which parts run; all by default), `config` (the folder with
-your own copies of all parameter files), `places_dir` (the taught places, for `stereo`), `beacons_file` (the lamps, for
-`vlc`), `use_sim_time`, and `driver`: who drives the robot on `cmd_vel`: `planner` (to the goals on `goal_pose`),
-`lamps` (as they say) or `none` (you do, with a joystick). It is one of them: motor_bridge obeys nobody while two
-publish there.
+your own copies of all parameter files), `places_dir` (the taught places, for `stereo`) and `beacons_file` (the lamps,
+for `vlc`; both by default as the parameter files say), `use_sim_time`, and `driver`: who drives the robot on `cmd_vel`:
+`planner` (to the goals on `goal_pose`), `lamps` (as they say) or `none` (you do, with a joystick). It is one of them:
+motor_bridge obeys nobody while two publish there.
 
 The belly camera publishes in the namespace `floor_camera`, the one that looks up in `ceiling_camera` (`belly` and
 `ceiling` by default), the pair in `left` and `right`; what the planner sees with stands in its parameter file.

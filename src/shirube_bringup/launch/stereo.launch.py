@@ -1,13 +1,13 @@
 """Starts stereo_landmark with its parameter file.
 
 Arguments: `params_file` (your own copy of config/stereo_landmark.yaml), `places_dir` (the folder of the taught places;
-what is given here counts more than the parameter file), `left` and `right` (namespaces of the two cameras), `image`
-(name of their images; raw ones where the parameter file says `rectify`), `imu` (topic of the tilt), `use_sim_time`
-(what the parameter file says of it counts more).
+by default that of the parameter file), `left` and `right` (namespaces of the two cameras), `image` (name of their
+images; raw ones where the parameter file says `rectify`), `imu` (topic of the tilt), `use_sim_time` (what the parameter
+file says of it counts more).
 """
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node, SetParameter
@@ -23,29 +23,36 @@ def generate_launch_description() -> LaunchDescription:
             default_value=PathJoinSubstitution([config, 'stereo_landmark.yaml']),
             description='parameters of the node',
         ),
-        DeclareLaunchArgument('places_dir', description='the folder of the taught places'),
+        DeclareLaunchArgument('places_dir', default_value='', description='the folder of the taught places'),
         DeclareLaunchArgument('left', default_value='left', description='namespace of the left camera'),
         DeclareLaunchArgument('right', default_value='right', description='namespace of the right camera'),
         DeclareLaunchArgument('image', default_value='image_rect', description='name of their images'),
         DeclareLaunchArgument('imu', default_value='imu', description='topic of the tilt'),
         DeclareLaunchArgument('use_sim_time', default_value='false', description='take the time from /clock'),
     ]
+    sim_time = SetParameter('use_sim_time', True, condition=IfCondition(LaunchConfiguration('use_sim_time')))
+    return LaunchDescription([*arguments, sim_time, OpaqueFunction(function=start_node)])
+
+
+def start_node(context: LaunchContext) -> list[Node]:
+    """Return the node; without a folder of places it takes the one of its parameter file."""
+    places_dir = LaunchConfiguration('places_dir').perform(context)
     image = LaunchConfiguration('image')
     cameras = {side: LaunchConfiguration(side) for side in ('left', 'right')}
-    node = Node(
-        package='stereo_landmark',
-        executable='node',
-        name='stereo_landmark',
-        output='screen',
-        parameters=[
-            LaunchConfiguration('params_file'),
-            {'places_dir': LaunchConfiguration('places_dir')},
-        ],
-        remappings=[
-            *((f'{side}/image_rect', [camera, '/', image]) for side, camera in cameras.items()),
-            *((f'{side}/camera_info', [camera, '/camera_info']) for side, camera in cameras.items()),
-            ('imu', LaunchConfiguration('imu')),
-        ],
-    )
-    sim_time = SetParameter('use_sim_time', True, condition=IfCondition(LaunchConfiguration('use_sim_time')))
-    return LaunchDescription([*arguments, sim_time, node])
+    return [
+        Node(
+            package='stereo_landmark',
+            executable='node',
+            name='stereo_landmark',
+            output='screen',
+            parameters=[
+                LaunchConfiguration('params_file'),
+                *([{'places_dir': places_dir}] if places_dir else []),
+            ],
+            remappings=[
+                *((f'{side}/image_rect', [camera, '/', image]) for side, camera in cameras.items()),
+                *((f'{side}/camera_info', [camera, '/camera_info']) for side, camera in cameras.items()),
+                ('imu', LaunchConfiguration('imu')),
+            ],
+        )
+    ]

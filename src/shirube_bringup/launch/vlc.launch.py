@@ -1,13 +1,13 @@
 """Starts vlc_beacon with its parameter file.
 
-Arguments: `params_file` (your own copy of config/vlc_beacon.yaml), `beacons_file` (the lamps and their places; what is
-given here counts more than the parameter file), `image` (topic of the camera's images), `camera_info` (topic of its
-calibration), `drive` (whether the lamps drive the robot; what is given here counts more than the parameter file),
-`cmd_vel` (topic of the velocities), `use_sim_time` (what the parameter file says of it counts more).
+Arguments: `params_file` (your own copy of config/vlc_beacon.yaml), `beacons_file` (the lamps and their places; by
+default that of the parameter file), `image` (topic of the camera's images), `camera_info` (topic of its calibration),
+`drive` (whether the lamps drive the robot; what is given here counts more than the parameter file), `cmd_vel` (topic of
+the velocities), `use_sim_time` (what the parameter file says of it counts more).
 """
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node, SetParameter
@@ -24,7 +24,7 @@ def generate_launch_description() -> LaunchDescription:
             default_value=PathJoinSubstitution([config, 'vlc_beacon.yaml']),
             description='parameters of the node',
         ),
-        DeclareLaunchArgument('beacons_file', description='the lamps and their places'),
+        DeclareLaunchArgument('beacons_file', default_value='', description='the lamps and their places'),
         DeclareLaunchArgument('image', default_value='image_raw', description='topic of the images'),
         DeclareLaunchArgument(
             'camera_info', default_value='camera_info', description='topic of the calibration'
@@ -35,23 +35,28 @@ def generate_launch_description() -> LaunchDescription:
         DeclareLaunchArgument('cmd_vel', default_value='~/cmd_vel', description='topic of the velocities'),
         DeclareLaunchArgument('use_sim_time', default_value='false', description='take the time from /clock'),
     ]
-    node = Node(
-        package='vlc_beacon',
-        executable='node',
-        name='vlc_beacon',
-        output='screen',
-        parameters=[
-            LaunchConfiguration('params_file'),
-            {
-                'beacons_file': LaunchConfiguration('beacons_file'),
-                'drive': ParameterValue(LaunchConfiguration('drive'), value_type=bool),
-            },
-        ],
-        remappings=[
-            ('image_raw', LaunchConfiguration('image')),
-            ('camera_info', LaunchConfiguration('camera_info')),
-            ('~/cmd_vel', LaunchConfiguration('cmd_vel')),
-        ],
-    )
     sim_time = SetParameter('use_sim_time', True, condition=IfCondition(LaunchConfiguration('use_sim_time')))
-    return LaunchDescription([*arguments, sim_time, node])
+    return LaunchDescription([*arguments, sim_time, OpaqueFunction(function=start_node)])
+
+
+def start_node(context: LaunchContext) -> list[Node]:
+    """Return the node; without a file of lamps it takes the one of its parameter file."""
+    beacons_file = LaunchConfiguration('beacons_file').perform(context)
+    return [
+        Node(
+            package='vlc_beacon',
+            executable='node',
+            name='vlc_beacon',
+            output='screen',
+            parameters=[
+                LaunchConfiguration('params_file'),
+                {'drive': ParameterValue(LaunchConfiguration('drive'), value_type=bool)},
+                *([{'beacons_file': beacons_file}] if beacons_file else []),
+            ],
+            remappings=[
+                ('image_raw', LaunchConfiguration('image')),
+                ('camera_info', LaunchConfiguration('camera_info')),
+                ('~/cmd_vel', LaunchConfiguration('cmd_vel')),
+            ],
+        )
+    ]

@@ -100,6 +100,28 @@ def test_what_one_part_is_given_does_not_reach_the_next(launch: str) -> None:
     assert [ast.unparse(part) for part in group.args] == ['[part]']
 
 
+@pytest.mark.parametrize('launch', ['arbiter', 'bridge', 'floor', 'planner', 'stereo', 'vlc'])
+def test_an_argument_that_is_empty_by_default_leaves_the_parameter_file_alone(launch: str) -> None:
+    calls = [
+        c
+        for c in ast.walk(ast.parse((PACKAGE / 'launch' / f'{launch}.launch.py').read_text()))
+        if isinstance(c, ast.Call)
+    ]
+    empty = {
+        c.args[0].value
+        for c in calls
+        if getattr(c.func, 'id', '') == 'DeclareLaunchArgument'
+        and any(k.arg == 'default_value' and getattr(k.value, 'value', None) == '' for k in c.keywords)
+    }
+    node = next(c for c in calls if getattr(c.func, 'id', '') == 'Node')
+    handed_over = {
+        ast.unparse(c.args[0]).strip("'")
+        for c in ast.walk(node)
+        if isinstance(c, ast.Call) and getattr(c.func, 'id', '') == 'LaunchConfiguration'
+    }
+    assert not empty & handed_over
+
+
 def test_the_simulation_gives_all_that_an_included_launch_file_demands() -> None:
     tree = ast.parse((PACKAGE / 'launch' / 'simulation.launch.py').read_text())
     calls = [c for c in ast.walk(tree) if isinstance(c, ast.Call) and getattr(c.func, 'id', '') == 'include']
