@@ -25,6 +25,8 @@ STEP_MAX = 1.5
 """A patch that moves farther at once is not where it was looked for [px]."""
 TUKEY = 4.7
 SCALE = 1.4826
+SCALE_SAMPLES = 7
+"""The scatter is told by every seventh pixel."""
 SCALE_MIN = 0.05
 """Smoothed grey values are not nearer to each other than this."""
 AGREEING_MIN = 0.7
@@ -34,7 +36,7 @@ LIKENESS_MIN = 0.9
 GAINS = 0.2, 5.0
 SLACK = 5
 """The patch is looked for so far around where it should be [px]."""
-MODEL_SIGMA = 0.003
+MODEL_SIGMA = 0.004
 """What differs between images of one plane besides noise moves a point by so much [px]."""
 GAIN = MOTIONS
 
@@ -77,7 +79,7 @@ def align_patch(
     homography = cv2.getPerspectiveTransform(
         template.corners.astype(np.float32), (start - low).astype(np.float32)
     )
-    inverse = np.empty((COLUMNS, COLUMNS))
+    inverse = template.inverse.copy()
     scale = float(template.half.max())
     rest, gain = _aligned(
         coefficients_of(part), template.places, template.columns, scale, homography, inverse
@@ -130,7 +132,7 @@ def _aligned(
     homography: NDArray[np.float64],
     inverse: NDArray[np.float64],
 ) -> tuple[float, float]:
-    """Move the homography to where the image shows the patch, and write the inverse of the normal matrix.
+    """Move the homography to where the image shows the patch, and the inverse of the normal matrix to that with weights.
 
     Returns:
         the mean square of what is left, -1 where the patch is not there, and the gain.
@@ -141,14 +143,16 @@ def _aligned(
     for k in range(ROUNDS):
         if not _write_values(image, places, homography, values):
             return -1.0, 0.0
-        if k > 0:
+        # The weights of the second round are those of all that follow: by then the patch is near its place.
+        if k == 1:
             _write_rests(columns, values, solution, rests)
             _write_weights(rests, weights)
-        if not _solve(columns, values, weights, solution, inverse):
-            return -1.0, 0.0
+            if not _invert_normal(columns, weights, inverse):
+                return -1.0, 0.0
+        _write_solution(columns, values, weights, inverse, solution)
         if not GAINS[0] < solution[GAIN] < GAINS[1]:
             return -1.0, 0.0
-        before, step = step, _move(homography, solution, scale)
+        step = _move(homography, solution, scale)
         if step > STEP_MAX:
             return -1.0, 0.0
         if k > 0 and step < STEP_DONE:
@@ -215,42 +219,51 @@ def _write_rests(
 
 @njit(cache=True, error_model='numpy')
 def _write_weights(rests: NDArray[np.float64], weights: NDArray[np.float64]) -> None:
-    limit = TUKEY * max(SCALE * np.median(np.abs(rests)), SCALE_MIN)
+    limit = TUKEY * max(SCALE * np.median(np.abs(rests[::SCALE_SAMPLES])), SCALE_MIN)
     for n in range(len(rests)):
         z = rests[n] / limit
         weights[n] = (1.0 - z * z) ** 2 if abs(z) < 1.0 else 0.0
 
 
 @njit(cache=True, error_model='numpy')
-def _solve(
-    columns: NDArray[np.float64],
-    values: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    solution: NDArray[np.float64],
-    inverse: NDArray[np.float64],
+def _invert_normal(
+    columns: NDArray[np.float64], weights: NDArray[np.float64], inverse: NDArray[np.float64]
 ) -> bool:
-    """Write the weighted least squares solution and the inverse of its normal matrix; False where it is singular."""
-    normal, pull, row = np.zeros((COLUMNS, COLUMNS)), np.zeros(COLUMNS), np.empty(COLUMNS)
-    for n in range(len(values)):
+    """Write the inverse of the weighted normal matrix; False where it is singular."""
+    normal, row = np.zeros((COLUMNS, COLUMNS)), np.empty(COLUMNS)
+    for n in range(len(weights)):
         if weights[n] == 0.0:
             continue
         for c in range(COLUMNS):
             row[c] = columns[n, c]
         for r in range(COLUMNS):
             weighed = weights[n] * row[r]
-            pull[r] += weighed * values[n]
             for c in range(r + 1):
                 normal[r, c] += weighed * row[c]
     for r in range(COLUMNS):
         for c in range(r):
             normal[c, r] = normal[r, c]
-    if not invert_symmetric(normal, inverse):
-        return False
+    return bool(invert_symmetric(normal, inverse))
+
+
+@njit(cache=True, error_model='numpy')
+def _write_solution(
+    columns: NDArray[np.float64],
+    values: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    inverse: NDArray[np.float64],
+    solution: NDArray[np.float64],
+) -> None:
+    """Write the weighted least squares solution."""
+    pull = np.zeros(COLUMNS)
+    for n in range(len(values)):
+        weighed = weights[n] * values[n]
+        for c in range(COLUMNS):
+            pull[c] += weighed * columns[n, c]
     for r in range(COLUMNS):
         solution[r] = 0.0
         for c in range(COLUMNS):
             solution[r] += inverse[r, c] * pull[c]
-    return True
 
 
 @njit(cache=True, error_model='numpy')

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereo_landmark.core.patches.smoothing import coefficients_of, derivatives_of, smoothed
+from stereo_landmark.core.symmetric_matrix import invert_symmetric
 
 MARGIN = 3.0
 """So far around its outline a patch reaches: the outline belongs to it [px]."""
@@ -21,9 +22,8 @@ SLOPE_SHARE = 0.2
 SLOPE_MIN = 3.0
 """Slopes below this are noise [grey levels/px]."""
 PIXELS_MIN = 150
-PIXELS_MAX = 1200
-LATTICES = ((1, 0), (2, 1), (2, 0), (3, 0), (4, 0))
-"""Of more pixels every second, fourth, ninth, ... one is taken: smoothed neighbours tell nearly the same."""
+PIXELS_MAX = 2000
+"""Of more pixels every second one is taken, for smoothed neighbours tell nearly the same; then the steepest."""
 INSET = 0.7
 """Points of the patch lie so far from its centre to its corners, where their errors are nearly independent."""
 
@@ -40,6 +40,7 @@ class PatchTemplate:
         corners: places of its corners, shape (4, 2).
         places: of the pixels that are compared, shape (n, 2).
         columns: how their values change with motions, gain, offset, blur and changes of gain, shape (n, COLUMNS).
+        inverse: of the columns' normal matrix, shape (COLUMNS, COLUMNS).
         correlation: by how much more than independent noise the noise of smoothed pixels moves the patch.
     """
 
@@ -48,6 +49,7 @@ class PatchTemplate:
     corners: NDArray[np.float64]
     places: NDArray[np.float64]
     columns: NDArray[np.float64]
+    inverse: NDArray[np.float64]
     correlation: float
 
     @property
@@ -101,8 +103,11 @@ def patch_template(image: NDArray[np.uint8], corners: NDArray[np.float64]) -> Pa
             *(seen, np.ones_like(seen), bend[telling], seen * places[:, 0], seen * places[:, 1]),
         ]
     )
+    inverse = np.empty((COLUMNS, COLUMNS))
+    if not invert_symmetric(changes.T @ changes, inverse):
+        return None
     correlation = _correlation(changes[:, :MOTIONS], telling)
-    return PatchTemplate(centre, half, (corners - centre) / half, places, changes, correlation)
+    return PatchTemplate(centre, half, (corners - centre) / half, places, changes, inverse, correlation)
 
 
 def _telling_pixels(slopes: NDArray[np.float32], corners: NDArray[np.float64]) -> NDArray[np.bool_] | None:
@@ -118,13 +123,12 @@ def _telling_pixels(slopes: NDArray[np.float32], corners: NDArray[np.float64]) -
     telling = (cv2.dilate(steep, np.ones((3, 3), dtype=np.uint8)) * inside) > 0
     if telling.sum() < PIXELS_MIN:
         return None
-    rows, columns = np.indices(telling.shape)
-    for step, is_staggered in LATTICES:
-        lattice = (rows + columns) % 2 == 0 if is_staggered else (rows % step == 0) & (columns % step == 0)
-        thinned = telling & lattice
-        if thinned.sum() <= PIXELS_MAX:
-            break
-    return np.asarray(thinned)
+    if telling.sum() > PIXELS_MAX:
+        rows, columns = np.indices(telling.shape)
+        telling &= (rows + columns) % 2 == 0
+    if telling.sum() > PIXELS_MAX:
+        telling &= slopes >= np.partition(slopes[telling], -PIXELS_MAX)[-PIXELS_MAX]
+    return np.asarray(telling)
 
 
 def _correlation(changes: NDArray[np.float64], telling: NDArray[np.bool_]) -> float:
