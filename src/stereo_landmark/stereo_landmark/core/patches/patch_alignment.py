@@ -172,7 +172,6 @@ def _write_values(
 ) -> bool:
     """Write what the image shows at places; False where one lies outside."""
     height, width = image.shape
-    across, down = np.empty(4), np.empty(4)
     h = homography
     for n in range(len(places)):
         s, t = places[n, 0], places[n, 1]
@@ -181,26 +180,28 @@ def _write_values(
         y = (h[1, 0] * s + h[1, 1] * t + h[1, 2]) * w
         if not (1.0 <= x < width - 2.0 and 1.0 <= y < height - 2.0):
             return False
-        i, j = int(x), int(y)
-        _write_spline(x - i, across)
-        _write_spline(y - j, down)
-        total = 0.0
+        i, j = int(x) - 1, int(y) - 1
+        across, down = _spline(np.float32(x - i - 1)), _spline(np.float32(y - j - 1))
+        total = np.float32(0.0)
         for r in range(4):
-            row = 0.0
-            for c in range(4):
-                row += across[c] * image[j + r - 1, i + c - 1]
+            four = image[j + r, i : i + 4]
+            row = across[0] * four[0] + across[1] * four[1] + across[2] * four[2] + across[3] * four[3]
             total += down[r] * row
         values[n] = total
     return True
 
 
 @njit(cache=True, error_model='numpy')
-def _write_spline(f: float, weights: NDArray[np.float64]) -> None:
-    """Write the cubic spline's weights of the four pixels around a part of a pixel."""
-    g = 1.0 - f
-    weights[0], weights[3] = g * g * g / 6.0, f * f * f / 6.0
-    weights[1] = (4.0 - 6.0 * f * f + 3.0 * f * f * f) / 6.0
-    weights[2] = (4.0 - 6.0 * g * g + 3.0 * g * g * g) / 6.0
+def _spline(f: np.float32) -> tuple[np.float32, np.float32, np.float32, np.float32]:
+    """Return the cubic spline's weights of the four pixels around a part of a pixel."""
+    sixth, half, g = np.float32(1.0 / 6.0), np.float32(0.5), np.float32(1.0) - f
+    inner = np.float32(2.0 / 3.0)
+    return (
+        g * g * g * sixth,
+        inner - f * f * (np.float32(1.0) - half * f),
+        inner - g * g * (np.float32(1.0) - half * g),
+        f * f * f * sixth,
+    )
 
 
 @njit(cache=True, error_model='numpy')
