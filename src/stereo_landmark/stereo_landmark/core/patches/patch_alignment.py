@@ -18,7 +18,7 @@ from stereo_landmark.core.patches.patch_template import COLUMNS, MOTIONS, PatchT
 from stereo_landmark.core.patches.smoothing import NOISE, coefficients_of
 from stereo_landmark.core.symmetric_matrix import invert_symmetric
 
-ROUNDS = 5
+ROUNDS = 6
 STEP_DONE = 0.01
 """A step that moves the patch by less was the last one [px]."""
 STEP_MAX = 1.5
@@ -132,7 +132,7 @@ def _aligned(
     homography: NDArray[np.float64],
     inverse: NDArray[np.float64],
 ) -> tuple[float, float]:
-    """Move the homography to where the image shows the patch, and the inverse of the normal matrix to that with weights.
+    """Move the homography to where the image shows the patch, and write the inverse with the weights it found.
 
     Returns:
         the mean square of what is left, -1 where the patch is not there, and the gain.
@@ -143,8 +143,8 @@ def _aligned(
     for k in range(ROUNDS):
         if not _write_values(image, places, homography, values):
             return -1.0, 0.0
-        # The weights of the second round are those of all that follow: by then the patch is near its place.
-        if k == 1:
+        # What moved within the patch draws it along until the weights leave it out.
+        if k > 0:
             _write_rests(columns, values, solution, rests)
             _write_weights(rests, weights)
             if not _invert_normal(columns, weights, inverse):

@@ -15,8 +15,8 @@ MARGIN = 3.0
 """So far around its outline a patch reaches: the outline belongs to it [px]."""
 MOTIONS = 8
 """Of a plane's picture: a homography."""
-COLUMNS = MOTIONS + 5
-"""Besides: gain, offset, blur, and how gain changes to the right and down, as lenses and lamps have it."""
+COLUMNS = MOTIONS + 6
+"""Besides: gain, offset, blur along both axes, and how gain changes along them, as lenses and lamps have it."""
 SLOPE_SHARE = 0.2
 """Pixels whose slope is a smaller part of the patch's large ones tell little."""
 SLOPE_MIN = 3.0
@@ -88,7 +88,7 @@ def patch_template(image: NDArray[np.uint8], corners: NDArray[np.float64]) -> Pa
     if (low < 0).any() or (high > image.shape[::-1]).any():
         return None
     part = coefficients_of(image[low[1] : high[1], low[0] : high[0]])
-    value, right, down, bend = derivatives_of(part)
+    value, right, down, *bends = derivatives_of(part)
     telling = _telling_pixels(np.hypot(right, down), corners - low)
     if telling is None:
         return None
@@ -100,7 +100,7 @@ def patch_template(image: NDArray[np.uint8], corners: NDArray[np.float64]) -> Pa
     changes = np.column_stack(
         [
             np.einsum('nk,nkm->nm', slopes, motion_fields(places)),
-            *(seen, np.ones_like(seen), bend[telling], seen * places[:, 0], seen * places[:, 1]),
+            *(seen, np.ones_like(seen), *(bend[telling] for bend in bends), seen * places[:, 0], seen * places[:, 1]),
         ]
     )
     inverse = np.empty((COLUMNS, COLUMNS))

@@ -23,13 +23,14 @@ def coefficients_of(image: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 
 def derivatives_of(coefficients: NDArray[np.float32]) -> tuple[NDArray[np.float32], ...]:
-    """Return the spline, its derivatives to the right and down, and its Laplacian, each at the pixels, shape (h, w)."""
+    """Return the spline and its first and second derivatives to the right and down, at the pixels, each (h, w)."""
     slope, bend = np.array([-0.5, 0.0, 0.5]), np.array([1.0, -2.0, 1.0])
     return (
         _filtered(coefficients, KERNEL, KERNEL),
         _filtered(coefficients, slope, KERNEL),
         _filtered(coefficients, KERNEL, slope),
-        _filtered(coefficients, bend, KERNEL) + _filtered(coefficients, KERNEL, bend),
+        _filtered(coefficients, bend, KERNEL),
+        _filtered(coefficients, KERNEL, bend),
     )
 
 
