@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from stereo_landmark.core.patches.patch_template import COLUMNS, MOTIONS, PatchTemplate, motion_fields
+from stereo_landmark.core.patches.patch_template import MOTIONS, PatchTemplate, motion_fields
 from stereo_landmark.core.patches.smoothing import NOISE, coefficients_of
 from stereo_landmark.core.symmetric_matrix import invert_symmetric
 
@@ -139,7 +139,7 @@ def _aligned(
     """
     n = len(places)
     values, weights, rests = np.empty(n), np.ones(n), np.empty(n)
-    solution, step = np.zeros(COLUMNS), np.inf
+    solution, step = np.zeros(columns.shape[1]), np.inf
     for k in range(ROUNDS):
         if not _write_values(image, places, homography, values):
             return -1.0, 0.0
@@ -160,7 +160,7 @@ def _aligned(
     if step > 5.0 * STEP_DONE:
         return -1.0, 0.0
     _write_rests(columns, values, solution, rests)
-    return _judged(values, weights, rests), solution[GAIN]
+    return _judged(values, weights, rests, len(solution)), solution[GAIN]
 
 
 @njit(cache=True, error_model='numpy')
@@ -214,7 +214,7 @@ def _write_rests(
     """Write what the patch, with gain, offset and blur but where it is, does not explain."""
     for n in range(len(values)):
         rests[n] = values[n]
-        for c in range(MOTIONS, COLUMNS):
+        for c in range(MOTIONS, columns.shape[1]):
             rests[n] -= columns[n, c] * solution[c]
 
 
@@ -231,17 +231,18 @@ def _invert_normal(
     columns: NDArray[np.float64], weights: NDArray[np.float64], inverse: NDArray[np.float64]
 ) -> bool:
     """Write the inverse of the weighted normal matrix; False where it is singular."""
-    normal, row = np.zeros((COLUMNS, COLUMNS)), np.empty(COLUMNS)
+    count = columns.shape[1]
+    normal, row = np.zeros((count, count)), np.empty(count)
     for n in range(len(weights)):
         if weights[n] == 0.0:
             continue
-        for c in range(COLUMNS):
+        for c in range(count):
             row[c] = columns[n, c]
-        for r in range(COLUMNS):
+        for r in range(count):
             weighed = weights[n] * row[r]
             for c in range(r + 1):
                 normal[r, c] += weighed * row[c]
-    for r in range(COLUMNS):
+    for r in range(count):
         for c in range(r):
             normal[c, r] = normal[r, c]
     return bool(invert_symmetric(normal, inverse))
@@ -256,14 +257,15 @@ def _write_solution(
     solution: NDArray[np.float64],
 ) -> None:
     """Write the weighted least squares solution."""
-    pull = np.zeros(COLUMNS)
+    count = columns.shape[1]
+    pull = np.zeros(count)
     for n in range(len(values)):
         weighed = weights[n] * values[n]
-        for c in range(COLUMNS):
+        for c in range(count):
             pull[c] += weighed * columns[n, c]
-    for r in range(COLUMNS):
+    for r in range(count):
         solution[r] = 0.0
-        for c in range(COLUMNS):
+        for c in range(count):
             solution[r] += inverse[r, c] * pull[c]
 
 
@@ -278,7 +280,9 @@ def _move(homography: NDArray[np.float64], solution: NDArray[np.float64], scale:
 
 
 @njit(cache=True, error_model='numpy')
-def _judged(values: NDArray[np.float64], weights: NDArray[np.float64], rests: NDArray[np.float64]) -> float:
+def _judged(
+    values: NDArray[np.float64], weights: NDArray[np.float64], rests: NDArray[np.float64], unknowns: int
+) -> float:
     """Return the mean square of what is left of the agreeing pixels, -1 where they are too few or too unlike."""
     total, mean, squares, left, agreeing = 0.0, 0.0, 0.0, 0.0, 0
     for n in range(len(values)):
@@ -291,7 +295,7 @@ def _judged(values: NDArray[np.float64], weights: NDArray[np.float64], rests: ND
         if weights[n] > 0.0:
             squares += weights[n] * (values[n] - mean) ** 2
             left += rests[n] ** 2
-    left /= max(agreeing - COLUMNS, 1)
+    left /= max(agreeing - unknowns, 1)
     if agreeing < AGREEING_MIN * len(values) or left > (1.0 - LIKENESS_MIN) * squares / total:
         return -1.0
     return left

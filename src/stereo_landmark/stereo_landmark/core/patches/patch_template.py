@@ -100,7 +100,13 @@ def patch_template(image: NDArray[np.uint8], corners: NDArray[np.float64]) -> Pa
     changes = np.column_stack(
         [
             np.einsum('nk,nkm->nm', slopes, motion_fields(places)),
-            *(seen, np.ones_like(seen), *(bend[telling] for bend in bends), seen * places[:, 0], seen * places[:, 1]),
+            *(
+                seen,
+                np.ones_like(seen),
+                *(bend[telling] for bend in bends),
+                seen * places[:, 0],
+                seen * places[:, 1],
+            ),
         ]
     )
     inverse = np.empty((COLUMNS, COLUMNS))
