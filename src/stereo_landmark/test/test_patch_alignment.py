@@ -112,5 +112,5 @@ def test_a_blank_patch_is_none():
 def test_a_patch_at_the_border_of_the_image_is_none():
     image = photograph(light())
     assert patch_template(image, CORNERS - [38.0, 0.0]) is None
-    assert align_patch(template_of(image), image, CORNERS + [38.0, 0.0]) is None
-    assert align_patch(template_of(image), image, CORNERS + [90.0, 0.0]) is None
+    assert align_patch(template_of(image), image, CORNERS + np.array([38.0, 0.0])) is None
+    assert align_patch(template_of(image), image, CORNERS + np.array([90.0, 0.0])) is None

@@ -8,13 +8,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from stereo_landmark.core.patches.patch_fit import MOTIONS
 from stereo_landmark.core.patches.smoothing import coefficients_of, derivatives_of, smoothed
 from stereo_landmark.core.symmetric_matrix import invert_symmetric
 
 MARGIN = 3.0
 """So far around its outline a patch reaches: the outline belongs to it [px]."""
-MOTIONS = 8
-"""Of a plane's picture: a homography."""
 COLUMNS = MOTIONS + 6
 """Besides: gain, offset, blur along both axes, and how gain changes along them, as lenses and lamps have it."""
 SLOPE_SHARE = 0.2
