@@ -35,6 +35,7 @@ from scene_simulator.stereo_rig import render_pair
 from shirube_geometry import PlanarPose
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.procedure.detected_scene import detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
@@ -56,6 +57,7 @@ STAGES: dict[str, tuple[object, str]] = {
     'coarse poses': (search_module, 'coarse_fit'),
     'evidence': (search_module, 'Evidence'),
     'measured in grey': (search_module, 'refined_pair'),
+    'patches': (TaughtPatches, 'measured'),
     'displacement': (PlaceLocator, 'locate'),
 }
 

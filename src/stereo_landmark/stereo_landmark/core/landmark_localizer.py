@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, no_fix_of
+from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.place_fix import PlaceFix
 from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.place.settings import PlaceSettings
@@ -53,6 +54,8 @@ class LandmarkLocalizer:
         self.places = tuple(places)
         self._settings = settings or LandmarkSettings()
         self._searches = {place.name: TargetSearch(place, self._settings.search) for place in places}
+        sigma = self._settings.place.pixel_sigma
+        self._patches = {place.name: TaughtPatches(place, sigma) for place in places}
 
     def locate(
         self,
@@ -96,14 +99,11 @@ class LandmarkLocalizer:
 
     def _at(self, place: TaughtPlace, view: StereoView) -> LandmarkFix | NoLandmarkFix:
         sightings = tuple(self._searches[place.name].search(target, view) for target in place.targets)
-        points = joined(
-            [
-                _chosen_points(place, sighting)
-                for sighting in sightings
-                if isinstance(sighting, TargetSighting)
-            ]
-        )
-        answer = PlaceLocator(place.rig, self._settings.place).locate(points, place.coordinates, view.tilt)
+        points = joined([each.points for each in sightings if isinstance(each, TargetSighting)])
+        images = view.left.image, view.right.image
+        points, taught = self._patches[place.name].measured(points, images)
+        points = points.subset(_is_chosen(place, points))
+        answer = PlaceLocator(place.rig, self._settings.place).locate(points, taught, view.tilt)
         if isinstance(answer, PlaceFix):
             return LandmarkFix(place, answer, sightings)
         return no_fix_of(place, sightings, answer)
@@ -146,10 +146,7 @@ class _Views:
                 )
 
 
-def _chosen_points(place: TaughtPlace, sighting: TargetSighting) -> StereoPoints:
-    """Return the points that the engineer chose for the pose."""
-    (target,) = (target for target in place.targets if target.name == sighting.target)
-    chosen = {f'{target.name}/{point}' for point in target.points}
-    return sighting.points.subset(
-        np.array([name in chosen for name in sighting.points.names], dtype=np.bool_)
-    )
+def _is_chosen(place: TaughtPlace, points: StereoPoints) -> NDArray[np.bool_]:
+    """Return which points the engineer chose for the pose, shape (n,)."""
+    chosen = {f'{target.name}/{point}' for target in place.targets for point in target.points}
+    return np.array([name in chosen for name in points.names], dtype=np.bool_)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -108,7 +109,7 @@ def load_images(path: Path) -> StereoImages:
 
 
 def load_places(folder: Path) -> list[TaughtPlace]:
-    """Load all places of a folder, in the order of their files' names.
+    """Load all places of a folder with their images, in the order of their files' names.
 
     Raises:
         LandmarkFileError: the folder is missing or has no places, or one of them cannot be used.
@@ -118,7 +119,15 @@ def load_places(folder: Path) -> list[TaughtPlace]:
     paths = sorted(folder.glob('*.yaml'))
     if not paths:
         raise LandmarkFileError(f'{folder}: holds no taught place (*.yaml); teach one')
-    return [load_place(path) for path in paths]
+    return [replace(load_place(path), images=_images_if_there(path)) for path in paths]
+
+
+def _images_if_there(path: Path) -> StereoImages | None:
+    """Return the images of a place, None where they are lost: it is found by its outlines all the same."""
+    try:
+        return load_images(path)
+    except LandmarkFileError:
+        return None
 
 
 def _read(path: Path) -> dict[str, Any]:

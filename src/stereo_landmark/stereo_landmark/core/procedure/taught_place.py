@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_geometry import PlanarPose
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.stereo_points import SpatialPoints
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
@@ -68,6 +69,7 @@ class TaughtPlace:
         coordinates: of the points, named ``target/primitive/point`` (paper 3.3e).
         surroundings: other primitives around the targets; they tell a target from its like.
         T_map_place: where the place is in the map, None where nobody told.
+        images: from which it was taught, None where they are not at hand.
     """
 
     name: str
@@ -77,6 +79,7 @@ class TaughtPlace:
     surroundings: tuple[TaughtPrimitive, ...] = ()
     processing: ImageProcessing = field(default_factory=ImageProcessing)
     T_map_place: PlanarPose | None = None
+    images: StereoImages | None = field(default=None, compare=False, repr=False)
 
     @property
     def kinds(self) -> set[Kind]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_geometry import PlanarPose
+from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.settings import PlaceSettings
 from stereo_landmark.core.place.stereo_points import (
     SpatialPoints,
@@ -141,6 +142,7 @@ class Teacher:
             surroundings,
             self._processing,
             T_map_place,
+            StereoImages(self._view.left.image, self._view.right.image, self._view.tilt),
         )
 
     def _named(self, choice: TargetChoice, part: str) -> tuple[Primitive, Primitive]:

@@ -1,0 +1,215 @@
+"""The homography for which an image looks like a patch: compiled Gauss-Newton steps with weights."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from stereo_landmark.core.symmetric_matrix import invert_symmetric
+
+MOTIONS = 8
+"""Of a plane's picture: a homography."""
+ROUNDS = 6
+STEP_DONE = 0.01
+"""A step that moves the patch by less was the last one [px]."""
+STEP_MAX = 1.5
+"""A patch that moves farther at once is not where it was looked for [px]."""
+TUKEY = 4.7
+SCALE = 1.4826
+SCALE_SAMPLES = 7
+"""The scatter is told by every seventh pixel."""
+SCALE_MIN = 0.05
+"""Smoothed grey values are not nearer to each other than this."""
+AGREEING_MIN = 0.7
+"""Part of the pixels that must be as they were taught."""
+LIKENESS_MIN = 0.9
+"""Part of the variance of these pixels that the taught patch must explain."""
+GAINS = 0.2, 5.0
+GAIN = MOTIONS
+
+
+@njit(cache=True, error_model='numpy')
+def fit_patch(
+    image: NDArray[np.float32],
+    places: NDArray[np.float64],
+    columns: NDArray[np.float64],
+    scale: float,
+    homography: NDArray[np.float64],
+    inverse: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Move the homography to where the image shows the patch.
+
+    Args:
+        image: coefficients of the spline that shows it, shape (h, w).
+        places: of the patch's pixels, shape (n, 2).
+        columns: how their values change, shape (n, p): by eight motions, gain, offset and others.
+        scale: the patch's half width or height [px].
+        homography: from places to the image, shape (3, 3), about a pixel off at most; changed in place.
+        inverse: of the columns' normal matrix, shape (p, p); in the end that with the weights that were found.
+
+    Returns:
+        the mean square of what is left, -1 where the patch is not there, and the gain.
+    """
+    n = len(places)
+    values, weights, rests = np.empty(n), np.ones(n), np.empty(n)
+    solution, step = np.zeros(columns.shape[1]), np.inf
+    for k in range(ROUNDS):
+        if not _write_values(image, places, homography, values):
+            return -1.0, 0.0
+        # What moved within the patch draws it along until the weights leave it out.
+        if k > 0:
+            _write_rests(columns, values, solution, rests)
+            _write_weights(rests, weights)
+            if not _invert_normal(columns, weights, inverse):
+                return -1.0, 0.0
+        _write_solution(columns, values, weights, inverse, solution)
+        if not GAINS[0] < solution[GAIN] < GAINS[1]:
+            return -1.0, 0.0
+        step = _move(homography, solution, scale)
+        if step > STEP_MAX:
+            return -1.0, 0.0
+        if k > 0 and step < STEP_DONE:
+            break
+    if step > 5.0 * STEP_DONE:
+        return -1.0, 0.0
+    _write_rests(columns, values, solution, rests)
+    return _judged(values, weights, rests, len(solution)), solution[GAIN]
+
+
+@njit(cache=True, error_model='numpy')
+def _write_values(
+    image: NDArray[np.float32],
+    places: NDArray[np.float64],
+    homography: NDArray[np.float64],
+    values: NDArray[np.float64],
+) -> bool:
+    """Write what the image shows at places; False where one lies outside."""
+    height, width = image.shape
+    h = homography
+    for n in range(len(places)):
+        s, t = places[n, 0], places[n, 1]
+        w = 1.0 / (h[2, 0] * s + h[2, 1] * t + h[2, 2])
+        x = (h[0, 0] * s + h[0, 1] * t + h[0, 2]) * w
+        y = (h[1, 0] * s + h[1, 1] * t + h[1, 2]) * w
+        if not (1.0 <= x < width - 2.0 and 1.0 <= y < height - 2.0):
+            return False
+        i, j = int(x) - 1, int(y) - 1
+        across, down = _spline(np.float32(x - i - 1)), _spline(np.float32(y - j - 1))
+        total = np.float32(0.0)
+        for r in range(4):
+            four = image[j + r, i : i + 4]
+            row = across[0] * four[0] + across[1] * four[1] + across[2] * four[2] + across[3] * four[3]
+            total += down[r] * row
+        values[n] = total
+    return True
+
+
+@njit(cache=True, error_model='numpy')
+def _spline(f: np.float32) -> tuple[np.float32, np.float32, np.float32, np.float32]:
+    """Return the cubic spline's weights of the four pixels around a part of a pixel."""
+    sixth, half, g = np.float32(1.0 / 6.0), np.float32(0.5), np.float32(1.0) - f
+    inner = np.float32(2.0 / 3.0)
+    return (
+        g * g * g * sixth,
+        inner - f * f * (np.float32(1.0) - half * f),
+        inner - g * g * (np.float32(1.0) - half * g),
+        f * f * f * sixth,
+    )
+
+
+@njit(cache=True, error_model='numpy')
+def _write_rests(
+    columns: NDArray[np.float64],
+    values: NDArray[np.float64],
+    solution: NDArray[np.float64],
+    rests: NDArray[np.float64],
+) -> None:
+    """Write what the patch, with gain, offset and blur but where it is, does not explain."""
+    for n in range(len(values)):
+        rests[n] = values[n]
+        for c in range(MOTIONS, columns.shape[1]):
+            rests[n] -= columns[n, c] * solution[c]
+
+
+@njit(cache=True, error_model='numpy')
+def _write_weights(rests: NDArray[np.float64], weights: NDArray[np.float64]) -> None:
+    limit = TUKEY * max(SCALE * np.median(np.abs(rests[::SCALE_SAMPLES])), SCALE_MIN)
+    for n in range(len(rests)):
+        z = rests[n] / limit
+        weights[n] = (1.0 - z * z) ** 2 if abs(z) < 1.0 else 0.0
+
+
+@njit(cache=True, error_model='numpy')
+def _invert_normal(
+    columns: NDArray[np.float64], weights: NDArray[np.float64], inverse: NDArray[np.float64]
+) -> bool:
+    """Write the inverse of the weighted normal matrix; False where it is singular."""
+    count = columns.shape[1]
+    normal, row = np.zeros((count, count)), np.empty(count)
+    for n in range(len(weights)):
+        if weights[n] == 0.0:
+            continue
+        for c in range(count):
+            row[c] = columns[n, c]
+        for r in range(count):
+            weighed = weights[n] * row[r]
+            for c in range(r + 1):
+                normal[r, c] += weighed * row[c]
+    for r in range(count):
+        for c in range(r):
+            normal[c, r] = normal[r, c]
+    return bool(invert_symmetric(normal, inverse))
+
+
+@njit(cache=True, error_model='numpy')
+def _write_solution(
+    columns: NDArray[np.float64],
+    values: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    inverse: NDArray[np.float64],
+    solution: NDArray[np.float64],
+) -> None:
+    """Write the weighted least squares solution."""
+    count = columns.shape[1]
+    pull = np.zeros(count)
+    for n in range(len(values)):
+        weighed = weights[n] * values[n]
+        for c in range(count):
+            pull[c] += weighed * columns[n, c]
+    for r in range(count):
+        solution[r] = 0.0
+        for c in range(count):
+            solution[r] += inverse[r, c] * pull[c]
+
+
+@njit(cache=True, error_model='numpy')
+def _move(homography: NDArray[np.float64], solution: NDArray[np.float64], scale: float) -> float:
+    """Apply a solution's motion to the homography; return how far it moves the patch at most, roughly [px]."""
+    m = solution[:MOTIONS] / solution[GAIN]
+    motion = np.array([[1.0 + m[1], m[2], m[0]], [m[4], 1.0 + m[5], m[3]], [-m[6], -m[7], 1.0]])
+    moved = homography @ np.linalg.inv(motion)
+    homography[:] = moved / moved[2, 2]
+    return scale * np.max(np.abs(m))
+
+
+@njit(cache=True, error_model='numpy')
+def _judged(
+    values: NDArray[np.float64], weights: NDArray[np.float64], rests: NDArray[np.float64], unknowns: int
+) -> float:
+    """Return the mean square of what is left of the agreeing pixels, -1 where they are too few or too unlike."""
+    total, mean, squares, left, agreeing = 0.0, 0.0, 0.0, 0.0, 0
+    for n in range(len(values)):
+        if weights[n] > 0.0:
+            total += weights[n]
+            mean += weights[n] * values[n]
+            agreeing += 1
+    mean /= max(total, 1e-9)
+    for n in range(len(values)):
+        if weights[n] > 0.0:
+            squares += weights[n] * (values[n] - mean) ** 2
+            left += rests[n] ** 2
+    left /= max(agreeing - unknowns, 1)
+    if agreeing < AGREEING_MIN * len(values) or left > (1.0 - LIKENESS_MIN) * squares / total:
+        return -1.0
+    return left

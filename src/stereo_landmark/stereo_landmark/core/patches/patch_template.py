@@ -1,0 +1,143 @@
+"""A planar patch of a taught image, prepared to be found in other images."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from stereo_landmark.core.patches.patch_fit import MOTIONS
+from stereo_landmark.core.patches.smoothing import coefficients_of, derivatives_of, smoothed
+from stereo_landmark.core.symmetric_matrix import invert_symmetric
+
+MARGIN = 3.0
+"""So far around its outline a patch reaches: the outline belongs to it [px]."""
+COLUMNS = MOTIONS + 6
+"""Besides: gain, offset, blur along both axes, and how gain changes along them, as lenses and lamps have it."""
+SLOPE_SHARE = 0.2
+"""Pixels whose slope is a smaller part of the patch's large ones tell little."""
+SLOPE_MIN = 3.0
+"""Slopes below this are noise [grey levels/px]."""
+PIXELS_MIN = 150
+PIXELS_MAX = 2000
+"""Of more pixels every second one is taken, for smoothed neighbours tell nearly the same; then the steepest."""
+INSET = 0.7
+"""Points of the patch lie so far from its centre to its corners, where their errors are nearly independent."""
+
+
+@dataclass(frozen=True)
+class PatchTemplate:
+    """A patch.
+
+    Places within it are counted from the mean of its corners, in half widths to the right and half heights down.
+
+    Attributes:
+        centre: mean of the corners, shape (2,) [px].
+        half: half its width and height, shape (2,) [px].
+        corners: places of its corners, shape (4, 2).
+        places: of the pixels that are compared, shape (n, 2).
+        columns: how their values change with motions, gain, offset, blur and changes of gain, shape (n, COLUMNS).
+        inverse: of the columns' normal matrix, shape (COLUMNS, COLUMNS).
+        correlation: by how much more than independent noise the noise of smoothed pixels moves the patch.
+    """
+
+    centre: NDArray[np.float64]
+    half: NDArray[np.float64]
+    corners: NDArray[np.float64]
+    places: NDArray[np.float64]
+    columns: NDArray[np.float64]
+    inverse: NDArray[np.float64]
+    correlation: float
+
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """The places that are measured, one for each corner, shape (4, 2)."""
+        return INSET * self.corners
+
+    @property
+    def pixels(self) -> NDArray[np.float64]:
+        """Where these are in the taught image, shape (4, 2) [px]."""
+        return self.centre + self.half * self.points
+
+
+def motion_fields(places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how the eight motions of a homography move places, shape (n, 2, MOTIONS), of shape (n, 2)."""
+    s, t = places.T
+    fields = np.zeros((len(places), 2, MOTIONS))
+    fields[:, 0, :3] = fields[:, 1, 3:6] = np.column_stack([np.ones_like(s), s, t])
+    fields[:, 0, 6:] = np.column_stack([s * s, s * t])
+    fields[:, 1, 6:] = np.column_stack([s * t, t * t])
+    return fields
+
+
+def patch_template(image: NDArray[np.uint8], corners: NDArray[np.float64]) -> PatchTemplate | None:
+    """Prepare the patch within four corners.
+
+    Args:
+        image: shape (h, w), grey.
+        corners: shape (4, 2), convex [px].
+
+    Returns:
+        None where there is too little to see, or the patch reaches out of the image.
+    """
+    low = np.floor(corners.min(axis=0) - MARGIN).astype(int) - 3
+    high = np.ceil(corners.max(axis=0) + MARGIN).astype(int) + 4
+    if (low < 0).any() or (high > image.shape[::-1]).any():
+        return None
+    part = coefficients_of(image[low[1] : high[1], low[0] : high[0]])
+    value, right, down, *bends = derivatives_of(part)
+    telling = _telling_pixels(np.hypot(right, down), corners - low)
+    if telling is None:
+        return None
+    centre, half = corners.mean(axis=0), 0.5 * np.ptp(corners, axis=0)
+    rows, columns = np.nonzero(telling)
+    places = (np.column_stack([columns, rows]) + low - centre) / half
+    slopes = np.column_stack([right[telling], down[telling]]) * half
+    seen = value[telling].astype(np.float64)
+    changes = np.column_stack(
+        [
+            np.einsum('nk,nkm->nm', slopes, motion_fields(places)),
+            *(
+                seen,
+                np.ones_like(seen),
+                *(bend[telling] for bend in bends),
+                seen * places[:, 0],
+                seen * places[:, 1],
+            ),
+        ]
+    )
+    inverse = np.empty((COLUMNS, COLUMNS))
+    if not invert_symmetric(changes.T @ changes, inverse):
+        return None
+    correlation = _correlation(changes[:, :MOTIONS], telling)
+    return PatchTemplate(centre, half, (corners - centre) / half, places, changes, inverse, correlation)
+
+
+def _telling_pixels(slopes: NDArray[np.float32], corners: NDArray[np.float64]) -> NDArray[np.bool_] | None:
+    """Return which pixels of a part of the image are compared, None where there are too few."""
+    inside = np.zeros(slopes.shape, dtype=np.uint8)
+    cv2.fillConvexPoly(inside, np.rint(corners).astype(np.int32), 1)
+    reach = round(2.0 * MARGIN) + 1
+    inside = cv2.dilate(inside, np.ones((reach, reach), dtype=np.uint8))
+    inside[:3], inside[-3:], inside[:, :3], inside[:, -3:] = 0, 0, 0, 0
+    large = float(np.quantile(slopes[inside > 0], 0.98))
+    steep = inside * (slopes > max(SLOPE_SHARE * large, SLOPE_MIN))
+    # Both sides of a slope tell the gain.
+    telling = (cv2.dilate(steep, np.ones((3, 3), dtype=np.uint8)) * inside) > 0
+    if telling.sum() < PIXELS_MIN:
+        return None
+    if telling.sum() > PIXELS_MAX:
+        rows, columns = np.indices(telling.shape)
+        telling &= (rows + columns) % 2 == 0
+    if telling.sum() > PIXELS_MAX:
+        telling &= slopes >= np.partition(slopes[telling], -PIXELS_MAX)[-PIXELS_MAX]
+    return np.asarray(telling)
+
+
+def _correlation(changes: NDArray[np.float64], telling: NDArray[np.bool_]) -> float:
+    """Return the mean square of what noise of pixels makes of the motions, over that of independent smoothed ones."""
+    picture = np.zeros((*telling.shape, changes.shape[1]))
+    picture[telling] = changes
+    return float(np.sum(smoothed(picture) ** 2) / np.sum(changes**2))

@@ -1,0 +1,116 @@
+import math
+
+import numpy as np
+import pytest
+from painted_patches import CORNERS, homography, light, moved, photograph
+
+from stereo_landmark.core.patches.patch_alignment import align_patch
+from stereo_landmark.core.patches.patch_template import patch_template
+
+VIEWS = {
+    'as taught': homography(shift=(0.3, -0.6)),
+    'larger': homography(scale=1.25, shift=(0.4, 0.2)),
+    'smaller': homography(scale=0.8, shift=(-0.4, 0.1)),
+    'turned': homography(turn=math.radians(15.0), shift=(-0.2, 0.7)),
+    'leaning': homography(scale=1.05, lean=0.12, shift=(0.1, 0.4)),
+}
+
+
+def template_of(image):
+    template = patch_template(image, CORNERS)
+    assert template is not None
+    return template
+
+
+def derivatives(H, points):
+    """Return how points in another picture move with those in the first one, shape (8, 8)."""
+    whole = np.zeros((8, 8))
+    for k in range(8):
+        step = np.zeros(8)
+        step[k] = 1e-4
+        ahead, behind = (moved(points + sign * step.reshape(4, 2), H).ravel() for sign in (1, -1))
+        whole[:, k] = (ahead - behind) / 2e-4
+    return whole
+
+
+@pytest.mark.parametrize('name', VIEWS)
+def test_errors_are_as_large_as_stated(name):
+    H, squares = VIEWS[name], []
+    there, here = light(), light(H)
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        template = template_of(photograph(there, rng=rng))
+        start = moved(CORNERS, H) + rng.normal(scale=0.2, size=(4, 2))
+        found = align_patch(template, photograph(here, rng=rng), start)
+        assert found is not None
+        error = (found.points - moved(template.pixels, H)).ravel()
+        by_taught = derivatives(H, template.pixels)
+        spread = found.covariance + by_taught @ found.taught_covariance @ by_taught.T
+        squares.append(error @ np.linalg.solve(spread, error) / 8.0)
+    # Eight times forty squares: a mean of one within 0.08; what the model leaves for images that differ makes it less.
+    assert 0.5 < np.mean(squares) < 1.25
+
+
+def test_the_error_does_not_depend_on_the_part_of_a_pixel():
+    """No part of a pixel draws a patch to itself: the mean error is nothing beside the spread."""
+    there = light()
+    for shift in (0.0, 0.25, 0.5, 0.75):
+        H, errors = homography(shift=(shift, 0.0)), []
+        here = light(H)
+        for seed in range(30):
+            rng = np.random.default_rng(seed)
+            template = template_of(photograph(there, 4.0, rng))
+            found = align_patch(template, photograph(here, 4.0, rng), moved(CORNERS, H))
+            assert found is not None
+            errors.append((found.points - moved(template.pixels, H)).mean(axis=0))
+        spread = np.std(errors, axis=0) / math.sqrt(len(errors))
+        assert (np.abs(np.mean(errors, axis=0)) < 4.0 * spread).all()
+
+
+@pytest.mark.parametrize(('gain', 'offset'), [(0.6, 10.0), (1.3, -20.0)])
+def test_gain_offset_and_shading_change_nothing(gain, offset):
+    H = homography(shift=(0.3, -0.2))
+    picture = light(H)
+    shade = 1.0 + 0.05 * np.linspace(-1.0, 1.0, picture.shape[1])
+    template = template_of(photograph(light(), 0.0))
+    plain, other = (
+        align_patch(template, photograph(each, 0.0), moved(CORNERS, H))
+        for each in (picture, gain * shade * picture + offset)
+    )
+    assert plain is not None
+    assert other is not None
+    assert other.points == pytest.approx(plain.points, abs=0.02)
+    assert other.points == pytest.approx(moved(template.pixels, H), abs=0.02)
+
+
+def test_a_moved_needle_is_left_out():
+    H = homography(shift=(0.4, 0.3))
+    there, here = light(), light(H)
+    there[50:70, 66:70] -= 80.0
+    here[56:60, 60:80] -= 80.0
+    template = template_of(photograph(np.maximum(there, 0.0)))
+    found = align_patch(template, photograph(np.maximum(here, 0.0)), moved(CORNERS, H))
+    assert found is not None
+    error = (found.points - moved(template.pixels, H)).ravel()
+    spread = found.covariance + found.taught_covariance
+    assert error @ np.linalg.solve(spread, error) < 30.0
+
+
+@pytest.mark.parametrize('hidden', ['half of it', 'other paint', 'nothing there'])
+def test_what_is_not_as_it_was_taught_is_not_found(hidden):
+    pictures = {'half of it': light(), 'other paint': light(seed=2), 'nothing there': 0.0 * light() + 100.0}
+    picture = pictures[hidden]
+    if hidden == 'half of it':
+        picture[:, :70] = 200.0
+    assert align_patch(template_of(photograph(light())), photograph(picture), CORNERS) is None
+
+
+def test_a_blank_patch_is_none():
+    assert patch_template(photograph(np.full((120, 140), 90.0), 1.5), CORNERS) is None
+
+
+def test_a_patch_at_the_border_of_the_image_is_none():
+    image = photograph(light())
+    assert patch_template(image, CORNERS - [38.0, 0.0]) is None
+    assert align_patch(template_of(image), image, CORNERS + np.array([38.0, 0.0])) is None
+    assert align_patch(template_of(image), image, CORNERS + np.array([90.0, 0.0])) is None

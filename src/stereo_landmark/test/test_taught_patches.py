@@ -1,0 +1,145 @@
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from drawn_wall import Plate, Wall, look
+from place_scenes import RIG
+
+from stereo_landmark.core.landmark_fix import LandmarkFix
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
+from stereo_landmark.core.patches.taught_patches import TaughtPatches
+from stereo_landmark.core.place.reprojection_model import reproject
+from stereo_landmark.core.place.settings import PlaceSettings
+from stereo_landmark.core.place.stereo_points import StereoPoints
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
+from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+
+PLATES = (Plate(0.45, 0.7, 0.4, 0.3, 60.0), Plate(-0.35, 0.75, 0.36, 0.44, 230.0))
+PRINT = tuple(
+    Plate(plate.y + dy, plate.z + dz, 0.07, 0.02 + 0.03 * k, 150.0)
+    for plate in PLATES
+    for k, (dy, dz) in enumerate(((-0.09, 0.06), (0.08, 0.05), (-0.08, -0.06), (0.07, -0.07), (0.0, 0.0)))
+)
+WALL = Wall((*PLATES, *PRINT))
+"""Two plates with something printed on them."""
+EXACT = LandmarkSettings(place=PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0))
+STATES = tuple(
+    np.array(state)
+    for state in (
+        (0.3, -0.2, 0.0, 0.08, 0.0, 0.0),
+        (-0.4, 0.2, 0.0, -0.1, 0.0, 0.0),
+        (0.1, 0.3, 0.0, -0.15, 0.0, 0.0),
+        (-0.2, -0.3, 0.0, 0.12, 0.0, 0.0),
+    )
+)
+
+
+def seen(wall, state, noise=1.5, seed=1):
+    """Return both images through a lens, which no pixels sample too coarsely."""
+    rng = np.random.default_rng(seed)
+    clear = [
+        cv2.GaussianBlur(np.float64(image), (0, 0), 0.6) for image in look(wall, np.asarray(state), noise=0.0)
+    ]
+    return tuple(np.uint8(np.clip(np.rint(i + noise * rng.normal(size=i.shape)), 0, 255)) for i in clear)
+
+
+def taught(seed=1, state=(0.0,) * 6):
+    view = StereoView(*(detect_scene(each, ImageProcessing()) for each in seen(WALL, state, seed=seed)), RIG)
+    plates = sorted(
+        view.left.kinds[Kind.QUADRILATERAL].primitives, key=lambda each: -each.length * each.height
+    )
+    parts = {'one': plates[0], 'other': plates[1]}
+    return Teacher(view, ImageProcessing(), 0.0).teach('wall', [TargetChoice('plates', parts)])
+
+
+@pytest.fixture(scope='module')
+def place():
+    return taught()
+
+
+def outlines(place, state, off=0.0):
+    """Return the corners where they are seen, as an outline would tell them, all off by so much."""
+    points = place.coordinates
+    pixels = reproject(state, points.positions, RIG).pixels + off
+    return StereoPoints(points.names, pixels, np.tile(1e-4 * np.eye(4), (len(points), 1, 1)))
+
+
+def test_the_points_of_patches_are_where_the_taught_ones_are_seen(place):
+    """New points have new places in space: the pair of both agrees with the true displacement as stated."""
+    squares = []
+    for seed, state in enumerate(STATES, 10):
+        found, points = TaughtPatches(place, 0.0).measured(
+            outlines(place, state), seen(WALL, state, seed=seed)
+        )
+        view = reproject(state, points.positions, RIG)
+        error = (found.pixels - view.pixels)[:, :, None]
+        spread = found.covariances + view.by_point @ points.covariances @ view.by_point.transpose(0, 2, 1)
+        squares += (error.transpose(0, 2, 1) @ np.linalg.solve(spread, error)).ravel().tolist()
+        assert not np.allclose(points.positions, place.coordinates.positions, atol=0.01)
+    assert 0.4 < np.mean(squares) / 4.0 < 1.6
+
+
+def test_the_displacement_follows_from_patches(place):
+    errors, squares = [], []
+    for seed, state in enumerate(STATES, 20):
+        fix = LandmarkLocalizer([place], EXACT).locate(*seen(WALL, state, seed=seed))
+        assert isinstance(fix, LandmarkFix)
+        pose = fix.displacement.T_place_base
+        error = np.array([pose.x - state[0], pose.y - state[1], pose.yaw - state[3]])
+        planar = fix.displacement.covariance[np.ix_([0, 1, 3], [0, 1, 3])]
+        errors.append(np.hypot(*error[:2]))
+        squares.append(error @ np.linalg.solve(planar, error) / 3.0)
+    assert max(errors) < 0.004
+    assert np.mean(squares) < 3.0
+
+
+def test_a_place_without_images_is_measured_by_its_outlines(place):
+    corners, images = outlines(place, STATES[0]), seen(WALL, STATES[0])
+    points, coordinates = TaughtPatches(replace(place, images=None), 0.0).measured(corners, images)
+    assert np.array_equal(points.pixels, corners.pixels)
+    assert np.array_equal(coordinates.positions, place.coordinates.positions)
+
+
+def test_a_patch_that_disagrees_with_its_outline_is_left_out(place):
+    corners, images = outlines(place, STATES[0], off=0.4), seen(WALL, STATES[0])
+    points, coordinates = TaughtPatches(place, 0.0).measured(corners, images)
+    assert np.array_equal(points.pixels, corners.pixels)
+    assert np.array_equal(points.covariances, corners.covariances)
+    assert np.array_equal(coordinates.positions, place.coordinates.positions)
+
+
+def test_a_plate_with_another_print_is_measured_by_its_outline(place):
+    """The other one is measured by its patch all the same, each with its own taught points."""
+    other = Wall((*PLATES, *PRINT[:5], Plate(-0.35, 0.75, 0.3, 0.36, 120.0)))
+    corners = outlines(place, STATES[0])
+    points, coordinates = TaughtPatches(place, 0.0).measured(corners, seen(other, STATES[0]))
+    kept = (points.pixels == corners.pixels).all(axis=1)
+    same = (coordinates.positions == place.coordinates.positions).all(axis=1)
+    assert np.array_equal(kept, same)
+    assert kept.sum() == 4
+    assert len({name.split('/')[1] for name, is_kept in zip(corners.names, kept) if is_kept}) == 1
+
+
+def test_points_that_were_not_seen_are_not_asked_for(place):
+    corners, images = outlines(place, STATES[0]), seen(WALL, STATES[0])
+    some = corners.subset(np.array(['one' in name for name in corners.names]))
+    points, _ = TaughtPatches(place, 0.0).measured(some, images)
+    assert points.names == some.names
+    assert not np.array_equal(points.pixels, some.pixels)
+
+
+def test_there_and_back_are_inverse(place):
+    """Taught here and seen from there, or the other way round: the displacements are each other's inverses."""
+    state = np.array([0.3, -0.2, 0.0, 0.08, 0.0, 0.0])
+    back = taught(seed=3, state=state)
+    ways = [
+        LandmarkLocalizer([lesson]).locate(*seen(WALL, from_where, seed=seed))
+        for lesson, from_where, seed in ((place, state, 3), (back, np.zeros(6), 1))
+    ]
+    forth, return_way = (way.displacement.T_place_base for way in ways if isinstance(way, LandmarkFix))
+    whole = forth @ return_way
+    assert np.hypot(whole.x, whole.y) < 0.003
+    assert abs(whole.yaw) < 0.001
