@@ -2,32 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Protocol
+from typing import Any
 
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.independent_tasks import OwnProcess, Task, TaskRunner
 
-Task = Callable[..., Any]
 _PATIENCE = 20.0  # with a scheduler that does not answer [s]
-
-
-class TaskRunner(Protocol):
-    """Runs tasks that do not depend on each other."""
-
-    def run(self, function: Task, arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
-        """Call the function with each of the arguments; yield whenever one is done, in any order."""
-        ...
-
-
-class OwnProcess:
-    """Runs the tasks one after the other."""
-
-    def run(self, function: Task, arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
-        """Call the function with each of the arguments; yield whenever one is done."""
-        for given in arguments:
-            function(*given)
-            yield
 
 
 class DaskRunner:

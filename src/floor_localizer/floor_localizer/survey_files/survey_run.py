@@ -12,6 +12,8 @@ from tqdm import tqdm
 
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.independent_tasks import Task, TaskRunner
+from floor_localizer.core.survey.adjustment_rounds import ADJUSTMENTS
 from floor_localizer.core.survey.floor_survey import SurveyResult, survey_floor
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
 from floor_localizer.core.survey.survey_plan import choose_images, cut_pieces
@@ -20,7 +22,6 @@ from floor_localizer.survey_files.checkpoint import Checkpoint
 from floor_localizer.survey_files.packed_images import PackedImages, pack_images
 from floor_localizer.survey_files.survey_source import SurveySource
 from floor_localizer.survey_files.survey_tasks import find_dots, put_together
-from floor_localizer.task_runner import Task, TaskRunner
 from shirube_geometry import CameraMount
 
 IMAGES_A_CHUNK = 40
@@ -78,11 +79,11 @@ def run_survey(
     images, spans, faults = put_images_together(source, mount, settings, checkpoint, runner)
     outline, position = view_outline(source.camera, mount), np.array(mount.xyz)
     pieces = (piece for span in range(spans) for piece in checkpoint.load_pieces(span) or ())
-    shelf = checkpoint.shelf()
-    with tqdm(total=spans + 3, desc='map', unit='step', disable=None) as bar:
+    with tqdm(total=ADJUSTMENTS, desc='adjustments', disable=None) as bar:
         result = survey_floor(
-            images, pieces, outline, position, settings, shelf, existing, lambda _: bar.update() and None
-        )
+            images, pieces, outline, position, settings, checkpoint.shelf(), existing, runner, checkpoint,
+            lambda: bar.update() and None,
+        )  # fmt: skip
     return SurveyRun(result, images, faults)
 
 
