@@ -53,6 +53,9 @@ class Checkpoint:
                 )
         else:
             write_text(path, json.dumps({'key': key, 'survey': survey}, default=str, indent=1))
+        # What one that was killed was writing.
+        for half in (*folder.glob('.*.npz.*'), *folder.glob(f'.{self.images_file.name}.*')):
+            half.unlink(missing_ok=True)
 
     def drop_shelf(self) -> None:
         """Remove the shelf; the parts and the steps stay."""
@@ -137,6 +140,11 @@ class Checkpoint:
             for k in range(int(content['number']))
         ]
 
+    def count_pieces(self, span: int) -> int:
+        """Return the number of pieces of a span of images that are there."""
+        content = self._load(f'pieces_{span:05d}.npz', 'number')
+        return 0 if content is None else int(content['number'])
+
     def save_pieces(self, span: int, pieces: Sequence[Piece]) -> None:
         """Write the pieces of a span of images.
 
@@ -151,13 +159,13 @@ class Checkpoint:
             }  # fmt: skip
         self._save(f'pieces_{span:05d}.npz', **arrays)
 
-    def _load(self, name: str) -> dict[str, NDArray[Any]] | None:
+    def _load(self, name: str, *wanted: str) -> dict[str, NDArray[Any]] | None:
         try:
             with np.load(self._folder / name, allow_pickle=False) as content:
-                return dict(content)
+                return {key: content[key] for key in wanted or content}
         except FileNotFoundError:
             return None
-        except (OSError, ValueError, zipfile.BadZipFile):
+        except (OSError, ValueError, KeyError, zipfile.BadZipFile):
             return None  # damaged: it is made again
 
     def _save(self, name: str, **arrays: object) -> None:

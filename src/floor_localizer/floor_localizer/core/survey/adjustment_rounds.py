@@ -37,7 +37,7 @@ class AdjustmentRounds:
         settings: of the survey.
         runner: of tasks that see the cutter's shelf.
         record: of the adjustments.
-        progress: is called after each of `ADJUSTMENTS`.
+        progress: is told how many of `ADJUSTMENTS` are done.
     """
 
     cutter: BlockCutter
@@ -46,7 +46,7 @@ class AdjustmentRounds:
     settings: SurveySettings
     runner: TaskRunner
     record: SurveyRecord
-    progress: Callable[[], None]
+    progress: Callable[[int], None]
 
     def run(self, states: NDArray[np.float64]) -> tuple[SightingBlocks, NDArray[np.float64]]:
         """Return the sightings of each dot, without outliers, and the adjusted states.
@@ -56,16 +56,13 @@ class AdjustmentRounds:
         """
         priors = BodyPriors(self.position, self.settings.scale_sigma, self.settings.tilt_sigma)
         for number, reach in enumerate(_REACHES):
-            with_outliers, without = (self._recorded(2 * number + k) for k in range(2))
-            if without is None or number == len(_REACHES) - 1:
+            adjusted = self._recorded(2 * number + 1)
+            if adjusted is None or number == len(_REACHES) - 1:
                 blocks = self._cut(states, reach * self.settings.same_dot)
-                if with_outliers is None:
-                    with_outliers = self._adjusted(2 * number, blocks, states, priors)
+                with_outliers = self._adjusted(2 * number, blocks, states, priors)
                 drop_outliers(blocks, with_outliers, self.position, self.runner)
-                self.progress()
-                if without is None:
-                    without = self._adjusted(2 * number + 1, blocks, with_outliers, priors)
-            states = without
+                adjusted = self._adjusted(2 * number + 1, blocks, with_outliers, priors)
+            states = adjusted
             priors = learned_priors(states, self.position, self.settings)
         return blocks, states
 
@@ -75,16 +72,19 @@ class AdjustmentRounds:
             fix_dots(blocks, states, self.position, self.old_dots, reach, self.runner)
         return blocks
 
-    def _recorded(self, step: int) -> NDArray[np.float64] | None:
-        known = self.record.load(f'adjusted_{step}')
-        return None if known is None else known['states']
-
     def _adjusted(
         self, step: int, blocks: SightingBlocks, states: NDArray[np.float64], priors: BodyPriors
     ) -> NDArray[np.float64]:
-        states = adjust_blocks(blocks, states, priors, self.runner)
-        self.record.save(f'adjusted_{step}', states=states)
-        return states
+        adjusted = self._recorded(step)
+        if adjusted is None:
+            adjusted = adjust_blocks(blocks, states, priors, self.runner)
+            self.record.save(f'adjusted_{step}', states=adjusted)
+        self.progress(step + 1)
+        return adjusted
+
+    def _recorded(self, step: int) -> NDArray[np.float64] | None:
+        known = self.record.load(f'adjusted_{step}')
+        return None if known is None else known['states']
 
 
 def learned_priors(

@@ -60,30 +60,44 @@ def survey_floor(
     settings: SurveySettings,
     shelf: Shelf,
     existing: DotMap | None = None,
-    runner: TaskRunner | None = None,
-    record: SurveyRecord | None = None,
-    progress: Callable[[], None] = lambda: None,
 ) -> SurveyResult:
-    """Make one map.
-
-    Args:
-        images: all images of the survey.
-        pieces: into which they were put together, in their order.
-        outline: what an image shows.
-        position: of the optical centre in the base frame [m].
-        settings: of the survey.
-        shelf: for what does not fit into memory, empty; the result needs it further on.
-        existing: a map that is extended; its dots stay where they are.
-        runner: of tasks that see the shelf; None: one after the other in this process.
-        record: of what was done before; steps that are in it are not done again.
-        progress: is called after each of `adjustment_rounds.ADJUSTMENTS`.
+    """Make one map in this process; pieces in their order, other arguments as of `adjust_survey`.
 
     Raises:
         FloorLocalizerError: the images do not overlap.
     """
-    runner, record = runner or OwnProcess(), record or NoRecord()
+    record = NoRecord()
+    linked = link_images(images, pieces, settings, shelf, existing, record)
+    return adjust_survey(images, linked, outline, position, settings, shelf, existing, OwnProcess(), record)
+
+
+def adjust_survey(
+    images: Sequence[SurveyImage],
+    linked: LinkedImages,
+    outline: ViewOutline,
+    position: NDArray[np.float64],
+    settings: SurveySettings,
+    shelf: Shelf,
+    existing: DotMap | None,
+    runner: TaskRunner,
+    record: SurveyRecord,
+    progress: Callable[[int], None] = lambda _: None,
+) -> SurveyResult:
+    """Make the map of images that are linked.
+
+    Args:
+        images: all images of the survey.
+        linked: those of them that are on the map.
+        outline: what an image shows.
+        position: of the optical centre in the base frame [m].
+        settings: of the survey.
+        shelf: for what does not fit into memory; the result needs it further on.
+        existing: a map that is extended; its dots stay where they are.
+        runner: of tasks that see the shelf; the map is the same whatever it is.
+        record: of the adjustments; those that are in it are not done again.
+        progress: is told how many of `adjustment_rounds.ADJUSTMENTS` are done.
+    """
     old = DotMap(np.empty((0, 2)), np.empty(0)) if existing is None else existing
-    linked = _linked(images, pieces, settings, shelf, None if existing is None else old.points, record)
     chosen = ImageSelection(images, linked.images)
     cutter = BlockCutter(chosen, position, settings.dot_sigma, shelf, runner)
     old_dots = shelve_dots(old.points, shelf)
@@ -94,19 +108,3 @@ def survey_floor(
         dots.dot_map, dots.counts, linked.images, states, blocks, Residuals(blocks), linked.loops, dots.dirt,
         np.setdiff1d(np.arange(len(images)), linked.images), dots.old_dots,
     )  # fmt: skip
-
-
-def _linked(
-    images: Sequence[SurveyImage],
-    pieces: Iterable[Piece],
-    settings: SurveySettings,
-    shelf: Shelf,
-    old: NDArray[np.float64] | None,
-    record: SurveyRecord,
-) -> LinkedImages:
-    known = record.load('linked')
-    if known is not None:
-        return LinkedImages(known['images'], known['states'], int(known['loops']))
-    linked = link_images(images, pieces, settings, shelf, old)
-    record.save('linked', images=linked.images, states=linked.states, loops=np.array(linked.loops))
-    return linked

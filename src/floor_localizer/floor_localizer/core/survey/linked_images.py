@@ -8,12 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.survey.piece import Piece
 from floor_localizer.core.survey.piece_graph import connected_parts
 from floor_localizer.core.survey.piece_linking import PieceLinker
 from floor_localizer.core.survey.shelf import Shelf
 from floor_localizer.core.survey.survey_image import SurveyImage
+from floor_localizer.core.survey.survey_record import SurveyRecord
 from floor_localizer.core.survey.survey_settings import SurveySettings
 
 _LEAST_PART = 0.5
@@ -40,27 +42,34 @@ def link_images(
     pieces: Iterable[Piece],
     settings: SurveySettings,
     shelf: Shelf,
-    old: NDArray[np.float64] | None,
+    existing: DotMap | None,
+    record: SurveyRecord,
 ) -> LinkedImages:
-    """Place the pieces; return the images of those that are linked.
+    """Place the pieces, unless that is on record; return the images of those that are linked.
 
     Args:
         images: all images of the survey.
         pieces: into which they were put together, in their order.
         settings: of the survey.
         shelf: for the dots of the pieces.
-        old: shape (n, 2), dots of a map that is extended [m].
+        existing: a map that is extended.
+        record: of this step.
 
     Raises:
         FloorLocalizerError: the images do not overlap.
     """
-    linker = PieceLinker(images, settings, old, shelf)
+    known = record.load('linked')
+    if known is not None:
+        return LinkedImages(known['images'], known['states'], int(known['loops']))
+    linker = PieceLinker(images, settings, None if existing is None else existing.points, shelf)
     for piece in pieces:
         linker.add(piece)
     turns, shifts = linker.solve()
-    chosen = _main_part(linker, 0 if old is None else 1, images)
+    chosen = _main_part(linker, 0 if existing is None else 1, images)
     used, states = _global_states([linker.pieces[k] for k in chosen], turns[chosen], shifts[chosen])
-    return LinkedImages(used, states, sum(link.is_loop for link in linker.links))
+    loops = sum(link.is_loop for link in linker.links)
+    record.save('linked', images=used, states=states, loops=np.array(loops))
+    return LinkedImages(used, states, loops)
 
 
 def _main_part(linker: PieceLinker, first: int, images: Sequence[SurveyImage]) -> NDArray[np.int64]:
