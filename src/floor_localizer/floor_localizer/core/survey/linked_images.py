@@ -64,10 +64,11 @@ def link_images(
     linker = PieceLinker(images, settings, None if existing is None else existing.points, shelf)
     for piece in pieces:
         linker.add(piece)
-    turns, shifts = linker.solve()
+    linker.places.settle()
+    turns, shifts = linker.places.arrays()
     chosen = _main_part(linker, 0 if existing is None else 1, images)
     used, states = _global_states([linker.pieces[k] for k in chosen], turns[chosen], shifts[chosen])
-    loops = sum(link.is_loop for link in linker.links)
+    loops = sum(link.is_loop for link in linker.places.links)
     record.save('linked', images=used, states=states, loops=np.array(loops))
     return LinkedImages(used, states, loops)
 
@@ -75,7 +76,7 @@ def link_images(
 def _main_part(linker: PieceLinker, first: int, images: Sequence[SurveyImage]) -> NDArray[np.int64]:
     """Return the linker's numbers of the pieces that are linked to the old map, or else to most others."""
     pieces = linker.pieces
-    parts = connected_parts(len(pieces), linker.links)
+    parts = connected_parts(len(pieces), linker.places.links)
     sizes = np.array([len(piece.images) for piece in pieces])
     main = parts[0] if first else int(np.argmax(np.bincount(parts, sizes)))
     chosen = first + np.flatnonzero(parts[first:] == main)
