@@ -1,7 +1,7 @@
 """Where the pieces lie while they are linked: each where its links want it, all settled anew where these disagree.
 
-A new link changes little far from it, so what is torn is settled among the pieces that came last; all are settled
-when that does not help, and whenever there are a share more of them: so the work grows with their number.
+What is torn a little is settled among the pieces that came last. All are settled where that does not help, where a
+loop closes that was far off, and whenever there are a share more of them: so the work grows with their number.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from floor_localizer.core.survey.piece_graph import Link, solve_graph
 
 DOT_SIGMA = 0.0002
 """Of a dot in a piece: pieces bend a little [m]."""
-_TORN = 0.001
-"""A link that is torn by more than this makes pieces be placed anew [m]."""
+_TORN, _FAR = 0.001, 0.005
+"""A link that is torn by more than this makes pieces be placed anew; by more than that, all of them [m]."""
 _SETTLE_EVERY, _SETTLE_SHARE = 8, 0.1
 _LAST = 64
 """Pieces that are settled by themselves."""
@@ -54,11 +54,11 @@ class PiecePlaces:
         self._links_of[-1] += thin
         self._since_settled += 1
         count = len(self.turns)
-        if self.place(links) > _TORN:
+        tear = self.place(links)
+        if _TORN < tear < _FAR:
             self._settle(max(count - _LAST, 1))
-            if self._tear(links) > _TORN:
-                self.settle()
-        elif self._since_settled >= max(_SETTLE_EVERY, _SETTLE_SHARE * count):
+            tear = self._tear(links)
+        if tear > _TORN or self._since_settled >= max(_SETTLE_EVERY, _SETTLE_SHARE * count):
             self.settle()
 
     def place(self, links: Sequence[Link]) -> float:
