@@ -105,7 +105,7 @@ def test_a_damaged_step_is_done_again(
 
 
 def test_what_was_half_written_is_removed_and_nothing_else(tmp_path: Path) -> None:
-    Checkpoint(tmp_path, {'survey': 1}).save('linked')
+    Checkpoint(tmp_path, {'survey': 1}).keep('linked')
     for name in ('.images.bin.x1y2', '.dots_00001.npz.ab', '.pieces_00000.npz.ab', '.mine'):
         (tmp_path / name).write_bytes(b'half')
     Checkpoint(tmp_path, {'survey': 1})

@@ -77,11 +77,11 @@ class Checkpoint:
         # Each has a name of its own: tasks of a run that was killed may still be busy on a cluster.
         return ShelfFolder(Path(tempfile.mkdtemp(dir=self._shelves)))
 
-    def load(self, step: str) -> dict[str, NDArray[Any]] | None:
+    def recall(self, step: str) -> dict[str, NDArray[Any]] | None:
         """Return what came of a step of linking and adjusting, None where it has not been done."""
         return self._load(f'{step}.npz')
 
-    def save(self, step: str, **arrays: NDArray[Any]) -> None:
+    def keep(self, step: str, **arrays: NDArray[Any]) -> None:
         """Write down what came of a step.
 
         Raises:

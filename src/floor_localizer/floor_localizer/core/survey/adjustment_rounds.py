@@ -78,12 +78,12 @@ class AdjustmentRounds:
         adjusted = self._recorded(step)
         if adjusted is None:
             adjusted = adjust_blocks(blocks, states, priors, self.runner)
-            self.record.save(f'adjusted_{step}', states=adjusted)
+            self.record.keep(f'adjusted_{step}', states=adjusted)
         self.progress(step + 1)
         return adjusted
 
     def _recorded(self, step: int) -> NDArray[np.float64] | None:
-        known = self.record.load(f'adjusted_{step}')
+        known = self.record.recall(f'adjusted_{step}')
         return None if known is None else known['states']
 
 

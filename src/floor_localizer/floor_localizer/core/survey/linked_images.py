@@ -58,7 +58,7 @@ def link_images(
     Raises:
         FloorLocalizerError: the images do not overlap.
     """
-    known = record.load('linked')
+    known = record.recall('linked')
     if known is not None:
         return LinkedImages(known['images'], known['states'], int(known['loops']))
     linker = PieceLinker(images, settings, None if existing is None else existing.points, shelf)
@@ -69,7 +69,7 @@ def link_images(
     chosen = _main_part(linker, 0 if existing is None else 1, images)
     used, states = _global_states([linker.pieces[k] for k in chosen], turns[chosen], shifts[chosen])
     loops = sum(link.is_loop for link in linker.places.links)
-    record.save('linked', images=used, states=states, loops=np.array(loops))
+    record.keep('linked', images=used, states=states, loops=np.array(loops))
     return LinkedImages(used, states, loops)
 
 

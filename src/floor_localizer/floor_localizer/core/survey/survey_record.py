@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 class SurveyRecord(Protocol):
     """Steps of one survey by their names; a step is there whole or not at all."""
 
-    def load(self, step: str) -> dict[str, NDArray[Any]] | None:
+    def recall(self, step: str) -> dict[str, NDArray[Any]] | None:
         """Return what came of a step, None where it has not been done."""
         ...
 
-    def save(self, step: str, **arrays: NDArray[Any]) -> None:
+    def keep(self, step: str, **arrays: NDArray[Any]) -> None:
         """Write down what came of a step."""
         ...
 
@@ -22,9 +22,9 @@ class SurveyRecord(Protocol):
 class NoRecord:
     """Of a survey that is not stopped."""
 
-    def load(self, step: str) -> None:  # noqa: ARG002 as the protocol has it
+    def recall(self, step: str) -> None:  # noqa: ARG002 as the protocol has it
         """Return that a step has not been done."""
         return
 
-    def save(self, step: str, **arrays: NDArray[Any]) -> None:
+    def keep(self, step: str, **arrays: NDArray[Any]) -> None:
         """Write down nothing."""
