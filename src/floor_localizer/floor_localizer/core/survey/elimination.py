@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,8 +93,8 @@ class _Join:
     level: int
 
     def __call__(self, index: int) -> None:
-        rests = [self.tree.get_rest(self.level - 1, k) for k in self.tree.children(self.level, index)]
-        self.tree.put_rest(self.level, index, self.tree.join(self.level, index, rests))
+        rest = self.tree.join(self.level, index, partial(self.tree.get_rest, self.level - 1))
+        self.tree.put_rest(self.level, index, rest)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,12 +63,15 @@ class EliminationTree:
         """Return what is left of the parts below a node when all images have left that are in no others."""
         if level == 0:
             return self._eliminate(level, index, part(index))
-        below = self.children(level, index)
-        return self.join(level, index, [self.rest_below(level - 1, child, part) for child in below])
+        return self.join(level, index, lambda child: self.rest_below(level - 1, child, part))
 
-    def join(self, level: int, index: int, rests: Sequence[Equations]) -> Equations:
-        """Return what is left at a node of what is left at its children."""
-        return rests[0] if len(rests) == 1 else self._eliminate(level, index, rests[0] + rests[1])
+    def join(self, level: int, index: int, rest: Callable[[int], Equations]) -> Equations:
+        """Return what is left at a node of what is left at its children, which are asked for when they are needed."""
+        below = self.children(level, index)
+        if len(below) == 1:
+            return rest(below[0])
+        # Nothing here keeps the children's or their sum in memory while images leave.
+        return self._eliminate(level, index, rest(below[0]) + rest(below[1]))
 
     def put_rest(self, level: int, index: int, rest: Equations) -> None:
         """Put away what is left at a node."""
@@ -100,14 +103,16 @@ class EliminationTree:
 
     def _eliminate(self, level: int, index: int, part: Equations) -> Equations:
         """Return the equations without the images that are in no part but those below the node."""
-        spans = self.shelf.look_up('spans')[part.images]
+        all_images, spans = part.images, self.shelf.look_up('spans')[part.images]
         leaves = (spans[:, 0] >= index << level) & (spans[:, 1] < (index + 1) << level)
         order = np.argsort(~leaves, kind='stable')
         rows, count = unknowns_of(order), UNKNOWNS * int(leaves.sum())
         normal, gradient = part.normal[np.ix_(rows, rows)], part.gradient[rows]
+        del part
         eliminate_first(normal, gradient, count)
-        images, others = part.images[leaves], part.images[~leaves]
+        images, others = all_images[leaves], all_images[~leaves]
         self.shelf.put(f'left{level}', index, images, others, normal[:count], gradient[:count])
         rest = np.triu(normal[count:, count:])
+        del normal
         rest += np.triu(rest, 1).T
         return Equations(others, rest, gradient[count:])
