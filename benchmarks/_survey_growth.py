@@ -34,7 +34,8 @@ class Growth:
         images: that were put on the map.
         sightings: of dots.
         base: private memory before: the interpreter and its libraries [bytes].
-        peak: greatest private memory [bytes].
+        peak: greatest private memory of the main process [bytes].
+        worker_peak: of a worker, 0 without one [bytes].
         seconds: for linking and adjusting.
         error: of the images' places after the rigid motion that makes them least, rms [m].
     """
@@ -43,12 +44,13 @@ class Growth:
     sightings: int
     base: int
     peak: int
+    worker_peak: int
     seconds: float
     error: float
 
 
 def measure_growth(size: float, seed: int, settings: SurveySettings, workers: int) -> Growth:
-    """Survey a simulated floor, linking and adjusting in a process of their own; pieces are kept for the next time."""
+    """Survey a simulated floor, linking and adjusting in processes of their own; pieces are kept for the next time."""
     folder = Path(f'out/bench_survey/growth_{size}_{seed}')
     spawn = multiprocessing.get_context('spawn')
     for step in (_prepare, _link_and_adjust):
@@ -91,10 +93,12 @@ def _see(
     return DetectedDots(pixels[whole], size, np.full(len(size), _NOISE))
 
 
-def _link_and_adjust(folder: Path, size: float, seed: int, settings: SurveySettings, _: int) -> None:
-    """Do the rest in this process and write down what it took."""
+def _link_and_adjust(folder: Path, size: float, seed: int, settings: SurveySettings, workers: int) -> None:
+    """Do the rest and write down what it took."""
+    for step in (*folder.glob('linked.npz'), *folder.glob('adjusted_*.npz')):
+        step.unlink()
     survey, checkpoint = RenderedSurvey(size, seed), Checkpoint(folder, {'size': size, 'seed': seed})
-    with task_runner(1) as runner, _PrivateMemory() as memory:
+    with task_runner(workers) as runner, _PrivateMemory() as memory:
         base, start = private_memory(), time.perf_counter()
         run = run_survey(survey, MOUNT, settings, checkpoint, runner)
         seconds = time.perf_counter() - start
@@ -104,21 +108,31 @@ def _link_and_adjust(folder: Path, size: float, seed: int, settings: SurveySetti
     z, m = found - found.mean(), truth - truth.mean()
     turn = np.vdot(z, m)
     error = float(np.sqrt(np.mean(np.abs(turn / abs(turn) * z - m) ** 2)))
-    grown = Growth(len(names), int(run.result.counts.sum()), base, memory.peak, seconds, error)
+    sightings = int(run.result.counts.sum())
+    grown = Growth(len(names), sightings, base, memory.peak, memory.worker_peak, seconds, error)
     (folder / 'growth.json').write_text(json.dumps(asdict(grown)))
 
 
-def private_memory() -> int:
-    """Return the private memory of this process; files in the page cache do not count [bytes]."""
-    lines = Path('/proc/self/status').read_text().splitlines()
-    return 1024 * int(next(line for line in lines if line.startswith('RssAnon')).split()[1])
+def private_memory(process: int | str = 'self') -> int:
+    """Return the private memory of a process; files in the page cache do not count [bytes]."""
+    lines = Path(f'/proc/{process}/status').read_text().splitlines()
+    return 1024 * next((int(line.split()[1]) for line in lines if line.startswith('RssAnon')), 0)
+
+
+def _children() -> list[int]:
+    """Return the processes that this one has started."""
+    return [
+        int(child)
+        for path in Path('/proc/self/task').glob('*/children')
+        for child in path.read_text().split()
+    ]
 
 
 class _PrivateMemory:
-    """Looks at this process's memory while something else runs."""
+    """Looks at the memory of this process and of its workers while something else runs."""
 
     def __init__(self) -> None:
-        self.peak = 0
+        self.peak = self.worker_peak = 0
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._watch)
 
@@ -131,5 +145,7 @@ class _PrivateMemory:
         self._thread.join()
 
     def _watch(self) -> None:
+        workers = _children()
         while not self._ended.wait(_EVERY):
             self.peak = max(self.peak, private_memory())
+            self.worker_peak = max(self.worker_peak, *map(private_memory, workers), 0)

@@ -13,7 +13,7 @@ from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
-from floor_localizer.core.survey.adjustment import map_points
+from floor_localizer.core.survey.placed_dots import map_points
 from floor_localizer.survey_files.survey_run import SurveyRun
 from shirube_geometry import PlanarPose
 

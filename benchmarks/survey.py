@@ -63,15 +63,16 @@ def main() -> int:
 def report_growth(sizes: list[float], seed: int, workers: int) -> None:
     """Print what linking and adjusting took on floors of several sizes."""
     print(
-        '| floor m | images | sightings | base MB | peak MB | above the base, kB an image | seconds | ms an image '
-        '| places of the images rms mm |\n|---|---|---|---|---|---|---|---|---|'
+        '| floor m | images | sightings | base MB | peak MB | above the base, kB an image | peak of a worker MB '
+        '| seconds | ms an image | places of the images rms mm |\n|---|---|---|---|---|---|---|---|---|---|'
     )
     for size in sizes:
         grown = measure_growth(size, seed, SETTINGS, workers)
         above = (grown.peak - grown.base) / grown.images
         print(
             f'| {size:g} x {size:g} | {grown.images} | {grown.sightings} | {grown.base / 1e6:.0f} | '
-            f'{grown.peak / 1e6:.0f} | {above / 1e3:.1f} | {grown.seconds:.0f} | '
+            f'{grown.peak / 1e6:.0f} | {above / 1e3:.1f} | '
+            f'{f"{grown.worker_peak / 1e6:.0f}" if workers > 1 else "-"} | {grown.seconds:.0f} | '
             f'{1e3 * grown.seconds / grown.images:.1f} | {1e3 * grown.error:.4f} |',
             flush=True,
         )

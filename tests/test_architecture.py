@@ -95,6 +95,7 @@ FORBIDDEN_ATTRIBUTES = {
 ROSDEP_KEYS = {
     'aiohttp': 'python3-aiohttp',
     'cv2': 'python3-opencv',
+    'dask': 'python3-dask',
     'distributed': 'python3-distributed',
     'jsonschema': 'python3-jsonschema',
     'matplotlib': 'python3-matplotlib',

@@ -2,32 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Protocol
+from typing import Any
 
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.independent_tasks import OwnProcess, Task, TaskRunner
 
-Task = Callable[..., Any]
 _PATIENCE = 20.0  # with a scheduler that does not answer [s]
-
-
-class TaskRunner(Protocol):
-    """Runs tasks that do not depend on each other."""
-
-    def run(self, function: Task, arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
-        """Call the function with each of the arguments; yield whenever one is done, in any order."""
-        ...
-
-
-class OwnProcess:
-    """Runs the tasks one after the other."""
-
-    def run(self, function: Task, arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
-        """Call the function with each of the arguments; yield whenever one is done."""
-        for given in arguments:
-            function(*given)
-            yield
+# Dask's workers give memory back at once: arrays then take half as much time again.
+_AS_USUAL = {'distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_': None}
 
 
 class DaskRunner:
@@ -71,10 +55,12 @@ def task_runner(workers: int, scheduler: str | None = None) -> Iterator[TaskRunn
         yield OwnProcess()
         return
     # Only index and survey need it, and it takes half a second to import.
+    import dask  # noqa: PLC0415
     from distributed import Client, LocalCluster  # noqa: PLC0415
 
     if scheduler is None:
         with (
+            dask.config.set(_AS_USUAL),
             LocalCluster(
                 n_workers=workers, threads_per_worker=1, dashboard_address=None, memory_limit=0
             ) as cluster,

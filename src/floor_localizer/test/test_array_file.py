@@ -27,7 +27,7 @@ def test_numpy_reads_what_is_written(array: np.ndarray, tmp_path: Path) -> None:
     with (tmp_path / 'array.npy').open('wb') as file:
         write_array(file, array)
     read = np.load(tmp_path / 'array.npy', allow_pickle=False)
-    assert read.dtype == array.dtype
+    assert (read.dtype, read.shape) == (array.dtype, array.shape)
     np.testing.assert_array_equal(read, array)
 
 

@@ -1,22 +1,14 @@
-import errno
-import os
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
-from survey_scene import FLAGS, fault_of, folder_options, record_drive, run
+from survey_scene import fault_of, folder_options, record_drive, run
 
 from floor_localizer.commands.build_map import main
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.survey.map_comparison import compare
 from floor_localizer.files.csv_form import load_csv, save_csv
-from floor_localizer.survey_files import checkpoint, shelf_folder
 
 
 @pytest.fixture(scope='module')
@@ -42,8 +34,8 @@ def test_a_drive_becomes_a_map(
         assert cv2.imread(str(tmp_path / name)) is not None
 
 
-def test_a_known_length_sets_the_scale(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_a_known_length_sets_the_scale_and_nothing_is_linked_or_adjusted_anew(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # A camera that is believed to hang 1 % too high makes a map that is 1 % too large.
     wrong = [
@@ -69,7 +61,10 @@ def test_a_known_length_sets_the_scale(
     length = float(np.hypot(*np.diff(truth.points[ends[:, 0]], axis=0)[0])) + 0.0001
     places = found.points[ends[:, 1]].ravel()
     known = ['--known-length', *places, length]
-    assert main([*map(str, wrong), '--out', str(tmp_path / 'a'), *high, *map(str, known)]) == 0
+    with monkeypatch.context() as nothing:
+        nothing.setattr('floor_localizer.core.survey.linked_images.PieceLinker', None)
+        nothing.setattr('floor_localizer.core.survey.adjustment_rounds.adjust_blocks', None)
+        assert main([*map(str, wrong), '--out', str(tmp_path / 'a'), *high, *map(str, known)]) == 0
     after = compare(truth, load_csv(tmp_path / 'a' / 'map.csv'))
     assert abs(after.scale - 1.0) < 0.0008
     code, _, err = run(
@@ -90,83 +85,6 @@ def test_a_second_drive_extends_the_map(
     found = load_csv(tmp_path / 'map.csv')
     np.testing.assert_allclose(found.points[: left.sum()], truth.points[left], atol=1e-6)
     assert len(found) > 1.5 * left.sum()
-
-
-@pytest.mark.newest_set_only
-def test_a_full_disk_is_told_and_the_survey_goes_on(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    saved = np.savez
-    calls = []
-
-    def full(file: object, **arrays: object) -> None:
-        calls.append(1)
-        if len(calls) == 2:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        saved(file, **arrays)
-
-    monkeypatch.setattr(checkpoint.np, 'savez', full)
-    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
-    assert code == 1
-    assert 'No space left on device; free some and give the same command again' in fault_of(err)
-    assert [path.name for path in (tmp_path / 'checkpoint').iterdir() if path.name.startswith('.')] == []
-    monkeypatch.setattr('floor_localizer.survey_files.survey_tasks.DotDetector', forbidden)
-    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
-    assert code == 0, err  # the dots were kept: no image was looked at again
-
-
-@pytest.mark.newest_set_only
-def test_a_disk_that_fills_up_while_adjusting_is_told_and_the_survey_ends_the_same(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert run(capsys, *folder_options(scene), '--out', tmp_path / 'whole')[0] == 0
-    with monkeypatch.context() as full:
-        full.setattr(shelf_folder, 'write_array', without_room)
-        code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'full')
-    assert code == 1
-    assert 'No space left on device; free some and give the same command again' in fault_of(err)
-    # What a process that was killed here would leave.
-    (tmp_path / 'full/checkpoint/adjustment').mkdir(exist_ok=True)
-    (tmp_path / 'full/checkpoint/adjustment/block_00000.npy').write_bytes(b'half')
-    monkeypatch.setattr('floor_localizer.survey_files.survey_tasks.DotDetector', forbidden)
-    assert run(capsys, *folder_options(scene), '--out', tmp_path / 'full')[0] == 0
-    assert (tmp_path / 'full/map.csv').read_bytes() == (tmp_path / 'whole/map.csv').read_bytes()
-    assert not (tmp_path / 'full/checkpoint/adjustment').exists()
-
-
-def without_room(*_: object) -> None:
-    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-
-def forbidden() -> SimpleNamespace:
-    def detect(_: object) -> None:
-        raise AssertionError('an image is looked at again')
-
-    return SimpleNamespace(detect=detect)
-
-
-@pytest.mark.newest_set_only
-def test_a_survey_killed_with_all_its_workers_goes_on_and_ends_the_same(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run(capsys, *folder_options(scene), '--out', tmp_path / 'whole')[0] == 0
-    command = [sys.executable, '-m', 'floor_localizer.commands.build_map', *map(str, folder_options(scene))]
-    child = subprocess.Popen(
-        [*command, '--out', str(tmp_path / 'killed'), *FLAGS, '--workers', '2'],
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
-    deadline = time.monotonic() + 90.0
-    while (
-        not (tmp_path / 'killed' / 'checkpoint' / 'dots_00000.npz').exists() and time.monotonic() < deadline
-    ):
-        time.sleep(0.01)
-    os.killpg(child.pid, signal.SIGKILL)
-    child.wait()
-    assert not (tmp_path / 'killed' / 'map.csv').exists()
-    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'killed')
-    assert code == 0, err
-    assert (tmp_path / 'killed' / 'map.csv').read_bytes() == (tmp_path / 'whole' / 'map.csv').read_bytes()
 
 
 @pytest.mark.newest_set_only

@@ -25,6 +25,6 @@ def write_array(file: IO[bytes], array: NDArray[Any]) -> None:
     Raises:
         OSError: the place cannot be written to; one of `NO_ROOM` where the disk is full.
     """
-    whole = np.ascontiguousarray(array)
+    whole = np.asarray(array, order='C')
     numpy_form.write_array_header_1_0(file, numpy_form.header_data_from_array_1_0(whole))
     file.write(whole.data)

@@ -24,6 +24,7 @@ from floor_localizer.core.constellation.dot_grid import (
 )
 from floor_localizer.core.constellation.index_rules import LARGE_MAP
 from floor_localizer.core.constellation.indexed_map import IndexedMap, address_grid
+from floor_localizer.core.independent_tasks import Task, TaskRunner
 from floor_localizer.core.sheets import Sheet, lay_out_sheets
 from floor_localizer.files import binary_form
 from floor_localizer.files.dot_map_check import check_number, check_units
@@ -37,7 +38,6 @@ from floor_localizer.map_building.build_tasks import (
 )
 from floor_localizer.map_building.csv_pieces import digest_of, split_csv
 from floor_localizer.map_building.parts_folder import PartsFolder
-from floor_localizer.task_runner import Task, TaskRunner
 
 # More squares than this are not kept one by one.
 _SQUARES_MAX = 1 << 28

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
+import tempfile
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
@@ -35,6 +39,7 @@ class Checkpoint:
             OSError: the folder cannot be written to.
         """
         self._folder = folder.absolute()  # the tasks may run in another folder
+        self._shelves = self._folder / 'adjustment'
         text = json.dumps(survey, sort_keys=True, default=str)
         key, path = hashlib.sha256(text.encode()).hexdigest(), folder / 'survey.json'
         if path.exists():
@@ -48,10 +53,13 @@ class Checkpoint:
                 )
         else:
             write_text(path, json.dumps({'key': key, 'survey': survey}, default=str, indent=1))
+        # What one that was killed was writing.
+        for half in (*folder.glob('.*.npz.*'), *folder.glob(f'.{self.images_file.name}.*')):
+            half.unlink(missing_ok=True)
 
     def drop_shelf(self) -> None:
-        """Remove the shelf; the parts stay."""
-        self.shelf().remove()
+        """Remove the shelf; the parts and the steps stay."""
+        shutil.rmtree(self._shelves, ignore_errors=True)
 
     @property
     def images_file(self) -> Path:
@@ -59,8 +67,27 @@ class Checkpoint:
         return self._folder / 'images.bin'
 
     def shelf(self) -> ShelfFolder:
-        """Return an empty shelf for linking and adjusting."""
-        return ShelfFolder(self._folder / 'adjustment')
+        """Return an empty shelf for linking and adjusting, and remove those before it.
+
+        Raises:
+            OSError: the place cannot be written to.
+        """
+        self.drop_shelf()
+        self._shelves.mkdir(parents=True)
+        # Each has a name of its own: tasks of a run that was killed may still be busy on a cluster.
+        return ShelfFolder(Path(tempfile.mkdtemp(dir=self._shelves)))
+
+    def recall(self, step: str) -> dict[str, NDArray[Any]] | None:
+        """Return what came of a step of linking and adjusting, None where it has not been done."""
+        return self._load(f'{step}.npz')
+
+    def keep(self, step: str, **arrays: NDArray[Any]) -> None:
+        """Write down what came of a step.
+
+        Raises:
+            OSError: the place cannot be written to.
+        """
+        self._save(f'{step}.npz', **arrays)
 
     def load_dots(self, chunk: int) -> dict[int, Found] | None:
         """Return the dots of a chunk of images by their index, None where there are none yet."""
@@ -113,6 +140,11 @@ class Checkpoint:
             for k in range(int(content['number']))
         ]
 
+    def count_pieces(self, span: int) -> int:
+        """Return the number of pieces of a span of images that are there."""
+        content = self._load(f'pieces_{span:05d}.npz', 'number')
+        return 0 if content is None else int(content['number'])
+
     def save_pieces(self, span: int, pieces: Sequence[Piece]) -> None:
         """Write the pieces of a span of images.
 
@@ -127,13 +159,13 @@ class Checkpoint:
             }  # fmt: skip
         self._save(f'pieces_{span:05d}.npz', **arrays)
 
-    def _load(self, name: str) -> dict[str, np.ndarray] | None:
+    def _load(self, name: str, *wanted: str) -> dict[str, NDArray[Any]] | None:
         try:
             with np.load(self._folder / name, allow_pickle=False) as content:
-                return dict(content)
+                return {key: content[key] for key in wanted or content}
         except FileNotFoundError:
             return None
-        except (OSError, ValueError, zipfile.BadZipFile):
+        except (OSError, ValueError, KeyError, zipfile.BadZipFile):
             return None  # damaged: it is made again
 
     def _save(self, name: str, **arrays: object) -> None:

@@ -1,25 +1,28 @@
-"""A shelf of arrays on the disk, for one run: what lies there before is of a run that was killed."""
+"""A shelf of arrays on the disk."""
 
 from __future__ import annotations
 
-import shutil
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.files.array_file import write_array
 from shirube_files import written_beside
 
 
+@dataclass(frozen=True)
 class ShelfFolder:
-    """Arrays in files of a folder; they are read whole, so the page cache does not count as this process's memory."""
+    """Arrays in files of a folder; they are read whole, so the page cache does not count as this process's memory.
 
-    def __init__(self, folder: Path) -> None:
-        """Begin with an empty folder."""
-        self._folder = folder
-        self.remove()
+    Attributes:
+        folder: which workers see under the same name.
+    """
+
+    folder: Path
 
     def put(self, name: str, number: int, *arrays: NDArray[Any]) -> None:
         """Put arrays away; they replace those of the same name and number.
@@ -32,16 +35,37 @@ class ShelfFolder:
                 write_array(file, array)
 
     def get(self, name: str, number: int) -> tuple[NDArray[Any], ...]:
-        """Return arrays that were put away."""
+        """Return arrays that were put away.
+
+        Raises:
+            FloorLocalizerError: they are not in this folder.
+        """
         arrays = []
-        with self._path(name, number).open('rb') as file:
-            while file.peek(1):
-                arrays.append(np.load(file, allow_pickle=False))
+        try:
+            with self._path(name, number).open('rb') as file:
+                while file.peek(1):
+                    arrays.append(np.load(file, allow_pickle=False))
+        except FileNotFoundError as fault:
+            raise _missing(fault) from fault
         return tuple(arrays)
 
-    def remove(self) -> None:
-        """Remove everything."""
-        shutil.rmtree(self._folder, ignore_errors=True)
+    def look_up(self, name: str) -> NDArray[Any]:
+        """Return the first of the arrays of number 0, not to be changed; only what is asked of it gets into memory.
+
+        Raises:
+            FloorLocalizerError: it is not in this folder.
+        """
+        try:
+            return np.asarray(np.load(self._path(name, 0), mmap_mode='r', allow_pickle=False))
+        except FileNotFoundError as fault:
+            raise _missing(fault) from fault
 
     def _path(self, name: str, number: int) -> Path:
-        return self._folder / f'{name}_{number:05d}.npy'
+        return self.folder / f'{name}_{number:05d}.npy'
+
+
+def _missing(fault: FileNotFoundError) -> FloorLocalizerError:
+    return FloorLocalizerError(
+        f'{fault.filename}: is not there though another process wrote it; '
+        'use workers that see the same files under the same names'
+    )

@@ -12,7 +12,11 @@ from tqdm import tqdm
 
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.survey.floor_survey import SurveyResult, survey_floor
+from floor_localizer.core.independent_tasks import Task, TaskRunner
+from floor_localizer.core.survey.adjustment_rounds import ADJUSTMENTS
+from floor_localizer.core.survey.floor_survey import SurveyResult, adjust_survey
+from floor_localizer.core.survey.linked_images import link_images
+from floor_localizer.core.survey.piece import Piece
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
 from floor_localizer.core.survey.survey_plan import choose_images, cut_pieces
 from floor_localizer.core.survey.survey_settings import SurveySettings
@@ -20,7 +24,6 @@ from floor_localizer.survey_files.checkpoint import Checkpoint
 from floor_localizer.survey_files.packed_images import PackedImages, pack_images
 from floor_localizer.survey_files.survey_source import SurveySource
 from floor_localizer.survey_files.survey_tasks import find_dots, put_together
-from floor_localizer.task_runner import Task, TaskRunner
 from shirube_geometry import CameraMount
 
 IMAGES_A_CHUNK = 40
@@ -76,13 +79,14 @@ def run_survey(
         OSError: a checkpoint cannot be written.
     """
     images, spans, faults = put_images_together(source, mount, settings, checkpoint, runner)
-    outline, position = view_outline(source.camera, mount), np.array(mount.xyz)
-    pieces = (piece for span in range(spans) for piece in checkpoint.load_pieces(span) or ())
-    shelf = checkpoint.shelf()
-    with tqdm(total=spans + 3, desc='map', unit='step', disable=None) as bar:
-        result = survey_floor(
-            images, pieces, outline, position, settings, shelf, existing, lambda _: bar.update() and None
-        )
+    outline, position, shelf = view_outline(source.camera, mount), np.array(mount.xyz), checkpoint.shelf()
+    pieces = _pieces(checkpoint, spans)
+    linked = link_images(images, pieces, settings, shelf, existing, checkpoint)
+    with tqdm(total=ADJUSTMENTS, desc='adjustments', disable=None) as bar:
+        result = adjust_survey(
+            images, linked, outline, position, settings, shelf, existing, runner, checkpoint,
+            lambda done: bar.update(done - bar.n) and None,
+        )  # fmt: skip
     return SurveyRun(result, images, faults)
 
 
@@ -123,6 +127,16 @@ def put_images_together(
     ]
     _stage(runner, 'pieces', put_together, tasks, checkpoint.load_pieces)
     return images, len(spans), faults
+
+
+def _pieces(checkpoint: Checkpoint, spans: int) -> Iterator[Piece]:
+    """Yield the pieces while they are linked."""
+    total = sum(checkpoint.count_pieces(span) for span in range(spans))
+    with tqdm(total=total, desc='links of pieces', disable=None) as bar:
+        for span in range(spans):
+            for piece in checkpoint.load_pieces(span) or ():
+                yield piece
+                bar.update()
 
 
 def _detect(source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint, runner: TaskRunner) -> int:

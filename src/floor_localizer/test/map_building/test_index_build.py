@@ -14,13 +14,14 @@ from scipy.spatial import cKDTree
 
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.independent_tasks import OwnProcess
 from floor_localizer.core.sheets import sheet_of
 from floor_localizer.files.binary_form import load_binary
 from floor_localizer.files.csv_form import save_csv
 from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
 from floor_localizer.map_building import build_tasks
 from floor_localizer.map_building.index_build import IndexBuild, PartSizes
-from floor_localizer.task_runner import OwnProcess, task_runner
+from floor_localizer.task_runner import task_runner
 
 SMALL = PartSizes(piece_bytes=9000, stripe_dots=300)
 

@@ -3,7 +3,8 @@ import pytest
 from floor_views import CAMERA, MOUNT
 
 from floor_localizer.core.pose_fit import MountedRays, map_point
-from floor_localizer.core.survey.adjustment import BodyPriors, adjust, map_points
+from floor_localizer.core.survey.adjustment import BodyPriors, adjust
+from floor_localizer.core.survey.placed_dots import map_points
 from floor_localizer.core.survey.sighting_blocks import Sightings
 from shirube_geometry import PlanarPose
 

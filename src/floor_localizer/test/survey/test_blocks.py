@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 from simulated_survey import POSITION, SETTINGS, Drive, drive_over, lane_poses, small_floor, survey
 
-from floor_localizer.core.survey.adjustment import BodyPriors, adjust_blocks, map_points
+from floor_localizer.core.independent_tasks import OwnProcess
+from floor_localizer.core.survey.adjustment import BodyPriors, adjust_blocks
 from floor_localizer.core.survey.block_cutting import BlockCutter
 from floor_localizer.core.survey.fixed_dots import fix_dots
-from floor_localizer.core.survey.placed_sightings import place_sightings
-from floor_localizer.core.survey.shelf import MemoryShelf
+from floor_localizer.core.survey.old_dots import shelve_dots
+from floor_localizer.core.survey.placed_dots import map_points
+from floor_localizer.core.survey.placed_sightings import placed, sightings_of
+from floor_localizer.core.survey.shelf import MemoryShelf, Shelf
 from floor_localizer.core.survey.sighting_blocks import SightingBlock, SightingBlocks
 from floor_localizer.core.survey.sightings import merge_sightings
 from floor_localizer.core.survey.survey_image import SurveyImage
@@ -37,8 +40,12 @@ def states(drive: Drive) -> np.ndarray:
     return survey(drive).states
 
 
-def cut(drive: Drive, states: np.ndarray, most: int, reach: float = REACH) -> SightingBlocks:
-    return BlockCutter(drive.images, POSITION, SETTINGS.dot_sigma, MemoryShelf(), most).cut(states, reach)
+def cut(
+    drive: Drive, states: np.ndarray, most: int, reach: float = REACH, shelf: Shelf | None = None
+) -> SightingBlocks:
+    shelf = shelf or MemoryShelf()
+    cutter = BlockCutter(drive.images, POSITION, SETTINGS.dot_sigma, shelf, OwnProcess(), most)
+    return cutter.cut(states, reach)
 
 
 def dots_by_rows(blocks: SightingBlocks) -> set[frozenset[tuple[float, ...]]]:
@@ -53,10 +60,10 @@ def dots_by_rows(blocks: SightingBlocks) -> set[frozenset[tuple[float, ...]]]:
 @pytest.mark.parametrize('reach', [REACH, 0.0035])
 def test_dots_are_those_of_all_sightings_at_once(drive: Drive, states: np.ndarray, reach: float) -> None:
     # With the larger reach, chains run over several tiles before they are parted.
-    placed = place_sightings(drive.images, np.arange(len(states)), states, POSITION, SETTINGS.dot_sigma)
-    dot = merge_sightings(placed.points, placed.seen.image, reach)
+    seen = sightings_of(drive.images, np.arange(len(states)), SETTINGS.dot_sigma)
+    dot = merge_sightings(placed(seen, states, POSITION).points, seen.image, reach)
     rows = [[] for _ in range(dot.max() + 1)]
-    for k, (image, direction) in enumerate(zip(placed.seen.image.tolist(), placed.seen.directions.tolist())):
+    for k, (image, direction) in enumerate(zip(seen.image.tolist(), seen.directions.tolist())):
         rows[dot[k]].append((image, *direction))
     blocks = cut(drive, states, 9, reach)
     assert len(blocks) >= 8
@@ -65,7 +72,7 @@ def test_dots_are_those_of_all_sightings_at_once(drive: Drive, states: np.ndarra
 
 def test_many_blocks_are_adjusted_as_one(drive: Drive, states: np.ndarray, tmp_path: Path) -> None:
     many, one = (
-        adjust_blocks(cut(drive, states, most), states, PRIORS, shelf)
+        adjust_blocks(cut(drive, states, most, shelf=shelf), states, PRIORS, OwnProcess())
         for most, shelf in ((9, ShelfFolder(tmp_path / 'shelf')), (10_000, MemoryShelf()))
     )
     assert np.abs(many - states).max() > 1e-6
@@ -106,7 +113,7 @@ def test_a_step_is_that_of_dense_equations_with_all_dots(drive: Drive, states: n
     prior[:, : len(sigmas)] = np.diag(1.0 / sigmas)
     pull = np.where(np.arange(len(sigmas)) % 6 < 3, 0.0, start.ravel() / sigmas)
     step = -np.linalg.lstsq(np.vstack([*rows, *prior]), np.concatenate([values, pull]), rcond=None)[0]
-    found = adjust_blocks(blocks, start, PRIORS, MemoryShelf(), iterations=1) - start
+    found = adjust_blocks(blocks, start, PRIORS, OwnProcess(), iterations=1) - start
     assert np.abs(found).max() > 1e-5
     np.testing.assert_allclose(found.ravel(), step[: 6 * 14], atol=2e-4 * np.abs(found).max())
 
@@ -115,7 +122,7 @@ def test_a_dot_of_the_old_map_is_given_once(drive: Drive, states: np.ndarray) ->
     many, one = cut(drive, states, 9), cut(drive, states, 10_000)
     old = some_dots(states, one) + 0.0001
     for blocks in (many, one):
-        fix_dots(blocks, states, POSITION, old, REACH)
+        fix_dots(blocks, states, POSITION, shelve_dots(old, blocks.shelf), REACH, OwnProcess())
     kept = [np.concatenate([block.fixed_dots[block.is_fixed] for block in blocks]) for blocks in (many, one)]
     assert len(kept[0]) == len(np.unique(kept[0], axis=0)) > 0.9 * len(old)
     assert {tuple(dot) for dot in kept[0]} == {tuple(dot) for dot in kept[1]}
@@ -138,7 +145,7 @@ def views_of_a_dot_each(points: np.ndarray) -> list[SurveyImage]:
 
 def test_a_chain_over_many_tiles_is_one_dot() -> None:
     points = np.column_stack([0.0005 * np.arange(60), np.zeros(60)])
-    cutter = BlockCutter(views_of_a_dot_each(points), POSITION, 0.0, MemoryShelf(), 2)
+    cutter = BlockCutter(views_of_a_dot_each(points), POSITION, 0.0, MemoryShelf(), OwnProcess(), 2)
     blocks = cutter.cut(np.zeros((60, 6)), REACH)
     assert len(blocks) == 32
     assert [len(block.seen.image) for block in blocks if len(block.fixed_dots)] == [60]
@@ -148,12 +155,11 @@ def test_of_dots_in_several_blocks_the_nearest_is_the_old_one() -> None:
     points = np.array([[0.0, 0.0003], [0.0, -0.0001], [0.0, 0.0002]])
     blocks = SightingBlocks(MemoryShelf(), 3)
     for number in range(3):
-        seen = place_sightings(
-            views_of_a_dot_each(points), np.array([number]), np.zeros((3, 6)), POSITION, 0.0
-        )
-        block = SightingBlock(replace(seen.seen, dot=np.zeros(1, dtype=np.int64)), np.full((1, 2), np.nan))
+        seen = sightings_of(views_of_a_dot_each(points), np.array([number]), 0.0)
+        block = SightingBlock(replace(seen, dot=np.zeros(1, dtype=np.int64)), np.full((1, 2), np.nan))
         blocks.put(number, block)
-    fix_dots(blocks, np.zeros((3, 6)), POSITION, np.zeros((1, 2)), REACH)
+    old = shelve_dots(np.zeros((1, 2)), blocks.shelf)
+    fix_dots(blocks, np.zeros((3, 6)), POSITION, old, REACH, OwnProcess())
     assert [bool(block.is_fixed[0]) for block in blocks] == [False, True, False]
 
 
@@ -181,5 +187,3 @@ def test_a_full_disk_leaves_no_half_block(tmp_path: Path, monkeypatch: pytest.Mo
     first, second = shelf.get('block', 3)
     np.testing.assert_array_equal(first, np.arange(4))
     np.testing.assert_array_equal(second, np.eye(2))
-    ShelfFolder(tmp_path / 'shelf')  # of another run
-    assert not (tmp_path / 'shelf').exists()

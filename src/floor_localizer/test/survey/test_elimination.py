@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
-from floor_localizer.core.survey.elimination import Elimination, Equations, unknowns_of
+from floor_localizer.core.independent_tasks import OwnProcess
+from floor_localizer.core.survey.elimination import Elimination
+from floor_localizer.core.survey.equations import Equations, unknowns_of
 from floor_localizer.core.survey.shelf import MemoryShelf
 
 
@@ -19,7 +21,7 @@ def parts_of(count: int, images: int, rng: np.random.Generator) -> list[Equation
     return parts
 
 
-@pytest.mark.parametrize('count', [1, 7, 16])
+@pytest.mark.parametrize('count', [1, 7, 16, 27])
 def test_the_solution_is_that_of_the_sum_of_all_parts(count: int) -> None:
     images, rng = 15 * count, np.random.default_rng(count)
     parts = parts_of(count, images, rng)
@@ -34,5 +36,7 @@ def test_the_solution_is_that_of_the_sum_of_all_parts(count: int) -> None:
     seen = unknowns_of(np.flatnonzero(last >= 0))
     expected = np.zeros(6 * images)
     expected[seen] = np.linalg.solve(A[np.ix_(seen, seen)], g[seen])
-    found = Elimination(first, last, MemoryShelf()).solve(parts)
+    elimination = Elimination(images, count, MemoryShelf(), OwnProcess())
+    elimination.begin(np.column_stack([first, last]))
+    found = elimination.solve(parts.__getitem__)
     np.testing.assert_allclose(found.ravel(), expected, atol=1e-9 * np.abs(expected).max())

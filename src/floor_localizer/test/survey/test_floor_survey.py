@@ -18,7 +18,8 @@ from simulated_survey import (
 
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.survey.floor_survey import learned_priors, survey_floor
+from floor_localizer.core.survey.adjustment_rounds import learned_priors
+from floor_localizer.core.survey.floor_survey import survey_floor
 from floor_localizer.core.survey.map_comparison import compare
 from floor_localizer.core.survey.shelf import MemoryShelf
 from floor_localizer.core.survey.survey_settings import SurveySettings

@@ -23,7 +23,7 @@ def test_the_true_places_come_back_from_nowhere() -> None:
     turns, shifts, links = ring()
     start = turns / np.abs(turns)
     found_turns, found_shifts = solve_graph(
-        start, np.where(np.arange(12) == 0, shifts, 0.0), links, 0, 0.0001
+        start, np.where(np.arange(12) == 0, shifts, 0.0), np.arange(12), links, np.arange(12) > 0, 0.0001
     )
     np.testing.assert_allclose(found_shifts, shifts, atol=0.0005)
     np.testing.assert_allclose(found_turns, turns, atol=0.0005)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.survey.placed_sightings import Placed, place_sightings
+from floor_localizer.core.independent_tasks import TaskRunner, run_numbered
+from floor_localizer.core.survey.placed_sightings import Placed, placed
 from floor_localizer.core.survey.shelf import Shelf
-from floor_localizer.core.survey.sighting_blocks import SightingBlock, SightingBlocks
+from floor_localizer.core.survey.shelved_sightings import ShelvedSightings, shelve_sightings
+from floor_localizer.core.survey.sighting_blocks import BLOCKS_A_TASK, SightingBlock, SightingBlocks
 from floor_localizer.core.survey.sightings import chains, merge_sightings
 from floor_localizer.core.survey.survey_image import SurveyImage
 from floor_localizer.core.survey.tiles import Tile, cut_tiles
@@ -18,6 +20,7 @@ from floor_localizer.core.survey.tiles import Tile, cut_tiles
 _IMAGES_A_TILE = 64
 # How far around a tile its dots are looked for at first: in reaches.
 _HALO = 8.0
+_GROUPS_A_TASK = 8
 
 
 class BlockCutter:
@@ -25,7 +28,7 @@ class BlockCutter:
 
     def __init__(
         self, images: Sequence[SurveyImage], position: NDArray[np.float64], dot_sigma: float, shelf: Shelf,
-        images_a_tile: int = _IMAGES_A_TILE,
+        runner: TaskRunner, images_a_tile: int = _IMAGES_A_TILE,
     ) -> None:  # fmt: skip
         """Begin.
 
@@ -34,10 +37,11 @@ class BlockCutter:
             position: of the optical centre [m].
             dot_sigma: accuracy of a dot on the floor besides noise [m].
             shelf: for the blocks.
+            runner: of tasks that see the shelf.
             images_a_tile: at most.
         """
-        self._images, self._position, self._dot_sigma = images, position, dot_sigma
-        self._shelf, self._images_a_tile = shelf, images_a_tile
+        self._shelved = shelve_sightings(images, dot_sigma, shelf)
+        self._position, self._runner, self._images_a_tile = position, runner, images_a_tile
 
     def cut(self, states: NDArray[np.float64], reach: float) -> SightingBlocks:
         """Return all sightings, those within reach of each other as one dot (see `merge_sightings`).
@@ -46,57 +50,74 @@ class BlockCutter:
             states: shape (k, 6), of all images.
             reach: of the same dot [m].
         """
-        lower, upper = self._extents(states)
-        tiles = cut_tiles(0.5 * (lower + upper), self._images_a_tile)
-        blocks = SightingBlocks(self._shelf, len(tiles))
-        for number, tile in enumerate(tiles):
-            blocks.put(number, self._block(tile, states, lower, upper, reach))
+        shelf, groups = self._shelved.shelf, self._shelved.groups
+        shelf.put('states', 0, states)
+        run_numbered(self._runner, _Extents(self._shelved, self._position), groups, _GROUPS_A_TASK)
+        extents = np.concatenate([shelf.get('extents', number)[0] for number in range(groups)])
+        tiles = cut_tiles(0.5 * (extents[:, 0] + extents[:, 1]), self._images_a_tile)
+        blocks = SightingBlocks(shelf, len(tiles))
+        shelf.put('all_extents', 0, extents)
+        shelf.put('tiles', 0, np.array([(tile.lower, tile.upper) for tile in tiles]))
+        cutting = _Cutting(self._shelved, blocks, self._position, reach)
+        run_numbered(self._runner, cutting, len(tiles), BLOCKS_A_TASK)
         return blocks
 
-    def _extents(self, states: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the corners of what each image shows, shape (k, 2) each [m]; of nothing for one without dots."""
-        lower, upper = np.zeros((len(states), 2)), np.zeros((len(states), 2))
-        for number in range(len(states)):
-            points = self._placed(np.array([number]), states).points
-            if len(points):
-                lower[number], upper[number] = points.min(axis=0), points.max(axis=0)
-        return lower, upper
 
-    def _placed(self, numbers: NDArray[np.int64], states: NDArray[np.float64]) -> Placed:
-        return place_sightings(self._images, numbers, states, self._position, self._dot_sigma)
+@dataclass(frozen=True)
+class _Extents:
+    """Puts the corners of what each image shows on the shelf, shape (k, 2, 2) [m]; of nothing for one without dots."""
 
-    def _block(
-        self,
-        tile: Tile,
-        states: NDArray[np.float64],
-        lower: NDArray[np.float64],
-        upper: NDArray[np.float64],
-        reach: float,
-    ) -> SightingBlock:
-        """Return the sightings of the dots whose first sighting lies in a tile."""
-        halo = _HALO * reach
+    shelved: ShelvedSightings
+    position: NDArray[np.float64]
+
+    def __call__(self, number: int) -> None:
+        images, seen = self.shelved.of_group(number)
+        points = placed(seen, self.shelved.shelf.look_up('states'), self.position).points
+        extents = np.zeros((len(images), 2, 2))
+        showing, begins = np.unique(seen.image, return_index=True)
+        if len(showing):
+            extents[showing - images[0], 0] = np.minimum.reduceat(points, begins)
+            extents[showing - images[0], 1] = np.maximum.reduceat(points, begins)
+        self.shelved.shelf.put('extents', number, extents)
+
+
+@dataclass(frozen=True)
+class _Cutting:
+    """Puts the sightings of the dots whose first sighting lies in a tile on the shelf."""
+
+    shelved: ShelvedSightings
+    blocks: SightingBlocks
+    position: NDArray[np.float64]
+    reach: float
+
+    def __call__(self, number: int) -> None:
+        shelf, halo = self.shelved.shelf, _HALO * self.reach
+        tile = Tile(*shelf.look_up('tiles')[number])
+        states, extents = shelf.look_up('states'), shelf.look_up('all_extents')
         while True:
             around = tile.grown(halo)
-            near = np.flatnonzero(((upper >= around.lower) & (lower < around.upper)).all(axis=1))
-            placed = self._placed(near, states)
-            placed = placed.where(around.contains(placed.points))
-            if _is_whole(placed, tile, tile.grown(halo - reach), reach):
-                return _owned(placed, tile, reach)
+            near = (extents[:, 1] >= around.lower) & (extents[:, 0] < around.upper)
+            seen = self.shelved.of_images(np.flatnonzero(near.all(axis=1)))
+            sightings = placed(seen, states, self.position)
+            sightings = sightings.where(around.contains(sightings.points))
+            if _is_whole(sightings, tile, tile.grown(halo - self.reach), self.reach):
+                self.blocks.put(number, _owned(sightings, tile, self.reach))
+                return
             halo *= 2.0
 
 
-def _is_whole(placed: Placed, tile: Tile, safe: Tile, reach: float) -> bool:
+def _is_whole(sightings: Placed, tile: Tile, safe: Tile, reach: float) -> bool:
     """Tell whether no chain that comes into the tile may go on beyond what is there."""
-    chain = chains(placed.points, placed.seen.image, reach)
+    chain = chains(sightings.points, sightings.seen.image, reach)
     inside = np.zeros(len(chain) + 1, dtype=np.bool_)
-    inside[chain[tile.contains(placed.points)]] = True
-    return not inside[chain[~safe.contains(placed.points)]].any()
+    inside[chain[tile.contains(sightings.points)]] = True
+    return not inside[chain[~safe.contains(sightings.points)]].any()
 
 
-def _owned(placed: Placed, tile: Tile, reach: float) -> SightingBlock:
-    dot = merge_sightings(placed.points, placed.seen.image, reach)
+def _owned(sightings: Placed, tile: Tile, reach: float) -> SightingBlock:
+    dot = merge_sightings(sightings.points, sightings.seen.image, reach)
     _, first = np.unique(dot, return_index=True)
-    kept = tile.contains(placed.points)[first][dot]
+    kept = tile.contains(sightings.points)[first][dot]
     _, renumbered = np.unique(dot[kept], return_inverse=True)
-    seen = replace(placed.seen.where(kept), dot=renumbered.astype(np.int64))
+    seen = replace(sightings.seen.where(kept), dot=renumbered.astype(np.int64))
     return SightingBlock(seen, np.full((int(renumbered.max(initial=-1)) + 1, 2), np.nan))

@@ -2,42 +2,78 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.survey.adjustment import place_dots
+from floor_localizer.core.independent_tasks import TaskRunner, run_numbered
 from floor_localizer.core.survey.dot_matching import nearest_pairs
-from floor_localizer.core.survey.sighting_blocks import SightingBlock, SightingBlocks
+from floor_localizer.core.survey.old_dots import OldDots
+from floor_localizer.core.survey.placed_dots import place_dots
+from floor_localizer.core.survey.sighting_blocks import BLOCKS_A_TASK, SightingBlock, SightingBlocks
 
 
 def fix_dots(
     blocks: SightingBlocks,
     states: NDArray[np.float64],
     position: NDArray[np.float64],
-    old: NDArray[np.float64],
+    old: OldDots,
     reach: float,
+    runner: TaskRunner,
 ) -> None:
     """Fix the dots that lie on dots of a map, each on another one; of several the nearest.
 
     Args:
-        blocks: without fixed dots.
+        blocks: without fixed dots; written anew.
         states: shape (k, 6), of all images.
         position: of the optical centre [m].
-        old: shape (n, 2), the dots of the map [m].
+        old: the dots of the map.
         reach: a dot is no farther from the one it is [m].
+        runner: of tasks that see the blocks' shelf.
     """
-    nearest = np.full(len(old), np.inf)
-    owner = np.full((len(old), 2), -1)
-    for number, block in enumerate(blocks):
-        dots, _ = place_dots(block, states, position)
-        seen, known = nearest_pairs(old, dots, reach)
-        distance = np.hypot(*(dots[seen] - old[known]).T)
-        nearer = distance < nearest[known]
-        nearest[known[nearer]] = distance[nearer]
-        owner[known[nearer]] = np.column_stack([np.full(nearer.sum(), number), seen[nearer]])
-    for number, block in enumerate(blocks):
-        known = np.flatnonzero(owner[:, 0] == number)
-        if len(known):
-            fixed = block.fixed_dots.copy()
-            fixed[owner[known, 1]] = old[known]
-            blocks.put(number, SightingBlock(block.seen, fixed))
+    shelf = blocks.shelf
+    shelf.put('states', 0, states)
+    run_numbered(runner, _Pairing(blocks, position, old, reach), len(blocks), BLOCKS_A_TASK)
+    pairs = [shelf.get('pairs', number) for number in range(len(blocks))]
+    block = np.repeat(np.arange(len(blocks)), [len(which) for which, _ in pairs])
+    which, distance = (np.concatenate(column) for column in zip(*pairs, strict=True))
+    order = np.lexsort((block, distance, which))
+    _, first = np.unique(which[order], return_index=True)
+    is_nearest = np.zeros(len(which), dtype=np.bool_)
+    is_nearest[order[first]] = True
+    for number in range(len(blocks)):
+        shelf.put('nearest', number, is_nearest[block == number])
+    run_numbered(runner, _Fixing(blocks), len(blocks), BLOCKS_A_TASK)
+
+
+@dataclass(frozen=True)
+class _Pairing:
+    """Puts the pairs of a block's dots and old ones on the shelf: which old ones they are, and how far apart."""
+
+    blocks: SightingBlocks
+    position: NDArray[np.float64]
+    old: OldDots
+    reach: float
+
+    def __call__(self, number: int) -> None:
+        shelf = self.blocks.shelf
+        dots, _ = place_dots(self.blocks[number], shelf.look_up('states'), self.position)
+        which, points = self.old.around(dots, self.reach)
+        seen, near = nearest_pairs(points, dots, self.reach)
+        shelf.put('pairs', number, which[near], np.hypot(*(dots[seen] - points[near]).T))
+        shelf.put('paired', number, seen, points[near])
+
+
+@dataclass(frozen=True)
+class _Fixing:
+    """Fixes those dots of a block that are nearer to the old one than any of another block."""
+
+    blocks: SightingBlocks
+
+    def __call__(self, number: int) -> None:
+        shelf, block = self.blocks.shelf, self.blocks[number]
+        (is_nearest,), (seen, points) = shelf.get('nearest', number), shelf.get('paired', number)
+        fixed = block.fixed_dots.copy()
+        fixed[seen[is_nearest]] = points[is_nearest]
+        self.blocks.put(number, SightingBlock(block.seen, fixed))

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from floor_localizer.core.survey.adjustment import BodyPriors, adjust
 from floor_localizer.core.survey.dot_matching import DotField, Tolerances
-from floor_localizer.core.survey.placed_sightings import place_sightings
+from floor_localizer.core.survey.placed_sightings import placed, sightings_of
 from floor_localizer.core.survey.sightings import merge_sightings
 from floor_localizer.core.survey.survey_image import SurveyImage
 from floor_localizer.core.survey.survey_settings import SurveySettings
@@ -68,11 +68,11 @@ def build_piece(
     if len(poses) == 1:
         return Piece(numbers, states, chosen[0].points, np.ones(len(chosen[0]), dtype=np.int64), is_linked)
     priors = BodyPriors(position, settings.scale_sigma, settings.tilt_sigma)
+    seen = sightings_of(chosen, np.arange(len(chosen)), settings.dot_sigma)
     for reach in (_FIRST_REACH * settings.same_dot, settings.same_dot):
-        placed = place_sightings(chosen, np.arange(len(chosen)), states, position, settings.dot_sigma)
-        dot = merge_sightings(placed.points, placed.seen.image, reach)
+        dot = merge_sightings(placed(seen, states, position).points, seen.image, reach)
         counts = np.bincount(dot)
-        adjusted = adjust(replace(placed.seen, dot=dot), states, np.full((len(counts), 2), np.nan), priors)
+        adjusted = adjust(replace(seen, dot=dot), states, np.full((len(counts), 2), np.nan), priors)
         states = adjusted.states
     return Piece(numbers, states, adjusted.dots, counts, is_linked)
 

@@ -45,6 +45,8 @@ class Link:
 
     def thinned(self) -> Link:
         """Return the link with no more dots than `solve_graph` takes."""
+        if len(self.in_first) <= _MOST_DOTS:
+            return self
         chosen = np.linspace(0, len(self.in_first) - 1, min(len(self.in_first), _MOST_DOTS)).astype(int)
         return replace(self, in_first=self.in_first[chosen], in_second=self.in_second[chosen])
 
@@ -52,51 +54,51 @@ class Link:
 def solve_graph(
     turns: NDArray[np.complex128],
     shifts: NDArray[np.complex128],
+    pieces: NDArray[np.int64],
     links: Sequence[Link],
-    fixed: int,
+    free: NDArray[np.bool_],
     sigma: float,
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """Return the similarities of all pieces.
+    """Return the similarities of pieces.
 
     Args:
         turns: shape (n,), start of a.
         shifts: shape (n,), start of b [m].
-        links: between them; all are linked to each other.
-        fixed: the piece that stays.
+        pieces: shape (n,), their indices, rising.
+        links: between them.
+        free: shape (n,), which of them are placed; the others stay.
         sigma: of a shared dot [m].
     """
-    rows, columns, values, count = [], [], [], 0
-    for link in links:
-        thin = link.thinned()
-        z, w = thin.in_first, thin.in_second
-        lines, one = count + np.arange(len(z)), np.ones(len(z))
-        for column, value in (
-            (2 * link.first, z),
-            (2 * link.first + 1, one),
-            (2 * link.second, -w),
-            (2 * link.second + 1, -one),
-        ):
-            rows.append(lines)
-            columns.append(np.full(len(z), column))
-            values.append(value / sigma)
-        count += len(z)
-    size = 2 * len(turns)
-    A = sparse.csr_matrix(
-        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(count, size)
-    )
-    state = np.empty(size, dtype=np.complex128)
-    state[0::2], state[1::2] = turns, shifts
-    free = np.ones(size, dtype=np.bool_)
-    free[[2 * fixed, 2 * fixed + 1]] = False
-    weight = np.where(np.arange(size) % 2 == 0, _SCALE_SIGMA**-2, 1e-6)
+    A = _differences(pieces, links) / sigma
+    state = np.column_stack([turns, shifts]).ravel()
+    placed = np.repeat(free, 2)
+    weight = np.tile([_SCALE_SIGMA**-2, 1e-6], len(turns))
     normal = (A.conj().T @ A + sparse.diags(weight)).tocsc()
-    factor = _factorise(normal[free][:, free])
-    known = normal[free][:, ~free] @ state[~free]
+    factor = _factorise(normal[placed][:, placed])
+    known = normal[placed][:, ~placed] @ state[~placed]
     for _ in range(_ROUNDS):
         wanted = weight * state
         wanted[0::2] /= np.abs(state[0::2])
-        state[free] = factor.solve(wanted[free] - known)
+        state[placed] = factor.solve(wanted[placed] - known)
     return state[0::2].copy(), state[1::2].copy()
+
+
+def _differences(pieces: NDArray[np.int64], links: Sequence[Link]) -> sparse.csr_matrix:
+    """Return the matrix that takes all a, b to how far each shared dot is apart in the pieces that share it."""
+    thin = [link.thinned() for link in links]
+    counts = [len(link.in_first) for link in thin]
+    first, second = (
+        np.repeat(2 * np.searchsorted(pieces, ends), counts)
+        for ends in ([link.first for link in thin], [link.second for link in thin])
+    )
+    z, w = (
+        np.concatenate(dots) for dots in ([link.in_first for link in thin], [link.in_second for link in thin])
+    )
+    one = np.ones(len(z))
+    rows = np.tile(np.arange(len(z)), 4)
+    columns = np.concatenate([first, first + 1, second, second + 1])
+    values = np.concatenate([z, one, -w, -one])
+    return sparse.csr_matrix((values, (rows, columns)), shape=(len(z), 2 * len(pieces)))
 
 
 def connected_parts(count: int, links: Sequence[Link]) -> NDArray[np.int64]:

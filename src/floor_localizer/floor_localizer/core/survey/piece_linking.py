@@ -15,21 +15,17 @@ from numpy.typing import NDArray
 from floor_localizer.core.survey.dot_matching import DotField, Matched, Tolerances, nearest_pairs
 from floor_localizer.core.survey.piece import Piece, overlapping
 from floor_localizer.core.survey.piece_fields import PieceFields
-from floor_localizer.core.survey.piece_graph import Link, solve_graph
+from floor_localizer.core.survey.piece_graph import Link
+from floor_localizer.core.survey.piece_places import DOT_SIGMA, PiecePlaces
 from floor_localizer.core.survey.shelf import Shelf
 from floor_localizer.core.survey.survey_image import SurveyImage
 from floor_localizer.core.survey.survey_settings import SurveySettings
 from shirube_geometry import PlanarPose
 
-_SIGMA = 0.0002
-"""Of a dot in a piece: pieces bend a little [m]."""
 _SCALE = 0.02
 _LEAST_SHARED = 6
 # The chain of images drifts by this share of the way; the search area ends at the widest.
 _DRIFT, _DRIFT_TURN, _WIDEST, _WIDEST_TURN = 0.02, 0.02, 0.12, 0.4
-_SETTLE_EVERY = 8
-_TORN = 0.001
-"""A link that is torn by more than this makes all pieces be placed anew [m]."""
 _SURELY = 1e-3
 """A link from anywhere must be surer by this."""
 
@@ -39,9 +35,7 @@ class PieceLinker:
 
     Attributes:
         pieces: those so far without their dots, which are on the shelf.
-        turns: where each lies.
-        shifts: likewise [m].
-        links: between them.
+        places: where each lies, and the links between them.
     """
 
     def __init__(
@@ -61,12 +55,9 @@ class PieceLinker:
         """
         self._images, self._settings = images, settings
         self.pieces: list[Piece] = []
-        self.turns: list[complex] = []
-        self.shifts: list[complex] = []
-        self.links: list[Link] = []
+        self.places = PiecePlaces()
         self._fields = PieceFields(shelf)
         self._drift: list[float] = []
-        self._since_settled = 0
         self._all_dots: tuple[int, DotField, NDArray[np.int64]] | None = None
         if existing is not None:
             old = Piece(
@@ -84,25 +75,15 @@ class PieceLinker:
         new = [*self._chain_link(index), *self._links_beside(index)]
         if not any(link.is_loop for link in new) and (drift >= _WIDEST or not new):
             new += self._links_anywhere(index)
-        self.links += [link.thinned() for link in new]
         if any(link.is_loop for link in new):
             self._drift[index] = 0.0
-        self._place(index, new)
-
-    def solve(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """Return the similarities of all pieces so far, and keep them."""
-        turns, shifts = np.array(self.turns), np.array(self.shifts)
-        if self.links:
-            turns, shifts = solve_graph(turns, shifts, self.links, 0, _SIGMA)
-            self.turns, self.shifts = turns.tolist(), shifts.tolist()
-        return turns, shifts
+        self.places.link(new)
 
     def _append(self, piece: Piece, turn: complex, shift: complex, drift: float) -> None:
         self._fields.append(piece.dots)
         self.pieces.append(replace(piece, dots=piece.dots[:0].copy(), counts=piece.counts[:0].copy()))
         self._drift.append(drift)
-        self.turns.append(turn)
-        self.shifts.append(shift)
+        self.places.append(turn, shift)
 
     def _expected(self, piece: Piece) -> tuple[complex, complex, float]:
         """Return where a piece is expected by the one before, and how far it may be off [m]."""
@@ -114,7 +95,7 @@ class PieceLinker:
         x, y, yaw = (float(value) for value in before.states[-1, :3])
         step = self._images[last].T_odom_base.inverse() @ self._images[piece.images[0]].T_odom_base
         pose = PlanarPose(x, y, yaw) @ step
-        a = self.turns[-1] / abs(self.turns[-1])
+        a = self.places.turns[-1] / abs(self.places.turns[-1])
         turn = a * complex(np.exp(1j * pose.yaw))
         way = (
             float(np.sum(np.hypot(*np.diff(before.states[:, :2], axis=0).T)))
@@ -126,13 +107,15 @@ class PieceLinker:
         )
         return (
             turn,
-            self.turns[-1] * complex(pose.x, pose.y) + self.shifts[-1],
+            self.places.turns[-1] * complex(pose.x, pose.y) + self.places.shifts[-1],
             self._drift[-1] + _DRIFT * way + jump,
         )
 
     def _pose(self, index: int) -> PlanarPose:
         return PlanarPose(
-            self.shifts[index].real, self.shifts[index].imag, float(np.angle(self.turns[index]))
+            self.places.shifts[index].real,
+            self.places.shifts[index].imag,
+            float(np.angle(self.places.turns[index])),
         )
 
     def _chain_link(self, index: int) -> Iterator[Link]:
@@ -154,7 +137,7 @@ class PieceLinker:
                 if found is not None:
                     yield self._link(index, other, found, is_loop=True)
                     # The first link tells where the piece lies; the others must lie there, too.
-                    self._place(index, [self._link(index, other, found, is_loop=True)], settle=False)
+                    self.places.place([self._link(index, other, found, is_loop=True)])
                     before, radius, turn = other, 0.004, 0.02
                     break
             else:
@@ -162,8 +145,8 @@ class PieceLinker:
 
     def _candidates(self, index: int, before: int, radius: float) -> Iterator[int]:
         """Yield the pieces below ``before`` that a piece may overlap, the latest first."""
-        turns = np.array(self.turns)
-        near = self._fields.near(index, turns / np.abs(turns), np.array(self.shifts), radius)
+        turns, shifts = self.places.arrays()
+        near = self._fields.near(index, turns / np.abs(turns), shifts, radius)
         for other in near[near < before][::-1].tolist():
             pose = self._pose(other).inverse() @ self._pose(index)
             if self._fields.may_overlap(index, other, pose, radius):
@@ -182,7 +165,7 @@ class PieceLinker:
         middle = points.mean(axis=0)
         x, y = (float(value) for value in expected.transform([middle])[0])
         about = PlanarPose(x, y, expected.yaw)
-        by = Tolerances(_SIGMA, _SCALE, 0.0, self._settings.chance)
+        by = Tolerances(DOT_SIGMA, _SCALE, 0.0, self._settings.chance)
         return self._shared(index, other, field.match_near(points - middle, about, radius, turn, by), middle)
 
     def _shared(
@@ -194,7 +177,7 @@ class PieceLinker:
         z = (self._fields[index].points - middle) @ (1.0, 1j)
         placed = found.turn * z + found.shift
         laid, under = nearest_pairs(
-            self._fields[other].points, np.column_stack([placed.real, placed.imag]), 5.0 * _SIGMA
+            self._fields[other].points, np.column_stack([placed.real, placed.imag]), 5.0 * DOT_SIGMA
         )
         if len(laid) < _LEAST_SHARED:
             return None
@@ -211,7 +194,7 @@ class PieceLinker:
             return []
         field, owners = others
         points = self._fields[index].points
-        by = Tolerances(_SIGMA, _SCALE, 0.0, _SURELY * self._settings.chance)
+        by = Tolerances(DOT_SIGMA, _SCALE, 0.0, _SURELY * self._settings.chance)
         found = field.match_anywhere(points - points.mean(axis=0), by)
         if found is None:
             return []
@@ -223,7 +206,7 @@ class PieceLinker:
             found.log_chance,
         )
         links = []
-        self.turns[index], self.shifts[index] = found.turn / abs(found.turn), found.shift
+        self.places.turns[index], self.places.shifts[index] = found.turn / abs(found.turn), found.shift
         for other in np.unique(owners[found.under]):
             laid = self._lay(index, int(other), 0.004, 0.02)
             if laid is not None:
@@ -238,29 +221,11 @@ class PieceLinker:
         if self._all_dots is None or until - self._all_dots[0] > 20 + until // 4:
             parts, owners = [], []
             for k in range(until):
-                z = self.turns[k] * (self._fields.dots(k) @ (1.0, 1j)) + self.shifts[k]
+                z = self.places.turns[k] * (self._fields.dots(k) @ (1.0, 1j)) + self.places.shifts[k]
                 parts.append(np.column_stack([z.real, z.imag]))
                 owners.append(np.full(len(z), k))
             self._all_dots = (until, DotField(np.concatenate(parts)), np.concatenate(owners))
         return self._all_dots[1], self._all_dots[2]
-
-    def _place(self, index: int, links: Sequence[Link], *, settle: bool = True) -> None:
-        """Place a piece where its links want it; where they disagree, place all pieces anew."""
-        if not links:
-            return
-        mine = np.concatenate([link.in_second for link in links])
-        theirs = np.concatenate(
-            [self.turns[link.first] * link.in_first + self.shifts[link.first] for link in links]
-        )
-        off = mine - mine.mean()
-        turn = np.vdot(off, theirs - theirs.mean())
-        turn /= abs(turn)
-        self.turns[index], self.shifts[index] = complex(turn), complex(theirs.mean() - turn * mine.mean())
-        self._since_settled += 1
-        torn = np.abs(turn * mine + self.shifts[index] - theirs).max() > _TORN
-        if settle and (torn or self._since_settled >= _SETTLE_EVERY):
-            self._since_settled = 0
-            self.solve()
 
 
 def _complex(points: NDArray[np.float64]) -> NDArray[np.complex128]:

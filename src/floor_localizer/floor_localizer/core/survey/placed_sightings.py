@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.survey.adjustment import map_points
+from floor_localizer.core.survey.placed_dots import map_points
 from floor_localizer.core.survey.sighting_blocks import Sightings
 from floor_localizer.core.survey.survey_image import SurveyImage
 
@@ -30,20 +30,12 @@ class Placed:
         return Placed(self.seen.where(kept), self.points[kept])
 
 
-def place_sightings(
-    images: Sequence[SurveyImage],
-    numbers: NDArray[np.int64],
-    states: NDArray[np.float64],
-    position: NDArray[np.float64],
-    dot_sigma: float,
-) -> Placed:
-    """Return what images saw.
+def sightings_of(images: Sequence[SurveyImage], numbers: NDArray[np.int64], dot_sigma: float) -> Sightings:
+    """Return what images saw, not yet of any dot.
 
     Args:
         images: of the survey.
         numbers: shape (j,), of those that are wanted.
-        states: shape (k, 6), of all images.
-        position: of the optical centre [m].
         dot_sigma: accuracy of a dot on the floor besides noise [m].
     """
     wanted = [images[number] for number in numbers.tolist()]
@@ -51,6 +43,15 @@ def place_sightings(
     directions = np.concatenate([np.empty((0, 3)), *(each.directions for each in wanted)])
     sigmas = np.hypot(np.concatenate([np.empty(0), *(each.sigmas for each in wanted)]), dot_sigma)
     diameters = np.concatenate([np.empty(0), *(each.diameters for each in wanted)])
-    nowhere = np.full(len(image), -1)
-    points = map_points(directions, position, states[image])
-    return Placed(Sightings(image, nowhere, directions, sigmas, diameters), points)
+    return Sightings(image, np.full(len(image), -1), directions, sigmas, diameters)
+
+
+def placed(seen: Sightings, states: NDArray[np.float64], position: NDArray[np.float64]) -> Placed:
+    """Lay sightings on the map.
+
+    Args:
+        seen: the sightings.
+        states: shape (k, 6), of all images.
+        position: of the optical centre [m].
+    """
+    return Placed(seen, map_points(seen.directions, position, states[seen.image]))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 
 class Shelf(Protocol):
-    """Arrays by name and number."""
+    """Arrays by name and number. Tasks in other processes see what is on it."""
 
     def put(self, name: str, number: int, *arrays: NDArray[Any]) -> None:
         """Put arrays away; they replace those of the same name and number."""
@@ -16,6 +16,10 @@ class Shelf(Protocol):
 
     def get(self, name: str, number: int) -> tuple[NDArray[Any], ...]:
         """Return arrays that were put away."""
+        ...
+
+    def look_up(self, name: str) -> NDArray[Any]:
+        """Return the first of the arrays of number 0, not to be changed; only what is asked of it gets into memory."""
         ...
 
 
@@ -33,3 +37,7 @@ class MemoryShelf:
     def get(self, name: str, number: int) -> tuple[NDArray[Any], ...]:
         """Return arrays that were put away."""
         return self._arrays[name, number]
+
+    def look_up(self, name: str) -> NDArray[Any]:
+        """Return the first of the arrays of number 0."""
+        return self._arrays[name, 0][0]

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.survey.shelf import Shelf
+
+BLOCKS_A_TASK = 4
+"""Of tasks on blocks: it takes longer than to hand it out."""
 
 
 @dataclass(frozen=True)
@@ -29,9 +33,14 @@ class Sightings:
     sigmas: NDArray[np.float64]
     diameters: NDArray[np.float64]
 
+    @property
+    def arrays(self) -> tuple[NDArray[Any], ...]:
+        """All attributes, in their order."""
+        return self.image, self.dot, self.directions, self.sigmas, self.diameters
+
     def where(self, kept: NDArray[np.bool_]) -> Sightings:
         """Return those sightings that are kept; the dots keep their indices."""
-        return Sightings(*(getattr(self, field.name)[kept] for field in fields(self)))
+        return Sightings(*(array[kept] for array in self.arrays))
 
 
 @dataclass(frozen=True)
@@ -52,32 +61,37 @@ class SightingBlock:
         return np.isfinite(self.fixed_dots[:, 0])
 
 
+@dataclass(frozen=True)
 class SightingBlocks:
-    """Blocks on a shelf; blocks of neighbouring numbers lie side by side on the floor."""
+    """Blocks on a shelf; blocks of neighbouring numbers lie side by side on the floor.
 
-    def __init__(self, shelf: Shelf, count: int) -> None:
-        """Begin.
+    Attributes:
+        shelf: of the blocks.
+        count: their number; each must be put before it is asked for.
+    """
 
-        Args:
-            shelf: of the blocks.
-            count: their number; each must be put before it is asked for.
-        """
-        self._shelf, self._count = shelf, count
+    shelf: Shelf
+    count: int
 
     def __len__(self) -> int:
         """Return the number of blocks."""
-        return self._count
+        return self.count
 
     def __getitem__(self, number: int) -> SightingBlock:
         """Return a block."""
-        *seen, fixed_dots = self._shelf.get('block', number)
+        *seen, fixed_dots = self.shelf.get('block', number)
         return SightingBlock(Sightings(*seen), fixed_dots)
 
     def __iter__(self) -> Iterator[SightingBlock]:
         """Yield all blocks in order."""
-        return (self[number] for number in range(self._count))
+        return (self[number] for number in range(self.count))
 
     def put(self, number: int, block: SightingBlock) -> None:
         """Write a block, or write it anew."""
-        seen = (getattr(block.seen, field.name) for field in fields(block.seen))
-        self._shelf.put('block', number, *seen, block.fixed_dots)
+        self.shelf.put('block', number, *block.seen.arrays, block.fixed_dots)
+        self.shelf.put('members', number, np.unique(block.seen.image), np.array(block.is_fixed.any()))
+
+    def members(self, number: int) -> tuple[NDArray[np.int64], bool]:
+        """Return the images that see something of a block, rising, and whether any of its dots must stay."""
+        images, has_fixed = self.shelf.get('members', number)
+        return images, bool(has_fixed)

@@ -77,8 +77,8 @@ def count_views(
         return counts
     tree = cKDTree(dots)
     reach = float(np.hypot(*(outline.corners - outline.middle).T).max())
-    middles = states[:, :2] @ (1.0, 1j) + np.exp(1j * states[:, 2]) * complex(*outline.middle)
-    places = np.column_stack([middles.real, middles.imag])
+    (x, y), cos, sin = outline.middle, np.cos(states[:, 2]), np.sin(states[:, 2])
+    places = states[:, :2] + np.column_stack([cos * x - sin * y, sin * x + cos * y])
     near_any = ((places >= dots.min(axis=0) - reach) & (places <= dots.max(axis=0) + reach)).all(axis=1)
     for place, state in zip(places[near_any], states[near_any], strict=True):
         pose = PlanarPose(*(float(value) for value in state[:3]))

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from floor_localizer.core.dot_map import DotMap
-from floor_localizer.core.survey.adjustment import place_dots
-from floor_localizer.core.survey.shelf import Shelf
-from floor_localizer.core.survey.sighting_blocks import SightingBlock, SightingBlocks
+from floor_localizer.core.independent_tasks import TaskRunner, run_numbered
+from floor_localizer.core.survey.old_dots import OldDots
+from floor_localizer.core.survey.placed_dots import place_dots
+from floor_localizer.core.survey.sighting_blocks import BLOCKS_A_TASK, SightingBlocks
 from floor_localizer.core.survey.sightings import count_views
 from floor_localizer.core.survey.survey_image import ViewOutline
 
@@ -25,19 +26,17 @@ class Residuals:
     """What the adjustment left over, block by block.
 
     Attributes:
-        shelf: where they are.
-        blocks: the sightings they are of.
+        blocks: the sightings they are of, on whose shelf they are.
         scale: by which the map was made larger afterwards.
     """
 
-    shelf: Shelf
     blocks: SightingBlocks
     scale: float = 1.0
 
     def __iter__(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.float64]]]:
         """Yield the images, shape (n,), and the residuals, shape (n, 2) [m], of the sightings of each block."""
         for number, block in enumerate(self.blocks):
-            (residuals,) = self.shelf.get('residuals', number)
+            (residuals,) = self.blocks.shelf.get('residuals', number)
             yield block.seen.image, self.scale * residuals
 
 
@@ -58,20 +57,14 @@ class SurveyedDots:
     old_dots: int
 
 
-@dataclass
-class _Gathered:
-    points: list[NDArray[np.float64]] = field(default_factory=list)
-    diameters: list[NDArray[np.float64]] = field(default_factory=list)
-    counts: list[NDArray[np.int64]] = field(default_factory=list)
-
-
 def gather_dots(
     blocks: SightingBlocks,
     states: NDArray[np.float64],
     position: NDArray[np.float64],
     outline: ViewOutline,
-    existing: DotMap | None,
-    shelf: Shelf,
+    existing: DotMap,
+    old: OldDots,
+    runner: TaskRunner,
 ) -> SurveyedDots:
     """Put dots, diameters and counts together, without dirt, and the residuals on the shelf.
 
@@ -81,38 +74,64 @@ def gather_dots(
         position: of the optical centre [m].
         outline: what an image shows.
         existing: the map that is extended.
-        shelf: for the residuals.
+        old: its dots.
+        runner: of tasks that see the blocks' shelf.
     """
-    old = DotMap(np.empty((0, 2)), np.empty(0)) if existing is None else existing
-    again, dirt, new = np.zeros(len(old), dtype=np.int64), 0, _Gathered()
-    margin = _usual_diameter(blocks, states)
-    for number, block in enumerate(blocks):
-        dots, residuals = place_dots(block, states, position)
+    shelf, numbers = blocks.shelf, range(len(blocks))
+    shelf.put('states', 0, states)
+    run_numbered(runner, _Measuring(blocks, position), len(blocks), BLOCKS_A_TASK)
+    # A dot nearer to the border of an image than its usual diameter may not be whole in it.
+    margin = float(np.median(np.concatenate([shelf.get('diameters', number)[0] for number in numbers])))
+    sifting = _Sifting(blocks, old, outline, margin)
+    run_numbered(runner, sifting, len(blocks), BLOCKS_A_TASK)
+    again, dirt = np.zeros(len(existing), dtype=np.int64), 0
+    points, diameters, counts = [existing.points], [existing.diameters], list[NDArray[np.int64]]()
+    for number in numbers:
+        new_points, new_diameters, seen, which, seen_again, dropped = shelf.get('dots', number)
+        points.append(new_points)
+        diameters.append(new_diameters)
+        counts.append(seen)
+        again[which] += seen_again
+        dirt += int(dropped)
+    dot_map = DotMap(np.concatenate(points), np.concatenate(diameters))
+    return SurveyedDots(dot_map, np.concatenate([again, *counts]), dirt, len(existing))
+
+
+@dataclass(frozen=True)
+class _Measuring:
+    """Puts the residuals of a block's sightings, the places of its dots and their diameters on the shelf."""
+
+    blocks: SightingBlocks
+    position: NDArray[np.float64]
+
+    def __call__(self, number: int) -> None:
+        shelf, block = self.blocks.shelf, self.blocks[number]
+        states, seen, count = shelf.look_up('states'), block.seen, len(block.fixed_dots)
+        dots, residuals = place_dots(block, states, self.position)
+        total = np.bincount(seen.dot, seen.diameters * (1.0 + states[seen.image, 3]), count)
         shelf.put('residuals', number, residuals)
+        shelf.put('places', number, dots)
+        shelf.put('diameters', number, total / np.maximum(np.bincount(seen.dot, minlength=count), 1))
+
+
+@dataclass(frozen=True)
+class _Sifting:
+    """Puts the new dots of a block that are no dirt on the shelf, and how often the old ones were seen."""
+
+    blocks: SightingBlocks
+    old: OldDots
+    outline: ViewOutline
+    margin: float
+
+    def __call__(self, number: int) -> None:
+        shelf, block = self.blocks.shelf, self.blocks[number]
+        (dots,), (diameters,) = shelf.get('places', number), shelf.get('diameters', number)
         seen, fixed = np.bincount(block.seen.dot, minlength=len(dots)), block.is_fixed
-        if fixed.any():
-            _, which = cKDTree(old.points).query(block.fixed_dots[fixed])
-            again[which] += seen[fixed]
+        which, points = self.old.around(dots[fixed], 0.0)
+        _, same = cKDTree(points).query(dots[fixed])
+        views = count_views(dots, shelf.look_up('states'), self.outline, self.margin)
         is_new = ~fixed & (seen > 0)
-        is_dirt = is_new & (seen == 1) & (count_views(dots, states, outline, margin) >= _SEVERAL)
-        dirt += int(is_dirt.sum())
+        is_dirt = is_new & (seen == 1) & (views >= _SEVERAL)
         kept = is_new & ~is_dirt
-        new.points.append(dots[kept])
-        new.diameters.append(_diameters(block, states)[kept])
-        new.counts.append(seen[kept])
-    dot_map = DotMap(
-        np.concatenate([old.points, *new.points]), np.concatenate([old.diameters, *new.diameters])
-    )
-    return SurveyedDots(dot_map, np.concatenate([again, *new.counts]), dirt, len(old))
-
-
-def _usual_diameter(blocks: SightingBlocks, states: NDArray[np.float64]) -> float:
-    """Return the median of all dots [m]."""
-    return float(np.median(np.concatenate([_diameters(block, states) for block in blocks])))
-
-
-def _diameters(block: SightingBlock, states: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the mean diameter of each dot, shape (m,) [m]."""
-    seen, number = block.seen, len(block.fixed_dots)
-    total = np.bincount(seen.dot, seen.diameters * (1.0 + states[seen.image, 3]), number)
-    return total / np.maximum(np.bincount(seen.dot, minlength=number), 1)
+        new = dots[kept], diameters[kept], seen[kept]
+        shelf.put('dots', number, *new, which[same], seen[fixed], is_dirt.sum())

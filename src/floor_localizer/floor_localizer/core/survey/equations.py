@@ -1,0 +1,44 @@
+"""Normal equations of some of a survey's images."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+UNKNOWNS = 6
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Normal equations of some images, with six unknowns each.
+
+    Attributes:
+        images: shape (k,), indices of the images, rising.
+        normal: shape (6 k, 6 k), symmetric.
+        gradient: shape (6 k,).
+    """
+
+    images: NDArray[np.int64]
+    normal: NDArray[np.float64]
+    gradient: NDArray[np.float64]
+
+    def __add__(self, other: Equations) -> Equations:
+        """Return the sum of both."""
+        images = np.union1d(self.images, other.images)
+        total = Equations(
+            images,
+            np.zeros((UNKNOWNS * len(images), UNKNOWNS * len(images))),
+            np.zeros(UNKNOWNS * len(images)),
+        )
+        for each in (self, other):
+            rows = unknowns_of(np.searchsorted(images, each.images))
+            total.normal[np.ix_(rows, rows)] += each.normal
+            total.gradient[rows] += each.gradient
+        return total
+
+
+def unknowns_of(images: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the indices of the unknowns of images, shape (6 k,)."""
+    return (UNKNOWNS * images[:, None] + np.arange(UNKNOWNS)).ravel()

@@ -1,0 +1,54 @@
+"""The dots of a map that is extended, on a shelf, from which only those are read that lie somewhere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.survey.shelf import Shelf
+
+
+@dataclass(frozen=True)
+class OldDots:
+    """Dots on a shelf in the order of x.
+
+    Attributes:
+        shelf: where they are.
+        count: their number.
+    """
+
+    shelf: Shelf
+    count: int
+
+    def around(
+        self, places: NDArray[np.float64], reach: float
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return all dots that are within reach of any of some places, and others near there.
+
+        Args:
+            places: shape (m, 2) [m].
+            reach: of a place [m].
+
+        Returns:
+            their indices, rising, shape (k,), and the dots, shape (k, 2) [m].
+        """
+        if len(places) == 0 or self.count == 0:
+            return np.empty(0, dtype=np.int64), np.empty((0, 2))
+        lower, upper = places.min(axis=0) - reach, places.max(axis=0) + reach
+        sorted_dots, indices = self.shelf.look_up('old'), self.shelf.look_up('old_indices')
+        begin = np.searchsorted(sorted_dots[:, 0], lower[0])
+        end = np.searchsorted(sorted_dots[:, 0], upper[0], side='right')
+        strip = np.array(sorted_dots[begin:end])
+        rows = np.flatnonzero((strip[:, 1] >= lower[1]) & (strip[:, 1] <= upper[1]))
+        rows = rows[np.argsort(indices[begin + rows])]
+        return np.array(indices[begin + rows]), strip[rows]
+
+
+def shelve_dots(points: NDArray[np.float64], shelf: Shelf) -> OldDots:
+    """Put dots, shape (n, 2) [m], on a shelf."""
+    order = np.argsort(points[:, 0], kind='stable')
+    shelf.put('old', 0, points[order])
+    shelf.put('old_indices', 0, order)
+    return OldDots(shelf, len(points))

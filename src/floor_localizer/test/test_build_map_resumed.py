@@ -1,0 +1,177 @@
+"""A survey that was killed or had no room left goes on where it was and ends the same."""
+
+import errno
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from survey_scene import FLAGS, fault_of, folder_options, record_drive, run
+
+from floor_localizer.commands.build_map import main
+from floor_localizer.core.survey import adjustment_rounds, linked_images
+from floor_localizer.survey_files import checkpoint, shelf_folder
+from floor_localizer.survey_files.checkpoint import Checkpoint
+
+pytestmark = pytest.mark.newest_set_only
+
+RESULTS = ('map.csv', 'sightings.csv', 'images.csv', 'report.txt')
+KILLED_WHILE_ADJUSTING = """
+import os, signal, sys
+from floor_localizer.commands.build_map import main
+from floor_localizer.survey_files.shelf_folder import ShelfFolder
+
+put = ShelfFolder.put
+
+def put_or_die(shelf, name, number, *arrays):
+    put(shelf, name, number, *arrays)
+    if name == 'found' and (shelf.folder.parents[1] / 'adjusted_1.npz').exists():
+        os.killpg(0, signal.SIGKILL)
+
+ShelfFolder.put = put_or_die
+main(sys.argv[1:])
+"""
+
+
+@pytest.fixture(scope='module')
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return record_drive(tmp_path_factory.mktemp('drive'))
+
+
+@pytest.fixture(scope='module')
+def whole(scene: Path) -> Path:
+    """Folder of a survey that was not killed."""
+    assert main([*map(str, folder_options(scene)), '--out', str(scene / 'whole'), *FLAGS]) == 0
+    return scene / 'whole'
+
+
+def without_room(*_: object) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def no_detector() -> SimpleNamespace:
+    def detect(_: object) -> None:
+        raise AssertionError('an image is looked at again')
+
+    return SimpleNamespace(detect=detect)
+
+
+def test_a_survey_killed_while_adjusting_goes_on_with_that_round_and_ends_the_same(
+    scene: Path,
+    whole: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    shutil.copytree(whole / 'checkpoint', tmp_path / 'checkpoint')
+    for done in (*(tmp_path / 'checkpoint').glob('adjusted_*'), tmp_path / 'checkpoint' / 'linked.npz'):
+        done.unlink()
+    command = [sys.executable, '-c', KILLED_WHILE_ADJUSTING, *map(str, folder_options(scene))]
+    child = subprocess.run(
+        [*command, '--out', str(tmp_path), *FLAGS],
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+        check=False,
+    )
+    assert child.returncode == -signal.SIGKILL
+    assert list((tmp_path / 'checkpoint' / 'adjustment').glob('*/found_00000.npy'))
+    adjusted, adjust_blocks = [], adjustment_rounds.adjust_blocks
+    monkeypatch.setattr(linked_images, 'PieceLinker', None)
+    monkeypatch.setattr(
+        adjustment_rounds, 'adjust_blocks', lambda *a: adjusted.append(a) or adjust_blocks(*a)
+    )
+    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
+    assert code == 0, err
+    assert len(adjusted) == adjustment_rounds.ADJUSTMENTS - 2
+    for name in RESULTS:
+        assert (tmp_path / name).read_bytes() == (whole / name).read_bytes()
+
+
+def test_a_damaged_step_is_done_again(
+    scene: Path, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(whole / 'checkpoint', tmp_path / 'checkpoint')
+    for name in ('linked.npz', 'adjusted_3.npz', 'adjusted_5.npz'):
+        os.truncate(tmp_path / 'checkpoint' / name, 100)
+    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
+    assert code == 0, err
+    assert (tmp_path / 'map.csv').read_bytes() == (whole / 'map.csv').read_bytes()
+
+
+def test_what_was_half_written_is_removed_and_nothing_else(tmp_path: Path) -> None:
+    Checkpoint(tmp_path, {'survey': 1}).keep('linked')
+    for name in ('.images.bin.x1y2', '.dots_00001.npz.ab', '.pieces_00000.npz.ab', '.mine'):
+        (tmp_path / name).write_bytes(b'half')
+    Checkpoint(tmp_path, {'survey': 1})
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['.mine', 'linked.npz', 'survey.json']
+
+
+def test_a_full_disk_is_told_and_the_survey_goes_on(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    saved = np.savez
+    calls = []
+
+    def full(file: object, **arrays: object) -> None:
+        calls.append(1)
+        if len(calls) == 2:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        saved(file, **arrays)
+
+    monkeypatch.setattr(checkpoint.np, 'savez', full)
+    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
+    assert code == 1
+    assert 'No space left on device; free some and give the same command again' in fault_of(err)
+    assert [path.name for path in (tmp_path / 'checkpoint').iterdir() if path.name.startswith('.')] == []
+    monkeypatch.setattr('floor_localizer.survey_files.survey_tasks.DotDetector', no_detector)
+    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
+    assert code == 0, err  # the dots were kept: no image was looked at again
+
+
+def test_a_disk_that_fills_up_while_adjusting_is_told_and_the_survey_ends_the_same(
+    scene: Path,
+    whole: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with monkeypatch.context() as full:
+        full.setattr(shelf_folder, 'write_array', without_room)
+        code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'full')
+    assert code == 1
+    assert 'No space left on device; free some and give the same command again' in fault_of(err)
+    # What a process that was killed here would leave.
+    (tmp_path / 'full/checkpoint/adjustment/run').mkdir(parents=True, exist_ok=True)
+    (tmp_path / 'full/checkpoint/adjustment/run/block_00000.npy').write_bytes(b'half')
+    monkeypatch.setattr('floor_localizer.survey_files.survey_tasks.DotDetector', no_detector)
+    assert run(capsys, *folder_options(scene), '--out', tmp_path / 'full')[0] == 0
+    assert (tmp_path / 'full/map.csv').read_bytes() == (whole / 'map.csv').read_bytes()
+    assert not (tmp_path / 'full/checkpoint/adjustment').exists()
+
+
+def test_a_survey_killed_with_all_its_workers_goes_on_and_ends_the_same(
+    scene: Path, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = [sys.executable, '-m', 'floor_localizer.commands.build_map', *map(str, folder_options(scene))]
+    child = subprocess.Popen(
+        [*command, '--out', str(tmp_path / 'killed'), *FLAGS, '--workers', '2'],
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    deadline = time.monotonic() + 90.0
+    while (
+        not (tmp_path / 'killed' / 'checkpoint' / 'dots_00000.npz').exists() and time.monotonic() < deadline
+    ):
+        time.sleep(0.01)
+    os.killpg(child.pid, signal.SIGKILL)
+    child.wait()
+    assert not (tmp_path / 'killed' / 'map.csv').exists()
+    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'killed')
+    assert code == 0, err
+    assert (tmp_path / 'killed' / 'map.csv').read_bytes() == (whole / 'map.csv').read_bytes()
