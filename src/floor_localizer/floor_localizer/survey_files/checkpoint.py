@@ -22,6 +22,8 @@ from shirube_files import write_text, written_beside
 
 Found = DetectedDots | str
 """The dots of an image, or what is wrong with it."""
+# Numpy and zipfile say all this of files that are empty, cut off or have changed somewhere.
+_DAMAGED = (OSError, EOFError, RuntimeError, ValueError, KeyError, zipfile.BadZipFile)
 
 
 class Checkpoint:
@@ -162,11 +164,9 @@ class Checkpoint:
     def _load(self, name: str, *wanted: str) -> dict[str, NDArray[Any]] | None:
         try:
             with np.load(self._folder / name, allow_pickle=False) as content:
-                return {key: content[key] for key in wanted or content}
-        except FileNotFoundError:
-            return None
-        except (OSError, ValueError, KeyError, zipfile.BadZipFile):
-            return None  # damaged: it is made again
+                return {key: content[key] for key in wanted or content} or None
+        except _DAMAGED:
+            return None  # not done yet, or damaged: it is made again
 
     def _save(self, name: str, **arrays: object) -> None:
         with written_beside(self._folder / name) as file:
