@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import logging
+import signal
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from typing import Any
 
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
@@ -59,14 +62,14 @@ def task_runner(workers: int, scheduler: str | None = None) -> Iterator[TaskRunn
     from distributed import Client, LocalCluster  # noqa: PLC0415
 
     if scheduler is None:
-        with (
-            dask.config.set(_AS_USUAL),
-            LocalCluster(
-                n_workers=workers, threads_per_worker=1, dashboard_address=None, memory_limit=0
-            ) as cluster,
-            Client(cluster) as client,
-        ):
-            yield DaskRunner(client)
+        with dask.config.set(_AS_USUAL):
+            with _interrupts_held():
+                cluster = LocalCluster(
+                    n_workers=workers, threads_per_worker=1, dashboard_address=None, memory_limit=0,
+                    silence_logs=logging.ERROR,
+                )  # fmt: skip
+            with cluster, Client(cluster) as client:
+                yield DaskRunner(client)
         return
     try:
         client = Client(scheduler, timeout=_PATIENCE)
@@ -76,3 +79,17 @@ def task_runner(workers: int, scheduler: str | None = None) -> Iterator[TaskRunn
         ) from fault
     with client:
         yield DaskRunner(client)
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Hold an interrupt back until workers have been started; they inherit that for good.
+
+    A terminal interrupts all its processes: this one ends the workers, which else tell at length that they end.
+    """
+    resource_tracker.ensure_running()  # else it is started with the first worker, and lets go of what is held
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

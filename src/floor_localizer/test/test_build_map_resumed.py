@@ -155,23 +155,35 @@ def test_a_disk_that_fills_up_while_adjusting_is_told_and_the_survey_ends_the_sa
     assert not (tmp_path / 'full/checkpoint/adjustment').exists()
 
 
-def test_a_survey_killed_with_all_its_workers_goes_on_and_ends_the_same(
-    scene: Path, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def begun(scene: Path, folder: Path, done: str) -> subprocess.Popen[str]:
+    """A survey on two workers that has written a file."""
     command = [sys.executable, '-m', 'floor_localizer.commands.build_map', *map(str, folder_options(scene))]
     child = subprocess.Popen(
-        [*command, '--out', str(tmp_path / 'killed'), *FLAGS, '--workers', '2'],
-        stderr=subprocess.DEVNULL,
+        [*command, '--out', str(folder), *FLAGS, '--workers', '2'],
+        stderr=subprocess.PIPE,
+        text=True,
         start_new_session=True,
     )
     deadline = time.monotonic() + 90.0
-    while (
-        not (tmp_path / 'killed' / 'checkpoint' / 'dots_00000.npz').exists() and time.monotonic() < deadline
-    ):
+    while not (folder / done).exists() and time.monotonic() < deadline:
         time.sleep(0.01)
-    os.killpg(child.pid, signal.SIGKILL)
-    child.wait()
+    return child
+
+
+def test_a_survey_killed_with_all_its_workers_goes_on_and_ends_the_same(
+    scene: Path, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with begun(scene, tmp_path / 'killed', 'checkpoint/dots_00000.npz') as child:
+        os.killpg(child.pid, signal.SIGKILL)
     assert not (tmp_path / 'killed' / 'map.csv').exists()
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'killed')
     assert code == 0, err
     assert (tmp_path / 'killed' / 'map.csv').read_bytes() == (whole / 'map.csv').read_bytes()
+
+
+def test_an_interrupt_ends_a_survey_with_its_workers_in_one_line(scene: Path, tmp_path: Path) -> None:
+    with begun(scene, tmp_path, 'checkpoint/dots_00000.npz') as child:
+        os.killpg(child.pid, signal.SIGINT)  # as a terminal does it: to all processes
+        _, err = child.communicate(timeout=60.0)
+    assert child.returncode == 130
+    assert err == '\nbuild_map: stopped; the same command goes on where it was\n'
