@@ -13,8 +13,13 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.independent_tasks import OwnProcess, Task, TaskRunner
 
 _PATIENCE = 20.0  # with a scheduler that does not answer [s]
-# Dask's workers give memory back at once: arrays then take half as much time again.
-_AS_USUAL = {'distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_': None}
+_ENVIRONMENT = 'distributed.nanny.pre-spawn-environ'
+_WORKERS = {
+    # Dask's workers give memory back at once: arrays then take half as much time again.
+    f'{_ENVIRONMENT}.MALLOC_TRIM_THRESHOLD_': None,
+    # What goes wrong is raised here, and told in one line.
+    f'{_ENVIRONMENT}.DASK_LOGGING__DISTRIBUTED': 'critical',
+}
 
 
 class DaskRunner:
@@ -62,11 +67,11 @@ def task_runner(workers: int, scheduler: str | None = None) -> Iterator[TaskRunn
     from distributed import Client, LocalCluster  # noqa: PLC0415
 
     if scheduler is None:
-        with dask.config.set(_AS_USUAL):
+        with dask.config.set(_WORKERS):
             with _interrupts_held():
                 cluster = LocalCluster(
                     n_workers=workers, threads_per_worker=1, dashboard_address=None, memory_limit=0,
-                    silence_logs=logging.ERROR,
+                    silence_logs=logging.CRITICAL,
                 )  # fmt: skip
             with cluster, Client(cluster) as client:
                 yield DaskRunner(client)

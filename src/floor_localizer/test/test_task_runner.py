@@ -1,0 +1,27 @@
+"""Tasks on processes of this computer: what goes wrong there is raised here, and nothing else is said of it."""
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.task_runner import task_runner
+
+pytestmark = pytest.mark.newest_set_only
+
+
+def test_faults_of_workers_are_raised_and_told_only_here(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with task_runner(2) as runner:
+        with pytest.raises(FileNotFoundError) as fault:
+            list(runner.run(os.mkdir, [(str(tmp_path / 'a'),), (str(tmp_path / 'none' / 'b'),)]))
+        assert fault.value.filename == str(tmp_path / 'none' / 'b')
+        with pytest.raises(FloorLocalizerError, match='a worker died several times at the same task'):
+            list(runner.run(signal.raise_signal, [(int(signal.SIGKILL),)]))
+        # The workers that were started in their place do the rest.
+        assert len(list(runner.run(os.mkdir, [(str(tmp_path / f'{k}'),) for k in range(4)]))) == 4
+    assert (tmp_path / '3').is_dir()
+    assert capfd.readouterr() == ('', '')
