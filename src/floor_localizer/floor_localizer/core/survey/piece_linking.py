@@ -215,6 +215,7 @@ class PieceLinker:
         if until < 1:
             return None
         if self._all_dots is None or until - self._all_dots[0] > 20 + until // 4:
+            self._all_dots = None  # before there are others: never two of them in memory
             parts, owners = [], []
             for k in range(until):
                 z = self.places.turns[k] * (self._fields.dots(k) @ (1.0, 1j)) + self.places.shifts[k]
