@@ -175,4 +175,4 @@ def _differing(path: Path, given: dict[str, object]) -> list[str]:
         known = dict(json.loads(path.read_text()))
     except (ValueError, TypeError):
         known = {}
-    return [name for name in sorted(given.keys() | known.keys()) if known.get(name) != given.get(name)]
+    return [name for name in given if known.get(name) != given[name]]
