@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from survey_scene import FLAGS, fault_of, folder_options, record_drive, run
 
+from floor_localizer.commands import build_map
 from floor_localizer.commands.build_map import main
 from floor_localizer.core.survey import adjustment_rounds, linked_images
 from floor_localizer.survey_files import checkpoint, shelf_folder
@@ -21,7 +22,7 @@ from floor_localizer.survey_files.checkpoint import Checkpoint
 
 pytestmark = pytest.mark.newest_set_only
 
-RESULTS = ('map.csv', 'sightings.csv', 'images.csv', 'report.txt')
+TABLES = ('map.csv', 'sightings.csv', 'images.csv', 'report.txt')
 KILLED_WHILE_ADJUSTING = """
 import os, signal, sys
 from floor_localizer.commands.build_map import main
@@ -89,7 +90,7 @@ def test_a_survey_killed_while_adjusting_goes_on_with_that_round_and_ends_the_sa
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 0, err
     assert len(adjusted) == adjustment_rounds.ADJUSTMENTS - 2
-    for name in RESULTS:
+    for name in TABLES:
         assert (tmp_path / name).read_bytes() == (whole / name).read_bytes()
 
 
@@ -99,17 +100,28 @@ def test_a_damaged_step_is_done_again(
     shutil.copytree(whole / 'checkpoint', tmp_path / 'checkpoint')
     for name in ('linked.npz', 'adjusted_3.npz', 'adjusted_5.npz'):
         os.truncate(tmp_path / 'checkpoint' / name, 100)
+    (tmp_path / '.map.png.abcd_123').touch()  # half of a result, of a process that was killed
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 0, err
     assert (tmp_path / 'map.csv').read_bytes() == (whole / 'map.csv').read_bytes()
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(['checkpoint', *build_map.RESULTS])
 
 
 def test_what_was_half_written_is_removed_and_nothing_else(tmp_path: Path) -> None:
     Checkpoint(tmp_path, {'survey': 1}).keep('linked')
-    for name in ('.images.bin.x1y2', '.dots_00001.npz.ab', '.pieces_00000.npz.ab', '.mine'):
+    for name in (
+        '.images.bin.x1y2x1y2',
+        '.dots_00001.npz.ab_cd_ef',
+        '.pieces_00000.npz.abcd_123',
+        '.linked.npz.swp',
+    ):
         (tmp_path / name).write_bytes(b'half')
     Checkpoint(tmp_path, {'survey': 1})
-    assert sorted(path.name for path in tmp_path.iterdir()) == ['.mine', 'linked.npz', 'survey.json']
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        '.linked.npz.swp',
+        'linked.npz',
+        'survey.json',
+    ]
 
 
 def test_a_full_disk_is_told_and_the_survey_goes_on(
@@ -155,23 +167,35 @@ def test_a_disk_that_fills_up_while_adjusting_is_told_and_the_survey_ends_the_sa
     assert not (tmp_path / 'full/checkpoint/adjustment').exists()
 
 
-def test_a_survey_killed_with_all_its_workers_goes_on_and_ends_the_same(
-    scene: Path, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def begun(scene: Path, folder: Path, done: str) -> subprocess.Popen[str]:
+    """A survey on two workers that has written a file."""
     command = [sys.executable, '-m', 'floor_localizer.commands.build_map', *map(str, folder_options(scene))]
     child = subprocess.Popen(
-        [*command, '--out', str(tmp_path / 'killed'), *FLAGS, '--workers', '2'],
-        stderr=subprocess.DEVNULL,
+        [*command, '--out', str(folder), *FLAGS, '--workers', '2'],
+        stderr=subprocess.PIPE,
+        text=True,
         start_new_session=True,
     )
     deadline = time.monotonic() + 90.0
-    while (
-        not (tmp_path / 'killed' / 'checkpoint' / 'dots_00000.npz').exists() and time.monotonic() < deadline
-    ):
+    while not (folder / done).exists() and time.monotonic() < deadline:
         time.sleep(0.01)
-    os.killpg(child.pid, signal.SIGKILL)
-    child.wait()
+    return child
+
+
+def test_a_survey_killed_with_all_its_workers_goes_on_and_ends_the_same(
+    scene: Path, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with begun(scene, tmp_path / 'killed', 'checkpoint/dots_00000.npz') as child:
+        os.killpg(child.pid, signal.SIGKILL)
     assert not (tmp_path / 'killed' / 'map.csv').exists()
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'killed')
     assert code == 0, err
     assert (tmp_path / 'killed' / 'map.csv').read_bytes() == (whole / 'map.csv').read_bytes()
+
+
+def test_an_interrupt_ends_a_survey_with_its_workers_in_one_line(scene: Path, tmp_path: Path) -> None:
+    with begun(scene, tmp_path, 'checkpoint/dots_00000.npz') as child:
+        os.killpg(child.pid, signal.SIGINT)  # as a terminal does it: to all processes
+        _, err = child.communicate(timeout=60.0)
+    assert child.returncode == 130
+    assert err == '\nbuild_map: stopped; the same command goes on where it was\n'

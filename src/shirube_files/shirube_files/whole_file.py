@@ -10,6 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
+_ANY_ENDING = 8 * '?'
+"""Of the names that `tempfile` gives."""
+
 
 @contextmanager
 def written_beside(path: Path) -> Iterator[BinaryIO]:
@@ -34,6 +37,17 @@ def written_beside(path: Path) -> Iterator[BinaryIO]:
     except BaseException:
         beside.unlink(missing_ok=True)
         raise
+
+
+def remove_halves(folder: Path, names: str) -> None:
+    """Remove what processes that were killed have left half written; nobody may be writing there.
+
+    Args:
+        folder: of the files.
+        names: pattern of their names, as of `Path.glob`.
+    """
+    for half in folder.glob(f'.{names}.{_ANY_ENDING}'):
+        half.unlink(missing_ok=True)
 
 
 def _rename(beside: Path, path: Path) -> None:

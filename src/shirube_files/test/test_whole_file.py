@@ -2,7 +2,7 @@
 
 import pytest
 
-from shirube_files import write_text
+from shirube_files import remove_halves, write_text, written_beside
 
 
 def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path):
@@ -43,3 +43,15 @@ def test_an_error_names_the_file_that_was_wanted(tmp_path, name):
     with pytest.raises(OSError, match=f": '{path}'$") as caught:
         write_text(path, 'x')
     assert caught.value.filename == str(path)
+
+
+def test_what_a_killed_process_left_half_written_is_removed(tmp_path):
+    (tmp_path / '.a.txt.swp').touch()  # of an editor
+    writing = written_beside(tmp_path / 'a.txt')
+    writing.__enter__()
+    remove_halves(tmp_path, 'b.txt')
+    assert len(list(tmp_path.iterdir())) == 2
+    remove_halves(tmp_path, '*.txt')
+    assert [path.name for path in tmp_path.iterdir()] == ['.a.txt.swp']
+    with pytest.raises(FileNotFoundError):
+        writing.__exit__(None, None, None)

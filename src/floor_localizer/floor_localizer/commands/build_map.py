@@ -19,16 +19,19 @@ from floor_localizer.files.array_file import NO_ROOM
 from floor_localizer.files.csv_form import save_csv
 from floor_localizer.files.dot_map_file import load_dot_map
 from floor_localizer.survey_files.checkpoint import Checkpoint
+from floor_localizer.survey_files.sole_survey import alone_in
 from floor_localizer.survey_files.survey_report import save_image_poses, save_sightings, survey_report
 from floor_localizer.survey_files.survey_run import SurveyRun, run_survey, survey_key
-from floor_localizer.survey_files.survey_source import BagSource, FolderSource, SurveySource
+from floor_localizer.survey_files.survey_source import BagSource, FolderSource
 from floor_localizer.task_runner import task_runner
 from shirube_bags.errors import ShirubeBagsError
-from shirube_files import write_text, written_beside
+from shirube_files import remove_halves, write_text, written_beside
 from shirube_geometry import CameraMount
 from shirube_ros.file_errors import CameraFileError
 from shirube_settings import SettingsError
 
+RESULTS = ('sightings.csv', 'images.csv', 'report.txt', 'map.png', 'residuals.png', 'map.csv')
+"""What is written, the map at last."""
 _DEFAULT = CameraMount()
 
 
@@ -64,15 +67,17 @@ def build_map(options: argparse.Namespace) -> None:
         )
     existing = None if options.extend is None else load_dot_map(options.extend)
     source = open_source(options)
-    key = survey_key(source, str(options.bag or options.images), mount, settings, existing)
-    checkpoint = Checkpoint(options.out / 'checkpoint', key)
-    with task_runner(options.workers, options.scheduler) as runner:
-        run = run_survey(source, mount, settings, checkpoint, runner, existing)
-    write_results(options, run)
-    checkpoint.drop_shelf()
+    key = survey_key(source, mount, settings, existing)
+    folder = options.out / 'checkpoint'
+    with alone_in(folder):
+        checkpoint = Checkpoint(folder, key)
+        with task_runner(options.workers, options.scheduler) as runner:
+            run = run_survey(source, mount, settings, checkpoint, runner, existing)
+        write_results(options, run)
+        checkpoint.drop_shelf()
 
 
-def open_source(options: argparse.Namespace) -> SurveySource:
+def open_source(options: argparse.Namespace) -> FolderSource | BagSource:
     """Return the images that the options name."""
     if options.bag is not None:
         return BagSource(options.bag, options.topic, options.camera_info_topic, options.odom_topic)
@@ -94,6 +99,8 @@ def write_results(options: argparse.Namespace, run: SurveyRun) -> None:
         result, scale = scale_survey(run.result, known)
         run = SurveyRun(result, run.images, run.faults)
     out: Path = options.out
+    for name in RESULTS:
+        remove_halves(out, name)
     report = survey_report(run, scale)
     save_sightings(out / 'sightings.csv', run.result)
     save_image_poses(out / 'images.csv', run)

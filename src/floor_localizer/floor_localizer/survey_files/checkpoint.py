@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shutil
 import tempfile
@@ -17,11 +16,14 @@ from numpy.typing import NDArray
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.survey.piece import Piece
+from floor_localizer.survey_files.code_version import code_version
 from floor_localizer.survey_files.shelf_folder import ShelfFolder
-from shirube_files import write_text, written_beside
+from shirube_files import remove_halves, write_text, written_beside
 
 Found = DetectedDots | str
 """The dots of an image, or what is wrong with it."""
+# Numpy and zipfile say all this of files that are empty, cut off or have changed somewhere.
+_DAMAGED = (OSError, EOFError, RuntimeError, ValueError, KeyError, zipfile.BadZipFile)
 
 
 class Checkpoint:
@@ -32,7 +34,7 @@ class Checkpoint:
 
         Args:
             folder: of the files.
-            survey: everything that the results depend on.
+            survey: everything that the results depend on besides the code, by names for people.
 
         Raises:
             FloorLocalizerError: the folder holds another survey.
@@ -40,22 +42,18 @@ class Checkpoint:
         """
         self._folder = folder.absolute()  # the tasks may run in another folder
         self._shelves = self._folder / 'adjustment'
-        text = json.dumps(survey, sort_keys=True, default=str)
-        key, path = hashlib.sha256(text.encode()).hexdigest(), folder / 'survey.json'
-        if path.exists():
-            try:
-                known = json.loads(path.read_text())['key']
-            except (ValueError, KeyError, TypeError):
-                known = ''
-            if known != key:
-                raise FloorLocalizerError(
-                    f'{folder}: belongs to a survey with other images or options; remove it or choose another --out'
-                )
-        else:
-            write_text(path, json.dumps({'key': key, 'survey': survey}, default=str, indent=1))
-        # What one that was killed was writing.
-        for half in (*folder.glob('.*.npz.*'), *folder.glob(f'.{self.images_file.name}.*')):
-            half.unlink(missing_ok=True)
+        # As it is when it is read again.
+        given = json.loads(json.dumps({**survey, 'version of the software': code_version()}))
+        path = folder / 'survey.json'
+        if not path.exists():
+            write_text(path, json.dumps(given, indent=1))
+        elif others := _differing(path, given):
+            raise FloorLocalizerError(
+                f'{folder}: belongs to another survey by its {" and ".join(others)}; '
+                'remove it or choose another --out'
+            )
+        for names in ('*.npz', self.images_file.name, path.name):
+            remove_halves(folder, names)
 
     def drop_shelf(self) -> None:
         """Remove the shelf; the parts and the steps stay."""
@@ -162,12 +160,19 @@ class Checkpoint:
     def _load(self, name: str, *wanted: str) -> dict[str, NDArray[Any]] | None:
         try:
             with np.load(self._folder / name, allow_pickle=False) as content:
-                return {key: content[key] for key in wanted or content}
-        except FileNotFoundError:
-            return None
-        except (OSError, ValueError, KeyError, zipfile.BadZipFile):
-            return None  # damaged: it is made again
+                return {key: content[key] for key in wanted or content} or None
+        except _DAMAGED:
+            return None  # not done yet, or damaged: it is made again
 
     def _save(self, name: str, **arrays: object) -> None:
         with written_beside(self._folder / name) as file:
             np.savez(file, **arrays)  # type: ignore[arg-type]
+
+
+def _differing(path: Path, given: dict[str, object]) -> list[str]:
+    """Return the names of what is not as it was when a checkpoint was begun."""
+    try:
+        known = dict(json.loads(path.read_text()))
+    except (ValueError, TypeError):
+        known = {}
+    return [name for name in given if known.get(name) != given[name]]

@@ -22,7 +22,7 @@ from floor_localizer.core.survey.survey_plan import choose_images, cut_pieces
 from floor_localizer.core.survey.survey_settings import SurveySettings
 from floor_localizer.survey_files.checkpoint import Checkpoint
 from floor_localizer.survey_files.packed_images import PackedImages, pack_images
-from floor_localizer.survey_files.survey_source import SurveySource
+from floor_localizer.survey_files.survey_source import BagSource, FolderSource, SurveySource
 from floor_localizer.survey_files.survey_tasks import find_dots, put_together
 from shirube_geometry import CameraMount
 
@@ -47,21 +47,26 @@ class SurveyRun:
 
 
 def survey_key(
-    source: SurveySource, name: str, mount: CameraMount, settings: SurveySettings, existing: DotMap | None
+    source: FolderSource | BagSource, mount: CameraMount, settings: SurveySettings, existing: DotMap | None
 ) -> dict[str, object]:
-    """Return everything that the results of a survey depend on."""
+    """Return everything that the results of a survey depend on besides the code, by names for people."""
     poses = [
         (frame.name, frame.T_odom_base.x, frame.T_odom_base.y, frame.T_odom_base.yaw)
         for frame in source.frames
     ]
+    files = [(path.name, (now := path.stat()).st_size, now.st_mtime_ns) for path in source.files]
     return {
-        'source': name,
-        'frames': hashlib.sha256(repr(poses).encode()).hexdigest(),
-        'camera': asdict(source.camera),
-        'mount': [*mount.xyz, *mount.rpy],
+        'images': _digest(repr(files).encode()),
+        'odometry': _digest(repr(poses).encode()),
+        'calibration': asdict(source.camera),
+        'mount of the camera': [*mount.xyz, *mount.rpy],
         'settings': asdict(settings),
-        'extends': None if existing is None else hashlib.sha256(existing.points.tobytes()).hexdigest(),
+        'map to extend': None if existing is None else _digest(existing.points.tobytes()),
     }
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
 
 
 def run_survey(

@@ -58,7 +58,13 @@ class SurveySource(Protocol):
 
 
 class FolderSource:
-    """Images in a folder."""
+    """Images in a folder.
+
+    Attributes:
+        files: of the images.
+        frames: all of them.
+        camera: that took them.
+    """
 
     def __init__(self, folder: Path, calibration: Path, odometry: Path) -> None:
         """Read the poses of all images.
@@ -68,17 +74,23 @@ class FolderSource:
             CameraFileError: the folder or the calibration cannot be read.
         """
         self.camera = load_calibration(calibration)
-        self._paths = list_images([folder])
-        poses = load_odometry(odometry, self._paths)
-        self.frames = [Frame(path.name, pose) for path, pose in zip(self._paths, poses, strict=True)]
+        self.files = list_images([folder])
+        poses = load_odometry(odometry, self.files)
+        self.frames = [Frame(path.name, pose) for path, pose in zip(self.files, poses, strict=True)]
 
     def part(self, wanted: Sequence[int]) -> FilePart:
         """Return the wanted images, rising indices, to be read anywhere."""
-        return FilePart(tuple((index, self._paths[index].absolute()) for index in wanted), self.camera)
+        return FilePart(tuple((index, self.files[index].absolute()) for index in wanted), self.camera)
 
 
 class BagSource:
-    """The images of a bag, with its odometry and camera_info."""
+    """The images of a bag, with its odometry and camera_info.
+
+    Attributes:
+        files: of the bag.
+        frames: all images.
+        camera: that took them.
+    """
 
     def __init__(self, path: Path, image: str | None, camera_info: str | None, odometry: str | None) -> None:
         """Read all stamps and poses.
@@ -88,6 +100,7 @@ class BagSource:
             BagError: the bag or a topic is missing.
         """
         self._path = path
+        self.files = sorted(each for each in path.iterdir() if each.is_file()) if path.is_dir() else [path]
         with BagReader(path) as bag:
             self._topics = choose_topics(bag, image, camera_info, odometry)
             if not self._topics.odometry:

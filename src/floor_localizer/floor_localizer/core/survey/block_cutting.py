@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.independent_tasks import TaskRunner, run_numbered
+from floor_localizer.core.survey.image_boxes import ImageBoxes, shelve_boxes
 from floor_localizer.core.survey.placed_sightings import Placed, placed
 from floor_localizer.core.survey.shelf import Shelf
 from floor_localizer.core.survey.shelved_sightings import ShelvedSightings, shelve_sightings
@@ -56,9 +57,8 @@ class BlockCutter:
         extents = np.concatenate([shelf.get('extents', number)[0] for number in range(groups)])
         tiles = cut_tiles(0.5 * (extents[:, 0] + extents[:, 1]), self._images_a_tile)
         blocks = SightingBlocks(shelf, len(tiles))
-        shelf.put('all_extents', 0, extents)
         shelf.put('tiles', 0, np.array([(tile.lower, tile.upper) for tile in tiles]))
-        cutting = _Cutting(self._shelved, blocks, self._position, reach)
+        cutting = _Cutting(self._shelved, shelve_boxes(extents, shelf), blocks, self._position, reach)
         run_numbered(self._runner, cutting, len(tiles), BLOCKS_A_TASK)
         return blocks
 
@@ -86,6 +86,7 @@ class _Cutting:
     """Puts the sightings of the dots whose first sighting lies in a tile on the shelf."""
 
     shelved: ShelvedSightings
+    boxes: ImageBoxes
     blocks: SightingBlocks
     position: NDArray[np.float64]
     reach: float
@@ -93,11 +94,10 @@ class _Cutting:
     def __call__(self, number: int) -> None:
         shelf, halo = self.shelved.shelf, _HALO * self.reach
         tile = Tile(*shelf.look_up('tiles')[number])
-        states, extents = shelf.look_up('states'), shelf.look_up('all_extents')
+        states = shelf.look_up('states')
         while True:
             around = tile.grown(halo)
-            near = (extents[:, 1] >= around.lower) & (extents[:, 0] < around.upper)
-            seen = self.shelved.of_images(np.flatnonzero(near.all(axis=1)))
+            seen = self.shelved.of_images(self.boxes.meeting(around))
             sightings = placed(seen, states, self.position)
             sightings = sightings.where(around.contains(sightings.points))
             if _is_whole(sightings, tile, tile.grown(halo - self.reach), self.reach):

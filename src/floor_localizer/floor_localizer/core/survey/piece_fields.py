@@ -21,14 +21,17 @@ class PieceFields:
         """Begin without a piece."""
         self._shelf = shelf
         self._kept: OrderedDict[int, DotField] = OrderedDict()
-        self._lower: list[NDArray[np.float64]] = []
-        self._upper: list[NDArray[np.float64]] = []
+        # Of the pieces so far and some to come: the lower and the upper corner of each.
+        self._corners = np.empty((_MOST_KEPT, 2, 2))
+        self._count = 0
 
     def append(self, dots: NDArray[np.float64]) -> None:
         """Add the dots of the next piece, shape (n, 2) [m], n >= 1."""
-        self._shelf.put('piece', len(self._lower), dots)
-        self._lower.append(dots.min(axis=0))
-        self._upper.append(dots.max(axis=0))
+        if self._count == len(self._corners):
+            self._corners = np.concatenate([self._corners, np.empty_like(self._corners)])
+        self._shelf.put('piece', self._count, dots)
+        self._corners[self._count] = dots.min(axis=0), dots.max(axis=0)
+        self._count += 1
 
     def dots(self, index: int) -> NDArray[np.float64]:
         """Return the dots of a piece, shape (n, 2) [m]."""
@@ -53,10 +56,9 @@ class PieceFields:
             pose: of the piece in the frame of the other one.
             radius: how far it may be from there [m].
         """
-        placed = pose.transform(self[index].points)
+        placed, (lower, upper) = pose.transform(self[index].points), self._corners[other]
         return bool(
-            (placed.min(axis=0) - radius < self._upper[other]).all()
-            and (placed.max(axis=0) + radius > self._lower[other]).all()
+            (placed.min(axis=0) - radius < upper).all() and (placed.max(axis=0) + radius > lower).all()
         )
 
     def near(
@@ -70,7 +72,7 @@ class PieceFields:
             shifts: shape (n,) [m].
             radius: how far the piece may be from there [m].
         """
-        lower, upper = np.array(self._lower) @ (1.0, 1j), np.array(self._upper) @ (1.0, 1j)
+        lower, upper = (self._corners[: self._count] @ (1.0, 1j)).T
         middles, sizes = turns * (0.5 * (lower + upper)) + shifts, 0.5 * np.abs(upper - lower)
         # The box of a turned box reaches farther than its circle.
         reach = np.sqrt(2.0) * (sizes[index] + radius) + sizes

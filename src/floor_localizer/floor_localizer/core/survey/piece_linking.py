@@ -24,8 +24,16 @@ from shirube_geometry import PlanarPose
 
 _SCALE = 0.02
 _LEAST_SHARED = 6
-# The chain of images drifts by this share of the way; the search area ends at the widest.
-_DRIFT, _DRIFT_TURN, _WIDEST, _WIDEST_TURN = 0.02, 0.02, 0.12, 0.4
+# The chain of images drifts by this share of the way, odometry by another; the search area ends at the widest [m, rad].
+_DRIFT, _ODOMETRY_DRIFT, _WIDEST, _WIDEST_TURN = 0.02, 0.1, 0.12, 0.4
+# A heading is as certain as this, and so many times less certain a metre of drift [rad, 1/m].
+_TURN, _TURN_BY_DRIFT = 0.02, 20.0
+# How far a piece is from where an image puts it that another one has, too, and from where a link does [m].
+_BY_IMAGE, _BY_LINK = 0.003, 0.004
+# Dots are shared that are nearer to each other than so many standard deviations.
+_SHARED = 5.0
+# Of a piece that is laid on another one, those dots count that may have dots of it within so many cells.
+_CELLS_AROUND = 2.5
 _SURELY = 1e-3
 """A link from anywhere must be surer by this."""
 
@@ -97,19 +105,12 @@ class PieceLinker:
         pose = PlanarPose(x, y, yaw) @ step
         a = self.places.turns[-1] / abs(self.places.turns[-1])
         turn = a * complex(np.exp(1j * pose.yaw))
-        way = (
-            float(np.sum(np.hypot(*np.diff(before.states[:, :2], axis=0).T)))
-            if len(before.states) > 1
-            else 0.0
-        )
-        jump = (
-            0.0 if piece.is_linked else self._settings.odometry_radius + float(np.hypot(step.x, step.y)) * 0.1
-        )
-        return (
-            turn,
-            self.places.turns[-1] * complex(pose.x, pose.y) + self.places.shifts[-1],
-            self._drift[-1] + _DRIFT * way + jump,
-        )
+        shift = self.places.turns[-1] * complex(pose.x, pose.y) + self.places.shifts[-1]
+        drift = self._drift[-1] + _DRIFT * float(np.sum(np.hypot(*np.diff(before.states[:, :2], axis=0).T)))
+        if not piece.is_linked:
+            jump = self._settings.odometry_radius + float(np.hypot(step.x, step.y)) * _ODOMETRY_DRIFT
+            drift += jump
+        return turn, shift, drift
 
     def _pose(self, index: int) -> PlanarPose:
         return PlanarPose(
@@ -122,23 +123,24 @@ class PieceLinker:
         """Link a piece to the one before by the dots of the image that both have."""
         if not self.pieces[index].is_linked or len(self.pieces[index - 1].images) == 0:
             return
-        found = self._lay(index, index - 1, 0.003, 0.02)
+        found = self._lay(index, index - 1, _BY_IMAGE, _TURN)
         if found is not None:
             yield self._link(index, index - 1, found, is_loop=False)
 
     def _links_beside(self, index: int) -> Iterator[Link]:
         """Link a piece to those that may lie where it is expected."""
-        radius = min(self._drift[index] + 0.003, _WIDEST)
-        turn = min(_DRIFT_TURN * (1.0 + 20.0 * self._drift[index]), _WIDEST_TURN)
+        radius = min(self._drift[index] + _BY_IMAGE, _WIDEST)
+        turn = min(_TURN * (1.0 + _TURN_BY_DRIFT * self._drift[index]), _WIDEST_TURN)
         before = index - 1 if self.pieces[index].is_linked else index
         while True:
             for other in self._candidates(index, before, radius):
                 found = self._lay(index, other, radius, turn)
                 if found is not None:
-                    yield self._link(index, other, found, is_loop=True)
+                    link = self._link(index, other, found, is_loop=True)
+                    yield link
                     # The first link tells where the piece lies; the others must lie there, too.
-                    self.places.place([self._link(index, other, found, is_loop=True)])
-                    before, radius, turn = other, 0.004, 0.02
+                    self.places.place([link])
+                    before, radius, turn = other, _BY_LINK, _TURN
                     break
             else:
                 return
@@ -156,9 +158,8 @@ class PieceLinker:
         """Lay a piece on another where it is expected."""
         field = self._fields[other]
         expected = self._pose(other).inverse() @ self._pose(index)
-        points = overlapping(
-            self._fields[index].points, field.points, expected, 2.5 * field.grid.cell + radius
-        )
+        reach = _CELLS_AROUND * field.grid.cell + radius
+        points = overlapping(self._fields[index].points, field.points, expected, reach)
         if len(points) == 0:
             return None
         # About their own middle, for what is far from the origin swings far.
@@ -177,11 +178,11 @@ class PieceLinker:
         z = (self._fields[index].points - middle) @ (1.0, 1j)
         placed = found.turn * z + found.shift
         laid, under = nearest_pairs(
-            self._fields[other].points, np.column_stack([placed.real, placed.imag]), 5.0 * DOT_SIGMA
+            self._fields[other].points, np.column_stack([placed.real, placed.imag]), _SHARED * DOT_SIGMA
         )
         if len(laid) < _LEAST_SHARED:
             return None
-        return Matched(found.turn, found.shift - found.turn * complex(*middle), laid, under, found.log_chance)
+        return replace(_about_origin(found, middle), laid=laid, under=under)
 
     def _link(self, index: int, other: int, found: Matched, *, is_loop: bool) -> Link:
         mine, theirs = self._fields[index].points[found.laid], self._fields[other].points[found.under]
@@ -195,20 +196,15 @@ class PieceLinker:
         field, owners = others
         points = self._fields[index].points
         by = Tolerances(DOT_SIGMA, _SCALE, 0.0, _SURELY * self._settings.chance)
-        found = field.match_anywhere(points - points.mean(axis=0), by)
+        middle = points.mean(axis=0)
+        found = field.match_anywhere(points - middle, by)
         if found is None:
             return []
-        found = Matched(
-            found.turn,
-            found.shift - found.turn * complex(*points.mean(axis=0)),
-            found.laid,
-            found.under,
-            found.log_chance,
-        )
+        found = _about_origin(found, middle)
         links = []
         self.places.turns[index], self.places.shifts[index] = found.turn / abs(found.turn), found.shift
         for other in np.unique(owners[found.under]):
-            laid = self._lay(index, int(other), 0.004, 0.02)
+            laid = self._lay(index, int(other), _BY_LINK, _TURN)
             if laid is not None:
                 links.append(self._link(index, int(other), laid, is_loop=True))
         return links
@@ -219,6 +215,7 @@ class PieceLinker:
         if until < 1:
             return None
         if self._all_dots is None or until - self._all_dots[0] > 20 + until // 4:
+            self._all_dots = None  # before there are others: never two of them in memory
             parts, owners = [], []
             for k in range(until):
                 z = self.places.turns[k] * (self._fields.dots(k) @ (1.0, 1j)) + self.places.shifts[k]
@@ -226,6 +223,11 @@ class PieceLinker:
                 owners.append(np.full(len(z), k))
             self._all_dots = (until, DotField(np.concatenate(parts)), np.concatenate(owners))
         return self._all_dots[1], self._all_dots[2]
+
+
+def _about_origin(found: Matched, middle: NDArray[np.float64]) -> Matched:
+    """Return a match of dots about their middle, shape (2,) [m], as one about the origin."""
+    return replace(found, shift=found.shift - found.turn * complex(*middle))
 
 
 def _complex(points: NDArray[np.float64]) -> NDArray[np.complex128]:

@@ -68,7 +68,7 @@ def count_views(
 
     Args:
         dots: shape (m, 2) [m].
-        states: shape (k, 6), of the images that were used.
+        states: shape (k, 6), of all images that may have seen any.
         outline: of a view.
         margin: a dot nearer to the border may not be whole in the image [m].
     """
@@ -76,12 +76,8 @@ def count_views(
     if len(dots) == 0:
         return counts
     tree = cKDTree(dots)
-    reach = float(np.hypot(*(outline.corners - outline.middle).T).max())
-    (x, y), cos, sin = outline.middle, np.cos(states[:, 2]), np.sin(states[:, 2])
-    places = states[:, :2] + np.column_stack([cos * x - sin * y, sin * x + cos * y])
-    near_any = ((places >= dots.min(axis=0) - reach) & (places <= dots.max(axis=0) + reach)).all(axis=1)
-    for place, state in zip(places[near_any], states[near_any], strict=True):
+    for place, state in zip(outline.middles(states), states, strict=True):
         pose = PlanarPose(*(float(value) for value in state[:3]))
-        near = np.array(tree.query_ball_point(place, reach), dtype=np.int64)
+        near = np.array(tree.query_ball_point(place, outline.reach), dtype=np.int64)
         counts[near[outline.contains(pose.inverse().transform(dots[near]), margin)]] += 1
     return counts

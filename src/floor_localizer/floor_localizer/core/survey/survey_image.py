@@ -100,6 +100,16 @@ class ViewOutline:
         """Middle of the view, shape (2,) [m]."""
         return self.corners.mean(axis=0)
 
+    @property
+    def reach(self) -> float:
+        """Distance of the farthest corner from the middle [m]."""
+        return float(np.hypot(*(self.corners - self.middle).T).max())
+
+    def middles(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return where the middles of views lie on the map, shape (k, 2) [m], of images with states, shape (k, 6)."""
+        (x, y), cos, sin = self.middle, np.cos(states[:, 2]), np.sin(states[:, 2])
+        return np.asarray(states[:, :2] + np.column_stack([cos * x - sin * y, sin * x + cos * y]))
+
     def contains(self, points: NDArray[np.float64], margin: float) -> NDArray[np.bool_]:
         """Tell which points of the base frame, shape (n, 2), are in view and not near its border."""
         inside = np.ones(len(points), dtype=np.bool_)

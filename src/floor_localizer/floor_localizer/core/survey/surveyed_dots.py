@@ -11,11 +11,13 @@ from scipy.spatial import cKDTree
 
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.independent_tasks import TaskRunner, run_numbered
+from floor_localizer.core.survey.image_boxes import ImageBoxes, shelve_boxes
 from floor_localizer.core.survey.old_dots import OldDots
 from floor_localizer.core.survey.placed_dots import place_dots
 from floor_localizer.core.survey.sighting_blocks import BLOCKS_A_TASK, SightingBlocks
 from floor_localizer.core.survey.sightings import count_views
 from floor_localizer.core.survey.survey_image import ViewOutline
+from floor_localizer.core.survey.tiles import Tile
 
 _SEVERAL = 2
 """A dot that was seen once though so many images should have seen it is dirt."""
@@ -82,7 +84,9 @@ def gather_dots(
     run_numbered(runner, _Measuring(blocks, position), len(blocks), BLOCKS_A_TASK)
     # A dot nearer to the border of an image than its usual diameter may not be whole in it.
     margin = float(np.median(np.concatenate([shelf.get('diameters', number)[0] for number in numbers])))
-    sifting = _Sifting(blocks, old, outline, margin)
+    middles = outline.middles(states)
+    boxes = shelve_boxes(np.stack([middles - outline.reach, middles + outline.reach], axis=1), shelf)
+    sifting = _Sifting(blocks, boxes, old, outline, margin)
     run_numbered(runner, sifting, len(blocks), BLOCKS_A_TASK)
     again, dirt = np.zeros(len(existing), dtype=np.int64), 0
     points, diameters, counts = [existing.points], [existing.diameters], list[NDArray[np.int64]]()
@@ -119,6 +123,7 @@ class _Sifting:
     """Puts the new dots of a block that are no dirt on the shelf, and how often the old ones were seen."""
 
     blocks: SightingBlocks
+    boxes: ImageBoxes
     old: OldDots
     outline: ViewOutline
     margin: float
@@ -129,9 +134,15 @@ class _Sifting:
         seen, fixed = np.bincount(block.seen.dot, minlength=len(dots)), block.is_fixed
         which, points = self.old.around(dots[fixed], 0.0)
         _, same = cKDTree(points).query(dots[fixed])
-        views = count_views(dots, shelf.look_up('states'), self.outline, self.margin)
-        is_new = ~fixed & (seen > 0)
-        is_dirt = is_new & (seen == 1) & (views >= _SEVERAL)
-        kept = is_new & ~is_dirt
+        once = np.flatnonzero(~fixed & (seen == 1))
+        is_dirt = self._views(dots[once]) >= _SEVERAL
+        kept = ~fixed & (seen > 0)
+        kept[once] = ~is_dirt
         new = dots[kept], diameters[kept], seen[kept]
         shelf.put('dots', number, *new, which[same], seen[fixed], is_dirt.sum())
+
+    def _views(self, dots: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return how many images should have seen each dot, shape (m,)."""
+        place = Tile(dots.min(axis=0, initial=np.inf), dots.max(axis=0, initial=-np.inf))
+        near = self.blocks.shelf.look_up('states')[self.boxes.meeting(place)]
+        return count_views(dots, near, self.outline, self.margin)

@@ -1,0 +1,33 @@
+"""Which code makes a survey: what one version has begun, another may not go on with, or it would be of neither."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import cv2
+import numba
+import numpy as np
+import scipy
+
+import floor_localizer.core
+import floor_localizer.survey_files
+import shirube_geometry
+
+_PACKAGES = (floor_localizer.core, floor_localizer.survey_files, shirube_geometry)
+_LIBRARIES = (cv2, numba, np, scipy)
+
+
+def code_version() -> str:
+    """Return what changes with any source that finds, links or adjusts dots, and with the libraries they calculate by.
+
+    It needs nobody to count it up, which would be forgotten; so it also changes where the results do not.
+    """
+    digest = hashlib.sha256()
+    for package in _PACKAGES:
+        folder = Path(package.__path__[0])
+        for source in sorted(folder.rglob('*.py')):
+            digest.update(f'{package.__name__}/{source.relative_to(folder)}\n'.encode())
+            digest.update(source.read_bytes())
+    libraries = ', '.join(f'{library.__name__} {library.__version__}' for library in _LIBRARIES)
+    return f'sources {digest.hexdigest()[:16]}, {libraries}'

@@ -1,0 +1,98 @@
+"""What a survey wrote down: found again whole, or not at all."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.survey_files import checkpoint as checkpoint_module
+from floor_localizer.survey_files import code_version
+from floor_localizer.survey_files.checkpoint import Checkpoint
+from floor_localizer.survey_files.sole_survey import alone_in
+
+pytestmark = pytest.mark.newest_set_only
+
+SURVEY: dict[str, object] = {'camera': {'fx': 300.0}, 'settings': {'chance': 1e-6}}
+
+
+def test_what_was_kept_is_recalled(tmp_path: Path) -> None:
+    Checkpoint(tmp_path, SURVEY).keep('linked', images=np.arange(3), loops=np.array(2))
+    found = Checkpoint(tmp_path, SURVEY).recall('linked')
+    assert found is not None
+    assert found['images'].tolist() == [0, 1, 2]
+    assert int(found['loops']) == 2
+    assert Checkpoint(tmp_path, SURVEY).recall('adjusted_0') is None
+
+
+@pytest.mark.parametrize('kept', [0, 1, 100, 400])
+def test_a_file_that_was_cut_off_counts_as_none(tmp_path: Path, kept: int) -> None:
+    """A computer that loses its power leaves files of any length, above all of none."""
+    checkpoint = Checkpoint(tmp_path, SURVEY)
+    checkpoint.keep('linked', images=np.arange(3), loops=np.array(2))
+    whole = (tmp_path / 'linked.npz').read_bytes()
+    (tmp_path / 'linked.npz').write_bytes(whole[:kept])
+    assert checkpoint.recall('linked') is None
+
+
+def test_no_damaged_byte_is_an_error(tmp_path: Path) -> None:
+    checkpoint = Checkpoint(tmp_path, SURVEY)
+    checkpoint.keep('adjusted_0', states=np.arange(6.0))
+    whole = (tmp_path / 'adjusted_0.npz').read_bytes()
+    for place in range(len(whole)):
+        for value in (0x00, 0xFF, whole[place] ^ 0x01, whole[place] ^ 0x20):
+            damaged = bytearray(whole)
+            damaged[place] = value
+            (tmp_path / 'adjusted_0.npz').write_bytes(damaged)
+            found = checkpoint.recall('adjusted_0')
+            assert found is None or found['states'].tolist() == list(range(6))
+
+
+def test_another_survey_is_refused_and_what_is_other_is_named(tmp_path: Path) -> None:
+    Checkpoint(tmp_path, SURVEY)
+    other = {'camera': {'fx': 301.0}, 'settings': {'chance': 1e-5}}
+    with pytest.raises(
+        FloorLocalizerError, match='to another survey by its camera and settings; remove it or'
+    ):
+        Checkpoint(tmp_path, other)
+    (tmp_path / 'survey.json').write_text('')
+    with pytest.raises(FloorLocalizerError, match='by its camera and settings and version of the software;'):
+        Checkpoint(tmp_path, SURVEY)
+
+
+def test_what_other_code_has_begun_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    Checkpoint(tmp_path, SURVEY)
+    Checkpoint(tmp_path, SURVEY)
+    monkeypatch.setattr(checkpoint_module, 'code_version', lambda: 'sources 0123, numpy 9')
+    with pytest.raises(FloorLocalizerError, match='by its version of the software; remove it'):
+        Checkpoint(tmp_path, SURVEY)
+
+
+def test_the_version_changes_with_a_source_its_name_and_a_library(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = tmp_path / 'steps' / 'adjustment.py'
+    source.parent.mkdir()
+    package = SimpleNamespace(__name__='steps', __path__=[str(tmp_path)])
+    library = SimpleNamespace(__name__='numpy', __version__='1.26.4')
+    monkeypatch.setattr(code_version, '_PACKAGES', (package,))
+    monkeypatch.setattr(code_version, '_LIBRARIES', (library,))
+    source.write_text('_ITERATIONS = 8')
+    versions = [code_version.code_version(), code_version.code_version()]
+    assert versions.pop() == versions[0]
+    source.write_text('_ITERATIONS = 9')
+    versions.append(code_version.code_version())
+    source.rename(source.with_name('rounds.py'))
+    versions.append(code_version.code_version())
+    library.__version__ = '2.4.6'
+    versions.append(code_version.code_version())
+    assert len(set(versions)) == len(versions)
+
+
+def test_only_one_survey_is_at_work_in_a_folder(tmp_path: Path) -> None:
+    for _ in range(2):
+        with alone_in(tmp_path / 'checkpoint'):
+            second = alone_in(tmp_path / 'checkpoint')
+            with pytest.raises(FloorLocalizerError, match='another survey is at work there'):
+                second.__enter__()

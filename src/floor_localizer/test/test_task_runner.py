@@ -1,0 +1,49 @@
+"""Tasks on processes of this computer: what goes wrong there is raised here, and nothing else is said of it."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import pytest
+from distributed import LocalCluster
+
+from floor_localizer import task_runner as task_runner_module
+from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.task_runner import task_runner
+
+pytestmark = pytest.mark.newest_set_only
+
+
+def test_faults_of_workers_are_raised_and_told_only_here(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with task_runner(2) as runner:
+        with pytest.raises(FileNotFoundError) as fault:
+            list(runner.run(os.mkdir, [(str(tmp_path / 'a'),), (str(tmp_path / 'none' / 'b'),)]))
+        assert fault.value.filename == str(tmp_path / 'none' / 'b')
+        with pytest.raises(FloorLocalizerError, match='a worker died several times at the same task'):
+            list(runner.run(signal.raise_signal, [(int(signal.SIGKILL),)]))
+        # The workers that were started in their place do the rest.
+        assert len(list(runner.run(os.mkdir, [(str(tmp_path / f'{k}'),) for k in range(4)]))) == 4
+    assert (tmp_path / '3').is_dir()
+    assert capfd.readouterr() == ('', '')
+
+
+def test_a_scheduler_without_workers_and_one_that_goes_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(task_runner_module, '_PATIENCE', 2.0)
+    with LocalCluster(n_workers=0, processes=False, dashboard_address=None) as cluster:
+        address = cluster.scheduler_address
+        with pytest.raises(FloorLocalizerError, match=f'start "dask worker {address}"'):
+            task_runner(1, address).__enter__()
+        cluster.scale(1)
+        with task_runner(1, address) as runner:
+            tasks = runner.run(time.sleep, [(0.0,), (3.0,)])
+            next(tasks)
+            cluster.close()
+            with pytest.raises(
+                FloorLocalizerError, match='the scheduler has gone; start it and give the same'
+            ):
+                next(tasks)
+    with pytest.raises(FloorLocalizerError, match='does not answer'):
+        task_runner(1, address).__enter__()
