@@ -1,5 +1,6 @@
 import math
 
+import cv2
 import numpy as np
 import pytest
 from painted_patches import CORNERS, homography, light, moved, photograph
@@ -65,6 +66,20 @@ def test_the_error_does_not_depend_on_the_part_of_a_pixel():
             errors.append((found.points - moved(template.pixels, H)).mean(axis=0))
         spread = np.std(errors, axis=0) / math.sqrt(len(errors))
         assert (np.abs(np.mean(errors, axis=0)) < 4.0 * spread).all()
+
+
+@pytest.mark.parametrize(('scale', 'blur'), [(1.0, 1.0), (1.0, 1.5), (0.75, 0.7), (0.6, 0.7), (1.3, 0.7)])
+def test_fine_print_that_blurs_away_makes_nothing_smaller(scale, blur):
+    """Its contrast is lost before that of the outline: a gain cannot tell both."""
+    H, fine = homography(scale=scale, shift=(0.3, -0.2)), (0.7, 1.2)
+    there, here = (
+        cv2.GaussianBlur(light(view, blobs=90, fineness=fine), (0, 0), sigma)
+        for view, sigma in ((None, 0.7), (H, blur))
+    )
+    template = template_of(photograph(there, 0.0))
+    found = align_patch(template, photograph(here, 0.0), moved(CORNERS, H))
+    assert found is not None
+    assert found.points == pytest.approx(moved(template.pixels, H), abs=0.015)
 
 
 @pytest.mark.parametrize(('gain', 'offset'), [(0.6, 10.0), (1.3, -20.0)])

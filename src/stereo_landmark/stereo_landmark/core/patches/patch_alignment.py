@@ -64,7 +64,13 @@ def align_patch(
     inverse = template.inverse.copy()
     scale = float(template.half.max())
     rest, gain = fit_patch(
-        coefficients_of(part), template.places, template.columns, scale, homography, inverse
+        coefficients_of(part),
+        template.places,
+        template.columns,
+        template.softness,
+        scale,
+        homography,
+        inverse,
     )
     if not rest >= 0.0:
         return None

@@ -26,7 +26,8 @@ AGREEING_MIN = 0.7
 LIKENESS_MIN = 0.9
 """Part of the variance of these pixels that the taught patch must explain."""
 GAINS = 0.2, 5.0
-GAIN = MOTIONS
+GAIN, SOFT = MOTIONS, MOTIONS + 1
+"""Columns of the patch as it is and of the softer one: how much the image has of either."""
 
 
 @njit(cache=True, error_model='numpy')
@@ -34,6 +35,7 @@ def fit_patch(
     image: NDArray[np.float32],
     places: NDArray[np.float64],
     columns: NDArray[np.float64],
+    softness: float,
     scale: float,
     homography: NDArray[np.float64],
     inverse: NDArray[np.float64],
@@ -43,17 +45,18 @@ def fit_patch(
     Args:
         image: coefficients of the spline that shows it, shape (h, w).
         places: of the patch's pixels, shape (n, 2).
-        columns: how their values change, shape (n, p): by eight motions, gain, offset and others.
+        columns: how their values change, shape (n, p): by eight motions, gain, what is softer, and others.
+        softness: slopes of the softer patch as a part of those of the patch.
         scale: the patch's half width or height [px].
         homography: from places to the image, shape (3, 3), about a pixel off at most; changed in place.
         inverse: of the columns' normal matrix, shape (p, p); in the end that with the weights that were found.
 
     Returns:
-        the mean square of what is left, -1 where the patch is not there, and the gain.
+        the mean square of what is left, -1 where the patch is not there, and the gain of its slopes.
     """
     n = len(places)
     values, weights, rests = np.empty(n), np.ones(n), np.empty(n)
-    solution, step = np.zeros(columns.shape[1]), np.inf
+    solution, step, gain = np.zeros(columns.shape[1]), np.inf, 1.0
     for k in range(ROUNDS):
         if not _write_values(image, places, homography, values):
             return -1.0, 0.0
@@ -64,9 +67,10 @@ def fit_patch(
             if not _invert_normal(columns, weights, inverse):
                 return -1.0, 0.0
         _write_solution(columns, values, weights, inverse, solution)
-        if not GAINS[0] < solution[GAIN] < GAINS[1]:
+        gain = solution[GAIN] + softness * solution[SOFT]
+        if not GAINS[0] < gain < GAINS[1]:
             return -1.0, 0.0
-        step = _move(homography, solution, scale)
+        step = _move(homography, solution[:MOTIONS] / gain, scale)
         if step > STEP_MAX:
             return -1.0, 0.0
         if k > 0 and step < STEP_DONE:
@@ -74,7 +78,7 @@ def fit_patch(
     if step > 5.0 * STEP_DONE:
         return -1.0, 0.0
     _write_rests(columns, values, solution, rests)
-    return _judged(values, weights, rests, len(solution)), solution[GAIN]
+    return _judged(values, weights, rests, len(solution)), gain
 
 
 @njit(cache=True, error_model='numpy')
@@ -184,9 +188,8 @@ def _write_solution(
 
 
 @njit(cache=True, error_model='numpy')
-def _move(homography: NDArray[np.float64], solution: NDArray[np.float64], scale: float) -> float:
-    """Apply a solution's motion to the homography; return how far it moves the patch at most, roughly [px]."""
-    m = solution[:MOTIONS] / solution[GAIN]
+def _move(homography: NDArray[np.float64], m: NDArray[np.float64], scale: float) -> float:
+    """Apply eight motions to the homography; return how far they move the patch at most, roughly [px]."""
     motion = np.array([[1.0 + m[1], m[2], m[0]], [m[4], 1.0 + m[5], m[3]], [-m[6], -m[7], 1.0]])
     moved = homography @ np.linalg.inv(motion)
     homography[:] = moved / moved[2, 2]
