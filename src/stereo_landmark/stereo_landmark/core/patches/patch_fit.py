@@ -25,6 +25,9 @@ AGREEING_MIN = 0.7
 """Part of the pixels that must be as they were taught."""
 LIKENESS_MIN = 0.9
 """Part of the variance of these pixels that the taught patch must explain."""
+PARTS = 4
+"""Along each side, so many that all of them have outlines or print, so few that each tells its motion."""
+PART_PIXELS_MIN = 20
 GAINS = 0.2, 5.0
 GAIN, SOFT = MOTIONS, MOTIONS + 1
 """Columns of the patch as it is and of the softer one: how much the image has of either."""
@@ -39,7 +42,7 @@ def fit_patch(
     scale: float,
     homography: NDArray[np.float64],
     inverse: NDArray[np.float64],
-) -> tuple[float, float]:
+) -> tuple[float, float, float]:
     """Move the homography to where the image shows the patch.
 
     Args:
@@ -52,33 +55,35 @@ def fit_patch(
         inverse: of the columns' normal matrix, shape (p, p); in the end that with the weights that were found.
 
     Returns:
-        the mean square of what is left, -1 where the patch is not there, and the gain of its slopes.
+        the mean square of what is left, -1 where the patch is not there; the gain of its slopes; and how much its parts
+        want to move apart, in variances of what noise of that size, independent from pixel to pixel, makes them want.
     """
     n = len(places)
     values, weights, rests = np.empty(n), np.ones(n), np.empty(n)
     solution, step, gain = np.zeros(columns.shape[1]), np.inf, 1.0
     for k in range(ROUNDS):
         if not _write_values(image, places, homography, values):
-            return -1.0, 0.0
+            return -1.0, 0.0, 0.0
         # What moved within the patch draws it along until the weights leave it out.
         if k > 0:
             _write_rests(columns, values, solution, rests)
             _write_weights(rests, weights)
             if not _invert_normal(columns, weights, inverse):
-                return -1.0, 0.0
+                return -1.0, 0.0, 0.0
         _write_solution(columns, values, weights, inverse, solution)
         gain = solution[GAIN] + softness * solution[SOFT]
         if not GAINS[0] < gain < GAINS[1]:
-            return -1.0, 0.0
+            return -1.0, 0.0, 0.0
         step = _move(homography, solution[:MOTIONS] / gain, scale)
         if step > STEP_MAX:
-            return -1.0, 0.0
+            return -1.0, 0.0, 0.0
         if k > 0 and step < STEP_DONE:
             break
     if step > 5.0 * STEP_DONE:
-        return -1.0, 0.0
+        return -1.0, 0.0, 0.0
     _write_rests(columns, values, solution, rests)
-    return _judged(values, weights, rests, len(solution)), gain
+    left = _judged(values, weights, rests, len(solution))
+    return left, gain, _strain(places, columns, weights, rests) / left
 
 
 @njit(cache=True, error_model='numpy')
@@ -216,3 +221,33 @@ def _judged(
     if agreeing < AGREEING_MIN * len(values) or left > (1.0 - LIKENESS_MIN) * squares / total:
         return -1.0
     return left
+
+
+@njit(cache=True, error_model='numpy')
+def _strain(
+    places: NDArray[np.float64],
+    columns: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    rests: NDArray[np.float64],
+) -> float:
+    """Return the mean square of what is left that parts of the patch would explain by a motion of their own."""
+    pulls, spreads = np.zeros((PARTS**2, 2)), np.zeros((PARTS**2, 3))
+    pixels = np.zeros(PARTS**2, np.int64)
+    for n in range(len(rests)):
+        if weights[n] > 0.0:
+            i = min(max(int(0.5 * PARTS * (places[n, 0] + 1.0)), 0), PARTS - 1)
+            j = min(max(int(0.5 * PARTS * (places[n, 1] + 1.0)), 0), PARTS - 1)
+            part, right, down = j * PARTS + i, weights[n] * columns[n, 0], weights[n] * columns[n, 3]
+            pixels[part] += 1
+            pulls[part] += np.array([right, down]) * rests[n]
+            spreads[part] += np.array([right * right, right * down, down * down])
+    total, count = 0.0, 0
+    for part in range(PARTS**2):
+        if pixels[part] >= PART_PIXELS_MIN:
+            (x, y), (xx, xy, yy) = pulls[part], spreads[part]
+            # Where all slopes of a part go one way, it tells nothing of the other.
+            ridge = 1e-3 * (xx + yy)
+            xx, yy = xx + ridge, yy + ridge
+            total += (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
+            count += 2
+    return total / max(count - MOTIONS, 1)
