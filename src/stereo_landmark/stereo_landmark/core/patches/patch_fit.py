@@ -231,20 +231,22 @@ def _strain(
     rests: NDArray[np.float64],
 ) -> float:
     """Return the mean square of what is left that parts of the patch would explain by a motion of their own."""
-    pulls, spreads = np.zeros((PARTS**2, 2)), np.zeros((PARTS**2, 3))
-    pixels = np.zeros(PARTS**2, np.int64)
+    sums, pixels = np.zeros((PARTS**2, 5)), np.zeros(PARTS**2, np.int64)
     for n in range(len(rests)):
         if weights[n] > 0.0:
             i = min(max(int(0.5 * PARTS * (places[n, 0] + 1.0)), 0), PARTS - 1)
             j = min(max(int(0.5 * PARTS * (places[n, 1] + 1.0)), 0), PARTS - 1)
             part, right, down = j * PARTS + i, weights[n] * columns[n, 0], weights[n] * columns[n, 3]
             pixels[part] += 1
-            pulls[part] += np.array([right, down]) * rests[n]
-            spreads[part] += np.array([right * right, right * down, down * down])
+            sums[part, 0] += right * rests[n]
+            sums[part, 1] += down * rests[n]
+            sums[part, 2] += right * right
+            sums[part, 3] += right * down
+            sums[part, 4] += down * down
     total, count = 0.0, 0
     for part in range(PARTS**2):
         if pixels[part] >= PART_PIXELS_MIN:
-            (x, y), (xx, xy, yy) = pulls[part], spreads[part]
+            x, y, xx, xy, yy = sums[part]
             # Where all slopes of a part go one way, it tells nothing of the other.
             ridge = 1e-3 * (xx + yy)
             xx, yy = xx + ridge, yy + ridge
