@@ -27,8 +27,8 @@ def moved(points, H):
     return projected[:, :2] / projected[:, 2:]
 
 
-def light(H=None, seed=1, blobs=40):
-    """Return a picture without noise, shape SIZE; more paint or other paint by other numbers."""
+def light(H=None, seed=1, blobs=40, fineness=(1.5, 3.0)):
+    """Return a picture without noise, shape SIZE; more, other or finer paint by other numbers."""
     rng = np.random.default_rng(seed)
     H = np.eye(3) if H is None else H
     rows, columns = np.indices(SIZE)
@@ -39,7 +39,11 @@ def light(H=None, seed=1, blobs=40):
     )
     level = np.full(len(x), 120.0)
     for _ in range(blobs):
-        (u, v), sigma, depth = rng.uniform(low + 5.0, high - 5.0), rng.uniform(1.5, 3.0), rng.uniform(-50, 50)
+        (u, v), sigma, depth = (
+            rng.uniform(low + 5.0, high - 5.0),
+            rng.uniform(*fineness),
+            rng.uniform(-50, 50),
+        )
         level += depth * np.exp(-((x - u) ** 2 + (y - v) ** 2) / (2.0 * sigma**2))
     return (60.0 + inside * (level - 60.0)).reshape(SIZE)
 

@@ -1,5 +1,6 @@
 import math
 
+import cv2
 import numpy as np
 import pytest
 from painted_patches import CORNERS, homography, light, moved, photograph
@@ -67,6 +68,25 @@ def test_the_error_does_not_depend_on_the_part_of_a_pixel():
         assert (np.abs(np.mean(errors, axis=0)) < 4.0 * spread).all()
 
 
+@pytest.mark.parametrize(('scale', 'blur'), [(1.0, 1.0), (1.0, 1.5), (0.75, 0.7), (0.6, 0.7)])
+def test_fine_print_that_blurs_away_makes_nothing_smaller(scale, blur):
+    """Its contrast is lost before that of the outline: a gain cannot tell both."""
+    H, growths = homography(scale=scale, shift=(0.3, -0.2)), []
+    there, here = (
+        cv2.GaussianBlur(light(view, blobs=90, fineness=(0.7, 1.2)), (0, 0), sigma)
+        for view, sigma in ((None, 0.7), (H, blur))
+    )
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        template = template_of(photograph(there, 1.0, rng))
+        found = align_patch(template, photograph(here, 1.0, rng), moved(CORNERS, H))
+        if found is not None:
+            outward = np.sign(found.points - found.points.mean(axis=0))
+            growths.append(np.mean(outward * (found.points - moved(template.pixels, H))))
+    assert len(growths) > 3
+    assert abs(np.mean(growths)) < 0.006
+
+
 @pytest.mark.parametrize(('gain', 'offset'), [(0.6, 10.0), (1.3, -20.0)])
 def test_gain_offset_and_shading_change_nothing(gain, offset):
     H = homography(shift=(0.3, -0.2))
@@ -94,6 +114,20 @@ def test_a_moved_needle_is_left_out():
     error = (found.points - moved(template.pixels, H)).ravel()
     spread = found.covariance + found.taught_covariance
     assert error @ np.linalg.solve(spread, error) < 30.0
+
+
+def test_a_print_behind_its_frame_is_not_taken_for_the_plane_of_both():
+    """Seen from aside what is a little behind moves beside its frame, by less than outlines are gated."""
+    H, behind = homography(), homography(shift=(0.17, 0.0))
+    frame = np.zeros_like(light())
+    frame[35:86, 40:101] = 1.0
+    inner = cv2.GaussianBlur(cv2.erode(frame, np.ones((9, 9))), (0, 0), 0.8)
+    here = (1.0 - inner) * light(H) + inner * light(behind)
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        template = template_of(photograph(light(), 1.0, rng))
+        assert align_patch(template, photograph(light(), 1.0, rng), CORNERS) is not None
+        assert align_patch(template, photograph(here, 1.0, rng), CORNERS) is None
 
 
 @pytest.mark.parametrize('hidden', ['half of it', 'other paint', 'nothing there'])

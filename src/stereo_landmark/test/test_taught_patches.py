@@ -103,6 +103,27 @@ def test_a_place_without_images_is_measured_by_its_outlines(place):
     assert np.array_equal(coordinates.positions, place.coordinates.positions)
 
 
+def test_taught_images_of_another_size_give_no_patches(place):
+    """Somebody replaced the files: their pixels are not those of the taught corners."""
+    small = [cv2.resize(each, None, fx=0.5, fy=0.5) for each in (place.images.left, place.images.right)]
+    replaced = replace(place, images=replace(place.images, left=small[0], right=small[1]))
+    corners, images = outlines(place, STATES[0]), seen(WALL, STATES[0])
+    points, coordinates = TaughtPatches(replaced, 0.0).measured(corners, images)
+    assert np.array_equal(points.pixels, corners.pixels)
+    assert np.array_equal(coordinates.positions, place.coordinates.positions)
+
+
+def test_a_pair_leaves_no_trace(place):
+    """What is measured in one pair depends on no pair before it."""
+    patches, corners = TaughtPatches(place, 0.0), outlines(place, STATES[0])
+    images, others = seen(WALL, STATES[0]), seen(WALL, STATES[1])
+    first, _ = patches.measured(corners, images)
+    patches.measured(outlines(place, STATES[1]), others)
+    again, _ = patches.measured(corners, images)
+    assert np.array_equal(first.pixels, again.pixels)
+    assert np.array_equal(first.covariances, again.covariances)
+
+
 def test_a_patch_that_disagrees_with_its_outline_is_left_out(place):
     corners, images = outlines(place, STATES[0], off=0.4), seen(WALL, STATES[0])
     points, coordinates = TaughtPatches(place, 0.0).measured(corners, images)

@@ -22,6 +22,9 @@ SLACK = 5
 MODEL_SIGMA = 0.004
 """What differs between images of one plane besides noise moves a point by so much [px]."""
 
+STRAIN_MAX = 1.6
+"""Parts of a patch that want to move apart by more than this, in variances of noise, are not of one plane as taught."""
+
 
 @dataclass(frozen=True)
 class AlignedPatch:
@@ -63,10 +66,16 @@ def align_patch(
     )
     inverse = template.inverse.copy()
     scale = float(template.half.max())
-    rest, gain = fit_patch(
-        coefficients_of(part), template.places, template.columns, scale, homography, inverse
+    rest, gain, strain = fit_patch(
+        coefficients_of(part),
+        template.places,
+        template.columns,
+        template.softness,
+        scale,
+        homography,
+        inverse,
     )
-    if not rest >= 0.0:
+    if not rest >= 0.0 or strain * NOISE / template.correlation > STRAIN_MAX:
         return None
     return _measured(template, homography, low, inverse[:MOTIONS, :MOTIONS] / gain**2, rest)
 

@@ -25,8 +25,12 @@ AGREEING_MIN = 0.7
 """Part of the pixels that must be as they were taught."""
 LIKENESS_MIN = 0.9
 """Part of the variance of these pixels that the taught patch must explain."""
+PARTS = 4
+"""Along each side, so many that all of them have outlines or print, so few that each tells its motion."""
+PART_PIXELS_MIN = 20
 GAINS = 0.2, 5.0
-GAIN = MOTIONS
+GAIN, SOFT = MOTIONS, MOTIONS + 1
+"""Columns of the patch as it is and of the softer one: how much the image has of either."""
 
 
 @njit(cache=True, error_model='numpy')
@@ -34,47 +38,52 @@ def fit_patch(
     image: NDArray[np.float32],
     places: NDArray[np.float64],
     columns: NDArray[np.float64],
+    softness: float,
     scale: float,
     homography: NDArray[np.float64],
     inverse: NDArray[np.float64],
-) -> tuple[float, float]:
+) -> tuple[float, float, float]:
     """Move the homography to where the image shows the patch.
 
     Args:
         image: coefficients of the spline that shows it, shape (h, w).
         places: of the patch's pixels, shape (n, 2).
-        columns: how their values change, shape (n, p): by eight motions, gain, offset and others.
+        columns: how their values change, shape (n, p): by eight motions, gain, what is softer, and others.
+        softness: slopes of the softer patch as a part of those of the patch.
         scale: the patch's half width or height [px].
         homography: from places to the image, shape (3, 3), about a pixel off at most; changed in place.
         inverse: of the columns' normal matrix, shape (p, p); in the end that with the weights that were found.
 
     Returns:
-        the mean square of what is left, -1 where the patch is not there, and the gain.
+        the mean square of what is left, -1 where the patch is not there; the gain of its slopes; and how much its parts
+        want to move apart, in variances of what noise of that size, independent from pixel to pixel, makes them want.
     """
     n = len(places)
     values, weights, rests = np.empty(n), np.ones(n), np.empty(n)
-    solution, step = np.zeros(columns.shape[1]), np.inf
+    solution, step, gain = np.zeros(columns.shape[1]), np.inf, 1.0
     for k in range(ROUNDS):
         if not _write_values(image, places, homography, values):
-            return -1.0, 0.0
+            return -1.0, 0.0, 0.0
         # What moved within the patch draws it along until the weights leave it out.
         if k > 0:
             _write_rests(columns, values, solution, rests)
             _write_weights(rests, weights)
             if not _invert_normal(columns, weights, inverse):
-                return -1.0, 0.0
+                return -1.0, 0.0, 0.0
         _write_solution(columns, values, weights, inverse, solution)
-        if not GAINS[0] < solution[GAIN] < GAINS[1]:
-            return -1.0, 0.0
-        step = _move(homography, solution, scale)
+        gain = solution[GAIN] + softness * solution[SOFT]
+        if not GAINS[0] < gain < GAINS[1]:
+            return -1.0, 0.0, 0.0
+        step = _move(homography, solution[:MOTIONS] / gain, scale)
         if step > STEP_MAX:
-            return -1.0, 0.0
+            return -1.0, 0.0, 0.0
         if k > 0 and step < STEP_DONE:
             break
     if step > 5.0 * STEP_DONE:
-        return -1.0, 0.0
+        return -1.0, 0.0, 0.0
     _write_rests(columns, values, solution, rests)
-    return _judged(values, weights, rests, len(solution)), solution[GAIN]
+    left = _judged(values, weights, rests, len(solution))
+    return left, gain, _strain(places, columns, weights, rests) / left
 
 
 @njit(cache=True, error_model='numpy')
@@ -184,9 +193,8 @@ def _write_solution(
 
 
 @njit(cache=True, error_model='numpy')
-def _move(homography: NDArray[np.float64], solution: NDArray[np.float64], scale: float) -> float:
-    """Apply a solution's motion to the homography; return how far it moves the patch at most, roughly [px]."""
-    m = solution[:MOTIONS] / solution[GAIN]
+def _move(homography: NDArray[np.float64], m: NDArray[np.float64], scale: float) -> float:
+    """Apply eight motions to the homography; return how far they move the patch at most, roughly [px]."""
     motion = np.array([[1.0 + m[1], m[2], m[0]], [m[4], 1.0 + m[5], m[3]], [-m[6], -m[7], 1.0]])
     moved = homography @ np.linalg.inv(motion)
     homography[:] = moved / moved[2, 2]
@@ -213,3 +221,35 @@ def _judged(
     if agreeing < AGREEING_MIN * len(values) or left > (1.0 - LIKENESS_MIN) * squares / total:
         return -1.0
     return left
+
+
+@njit(cache=True, error_model='numpy')
+def _strain(
+    places: NDArray[np.float64],
+    columns: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    rests: NDArray[np.float64],
+) -> float:
+    """Return the mean square of what is left that parts of the patch would explain by a motion of their own."""
+    sums, pixels = np.zeros((PARTS**2, 5)), np.zeros(PARTS**2, np.int64)
+    for n in range(len(rests)):
+        if weights[n] > 0.0:
+            i = min(max(int(0.5 * PARTS * (places[n, 0] + 1.0)), 0), PARTS - 1)
+            j = min(max(int(0.5 * PARTS * (places[n, 1] + 1.0)), 0), PARTS - 1)
+            part, right, down = j * PARTS + i, weights[n] * columns[n, 0], weights[n] * columns[n, 3]
+            pixels[part] += 1
+            sums[part, 0] += right * rests[n]
+            sums[part, 1] += down * rests[n]
+            sums[part, 2] += right * right
+            sums[part, 3] += right * down
+            sums[part, 4] += down * down
+    total, count = 0.0, 0
+    for part in range(PARTS**2):
+        if pixels[part] >= PART_PIXELS_MIN:
+            x, y, xx, xy, yy = sums[part]
+            # Where all slopes of a part go one way, it tells nothing of the other.
+            ridge = 1e-3 * (xx + yy)
+            xx, yy = xx + ridge, yy + ridge
+            total += (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
+            count += 2
+    return total / max(count - MOTIONS, 1)

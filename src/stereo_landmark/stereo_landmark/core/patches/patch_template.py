@@ -14,8 +14,10 @@ from stereo_landmark.core.symmetric_matrix import invert_symmetric
 
 MARGIN = 3.0
 """So far around its outline a patch reaches: the outline belongs to it [px]."""
-COLUMNS = MOTIONS + 6
-"""Besides: gain, offset, blur along both axes, and how gain changes along them, as lenses and lamps have it."""
+COLUMNS = MOTIONS + 7
+"""Besides: gain, what is softer, offset, blur along both axes, and how gain changes along them, as lenses have it."""
+SOFT_SIGMA = 1.5
+"""Blur of the softer patch, which images from farther away and out of focus are mixed of [px]."""
 SLOPE_SHARE = 0.2
 """Pixels whose slope is a smaller part of the patch's large ones tell little."""
 SLOPE_MIN = 3.0
@@ -38,7 +40,9 @@ class PatchTemplate:
         half: half its width and height, shape (2,) [px].
         corners: places of its corners, shape (4, 2).
         places: of the pixels that are compared, shape (n, 2).
-        columns: how their values change with motions, gain, offset, blur and changes of gain, shape (n, COLUMNS).
+        columns: how their values change with motions, gain, what is softer, offset, blur and changes of gain, shape
+            (n, COLUMNS).
+        softness: slopes of the softer patch as a part of those of the patch.
         inverse: of the columns' normal matrix, shape (COLUMNS, COLUMNS).
         correlation: by how much more than independent noise the noise of smoothed pixels moves the patch.
     """
@@ -48,6 +52,7 @@ class PatchTemplate:
     corners: NDArray[np.float64]
     places: NDArray[np.float64]
     columns: NDArray[np.float64]
+    softness: float
     inverse: NDArray[np.float64]
     correlation: float
 
@@ -86,8 +91,10 @@ def patch_template(image: NDArray[np.uint8], corners: NDArray[np.float64]) -> Pa
     high = np.ceil(corners.max(axis=0) + MARGIN).astype(int) + 4
     if (low < 0).any() or (high > image.shape[::-1]).any():
         return None
-    part = coefficients_of(image[low[1] : high[1], low[0] : high[0]])
-    value, right, down, *bends = derivatives_of(part)
+    window = slice(low[1], high[1]), slice(low[0], high[0])
+    value, right, down, *bends = derivatives_of(coefficients_of(image[window]))
+    softer = cv2.GaussianBlur(image.astype(np.float32), (0, 0), SOFT_SIGMA)[window]
+    soft_value, soft_right, soft_down, *_ = derivatives_of(coefficients_of(softer))
     telling = _telling_pixels(np.hypot(right, down), corners - low)
     if telling is None:
         return None
@@ -95,12 +102,14 @@ def patch_template(image: NDArray[np.uint8], corners: NDArray[np.float64]) -> Pa
     rows, columns = np.nonzero(telling)
     places = (np.column_stack([columns, rows]) + low - centre) / half
     slopes = np.column_stack([right[telling], down[telling]]) * half
+    soft_slopes = np.column_stack([soft_right[telling], soft_down[telling]]) * half
     seen = value[telling].astype(np.float64)
     changes = np.column_stack(
         [
             np.einsum('nk,nkm->nm', slopes, motion_fields(places)),
             *(
                 seen,
+                soft_value[telling],
                 np.ones_like(seen),
                 *(bend[telling] for bend in bends),
                 seen * places[:, 0],
@@ -112,7 +121,10 @@ def patch_template(image: NDArray[np.uint8], corners: NDArray[np.float64]) -> Pa
     if not invert_symmetric(changes.T @ changes, inverse):
         return None
     correlation = _correlation(changes[:, :MOTIONS], telling)
-    return PatchTemplate(centre, half, (corners - centre) / half, places, changes, inverse, correlation)
+    softness = float(np.sum(soft_slopes * slopes) / np.sum(slopes**2))
+    return PatchTemplate(
+        centre, half, (corners - centre) / half, places, changes, softness, inverse, correlation
+    )
 
 
 def _telling_pixels(slopes: NDArray[np.float32], corners: NDArray[np.float64]) -> NDArray[np.bool_] | None:

@@ -17,7 +17,7 @@ NOISE = float(np.sum(np.convolve(KERNEL, KERNEL) ** 2) ** 2)
 """Variance of a smoothed value, of pixels with variance 1 each."""
 
 
-def coefficients_of(image: NDArray[np.uint8]) -> NDArray[np.float32]:
+def coefficients_of(image: NDArray[np.uint8] | NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the coefficients of the spline that shows an image, shape (h, w) as the image."""
     return _filtered(image, KERNEL, KERNEL)
 
