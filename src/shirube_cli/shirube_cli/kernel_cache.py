@@ -18,8 +18,8 @@ from pathlib import Path
 from tqdm import tqdm
 
 from shirube_cli.error import CommandError
-from shirube_cli.file_lock import locked
 from shirube_cli.project import find_root, safe_environment
+from shirube_files import locked
 
 WARM_UPS = (
     (

@@ -12,9 +12,9 @@ import sys
 from pathlib import Path
 
 from shirube_cli.error import CommandError
-from shirube_cli.file_lock import locked
 from shirube_cli.kernel_cache import PYTHON, compiled_loops, files_with_loops, put_beside_installed
 from shirube_cli.project import safe_environment
+from shirube_files import locked
 
 
 def find_packages(root: Path) -> list[str]:

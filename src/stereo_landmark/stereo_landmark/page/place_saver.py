@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
-import os
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
 
+from shirube_files import locked
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
@@ -49,7 +47,8 @@ class PlaceSaver:
             OSError: the folder cannot be written to.
         """
         path = place_path(self._folder, place.name)
-        with _alone_in(self._folder):
+        # Pages that save at the same time would leave images that belong to the other's place.
+        with locked(self._folder):
             if path.exists() and not replace:
                 self._check_mine(path)
             save_place(self._folder, place, images, replace_damaged=replace)
@@ -67,15 +66,3 @@ class PlaceSaver:
 
 def _digest(path: Path) -> bytes:
     return hashlib.sha256(path.read_bytes()).digest()
-
-
-@contextmanager
-def _alone_in(folder: Path) -> Iterator[None]:
-    """Let no other page save there meanwhile, or each would leave images that belong to the other's place."""
-    folder.mkdir(parents=True, exist_ok=True)
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(handle)

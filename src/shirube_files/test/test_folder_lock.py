@@ -1,0 +1,30 @@
+"""One at a time works in a folder."""
+
+import subprocess
+import sys
+import time
+
+from shirube_files import locked
+
+OTHER = """
+import sys
+from pathlib import Path
+from shirube_files import locked
+input()
+print('comes', flush=True)
+with locked(Path(sys.argv[1])):
+    print((Path(sys.argv[1]) / 'done').exists())
+"""
+
+
+def test_another_process_waits_until_the_folder_is_free(tmp_path):
+    folder = tmp_path / 'new' / 'folder'
+    command, line = [sys.executable, '-c', OTHER, folder], subprocess.PIPE
+    with subprocess.Popen(command, stdin=line, stdout=line, text=True) as other:
+        with locked(folder):
+            other.stdin.write('begin\n')
+            other.stdin.flush()
+            assert other.stdout.readline() == 'comes\n'
+            time.sleep(0.2)  # it would be through by now
+            (folder / 'done').touch()
+        assert other.stdout.read() == 'True\n'
