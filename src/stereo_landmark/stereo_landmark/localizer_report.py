@@ -68,6 +68,7 @@ def _fix_values(fix: LandmarkFix) -> dict[str, str]:
     found = [each.target for each in fix.sightings if isinstance(each, TargetSighting)]
     return {
         'targets found': ', '.join(found),
+        'compared with the taught images': ', '.join(fix.compared) or 'nothing; measured by outlines',
         'points used': str(len(displacement.names)),
         'x, y, yaw': f'{pose.x:.4f} m, {pose.y:.4f} m, {pose.yaw:.4f} rad',
         'sigma x, y, yaw': f'{sigmas[0]:.4f} m, {sigmas[1]:.4f} m, {sigmas[3]:.4f} rad',

@@ -47,7 +47,14 @@ def test_a_fix_tells_its_numbers():
     report.add(with_fix(), 0.0521)
     values = report.status().values
     assert values['targets found'] == 'meters'
+    assert values['compared with the taught images'] == 'nothing; measured by outlines'
     assert values['points used'] == '3'
     assert values['x, y, yaw'] == '0.1500 m, -0.1000 m, 0.0600 rad'
     assert values['sigma x, y, yaw'] == '0.0010 m, 0.0020 m, 0.0100 rad'
     assert values['time for the latest pair [ms]'] == '52.1'
+
+
+def test_what_was_compared_with_the_taught_images_is_named():
+    report, located = LocalizerReport('places', Clock()), with_fix()
+    report.add(replace(located, answer=replace(located.answer, compared=('panel/a', 'panel/b'))), 0.05)
+    assert report.status().values['compared with the taught images'] == 'panel/a, panel/b'

@@ -71,9 +71,8 @@ def test_the_points_of_patches_are_where_the_taught_ones_are_seen(place):
     """New points have new places in space: the pair of both agrees with the true displacement as stated."""
     squares = []
     for seed, state in enumerate(STATES, 10):
-        found, points = TaughtPatches(place, 0.0).measured(
-            outlines(place, state), seen(WALL, state, seed=seed)
-        )
+        measured = TaughtPatches(place, 0.0).measured(outlines(place, state), seen(WALL, state, seed=seed))
+        found, points = measured.seen, measured.taught
         view = reproject(state, points.positions, RIG)
         error = (found.pixels - view.pixels)[:, :, None]
         spread = found.covariances + view.by_point @ points.covariances @ view.by_point.transpose(0, 2, 1)
@@ -87,6 +86,7 @@ def test_the_displacement_follows_from_patches(place):
     for seed, state in enumerate(STATES, 20):
         fix = LandmarkLocalizer([place], EXACT).locate(*seen(WALL, state, seed=seed))
         assert isinstance(fix, LandmarkFix)
+        assert len(fix.compared) == len(set(fix.compared)) > 0
         pose = fix.displacement.T_place_base
         error = np.array([pose.x - state[0], pose.y - state[1], pose.yaw - state[3]])
         planar = fix.displacement.covariance[np.ix_([0, 1, 3], [0, 1, 3])]
@@ -98,7 +98,8 @@ def test_the_displacement_follows_from_patches(place):
 
 def test_a_place_without_images_is_measured_by_its_outlines(place):
     corners, images = outlines(place, STATES[0]), seen(WALL, STATES[0])
-    points, coordinates = TaughtPatches(replace(place, images=None), 0.0).measured(corners, images)
+    measured = TaughtPatches(replace(place, images=None), 0.0).measured(corners, images)
+    points, coordinates = measured.seen, measured.taught
     assert np.array_equal(points.pixels, corners.pixels)
     assert np.array_equal(coordinates.positions, place.coordinates.positions)
 
@@ -108,7 +109,8 @@ def test_taught_images_of_another_size_give_no_patches(place):
     small = [cv2.resize(each, None, fx=0.5, fy=0.5) for each in (place.images.left, place.images.right)]
     replaced = replace(place, images=replace(place.images, left=small[0], right=small[1]))
     corners, images = outlines(place, STATES[0]), seen(WALL, STATES[0])
-    points, coordinates = TaughtPatches(replaced, 0.0).measured(corners, images)
+    measured = TaughtPatches(replaced, 0.0).measured(corners, images)
+    points, coordinates = measured.seen, measured.taught
     assert np.array_equal(points.pixels, corners.pixels)
     assert np.array_equal(coordinates.positions, place.coordinates.positions)
 
@@ -117,16 +119,17 @@ def test_a_pair_leaves_no_trace(place):
     """What is measured in one pair depends on no pair before it."""
     patches, corners = TaughtPatches(place, 0.0), outlines(place, STATES[0])
     images, others = seen(WALL, STATES[0]), seen(WALL, STATES[1])
-    first, _ = patches.measured(corners, images)
+    first = patches.measured(corners, images).seen
     patches.measured(outlines(place, STATES[1]), others)
-    again, _ = patches.measured(corners, images)
+    again = patches.measured(corners, images).seen
     assert np.array_equal(first.pixels, again.pixels)
     assert np.array_equal(first.covariances, again.covariances)
 
 
 def test_a_patch_that_disagrees_with_its_outline_is_left_out(place):
     corners, images = outlines(place, STATES[0], off=0.4), seen(WALL, STATES[0])
-    points, coordinates = TaughtPatches(place, 0.0).measured(corners, images)
+    measured = TaughtPatches(place, 0.0).measured(corners, images)
+    points, coordinates = measured.seen, measured.taught
     assert np.array_equal(points.pixels, corners.pixels)
     assert np.array_equal(points.covariances, corners.covariances)
     assert np.array_equal(coordinates.positions, place.coordinates.positions)
@@ -136,18 +139,22 @@ def test_a_plate_with_another_print_is_measured_by_its_outline(place):
     """The other one is measured by its patch all the same, each with its own taught points."""
     other = Wall((*PLATES, *PRINT[:5], Plate(-0.35, 0.75, 0.3, 0.36, 120.0)))
     corners = outlines(place, STATES[0])
-    points, coordinates = TaughtPatches(place, 0.0).measured(corners, seen(other, STATES[0]))
+    measured = TaughtPatches(place, 0.0).measured(corners, seen(other, STATES[0]))
+    points, coordinates = measured.seen, measured.taught
     kept = (points.pixels == corners.pixels).all(axis=1)
     same = (coordinates.positions == place.coordinates.positions).all(axis=1)
     assert np.array_equal(kept, same)
     assert kept.sum() == 4
-    assert len({name.split('/')[1] for name, is_kept in zip(corners.names, kept) if is_kept}) == 1
+    owners = [name.rsplit('/', 1)[0] for name in corners.names]
+    by_outline = {owner for owner, is_kept in zip(owners, kept, strict=True) if is_kept}
+    assert len(by_outline) == 1
+    assert set(measured.compared) == set(owners) - by_outline
 
 
 def test_points_that_were_not_seen_are_not_asked_for(place):
     corners, images = outlines(place, STATES[0]), seen(WALL, STATES[0])
     some = corners.subset(np.array(['one' in name for name in corners.names]))
-    points, _ = TaughtPatches(place, 0.0).measured(some, images)
+    points = TaughtPatches(place, 0.0).measured(some, images).seen
     assert points.names == some.names
     assert not np.array_equal(points.pixels, some.pixels)
 

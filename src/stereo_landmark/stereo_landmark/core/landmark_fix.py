@@ -25,11 +25,13 @@ class LandmarkFix:
         place: the place.
         displacement: from its taught pose.
         sightings: of its targets, found or not.
+        compared: names of the primitives that were compared with the taught images; outlines told the others.
     """
 
     place: TaughtPlace
     displacement: PlaceFix
     sightings: tuple[Sighting, ...]
+    compared: tuple[str, ...] = ()
 
     @property
     def T_map_base(self) -> PlanarPose | None:  # noqa: N802

@@ -101,11 +101,11 @@ class LandmarkLocalizer:
         sightings = tuple(self._searches[place.name].search(target, view) for target in place.targets)
         points = joined([each.points for each in sightings if isinstance(each, TargetSighting)])
         images = view.left.image, view.right.image
-        points, taught = self._patches[place.name].measured(points, images)
-        points = points.subset(_is_chosen(place, points))
-        answer = PlaceLocator(place.rig, self._settings.place).locate(points, taught, view.tilt)
+        measured = self._patches[place.name].measured(points, images)
+        points = measured.seen.subset(_is_chosen(place, measured.seen))
+        answer = PlaceLocator(place.rig, self._settings.place).locate(points, measured.taught, view.tilt)
         if isinstance(answer, PlaceFix):
-            return LandmarkFix(place, answer, sightings)
+            return LandmarkFix(place, answer, sightings, measured.compared)
         return no_fix_of(place, sightings, answer)
 
 

@@ -42,12 +42,29 @@ class TaughtPatch:
     """A patch and its points.
 
     Attributes:
+        primitive: its name, with that of its target.
         template: as the taught left image shows it.
         points: in the place's frame, named after the corners of the primitive.
     """
 
+    primitive: str
     template: PatchTemplate
     points: SpatialPoints
+
+
+@dataclass(frozen=True)
+class MeasuredPoints:
+    """Points of now and where they were taught.
+
+    Attributes:
+        seen: in both images.
+        taught: in the place's frame; more than were seen.
+        compared: names of the primitives whose patches tell their points; outlines tell the others.
+    """
+
+    seen: StereoPoints
+    taught: SpatialPoints
+    compared: tuple[str, ...]
 
 
 class TaughtPatches:
@@ -62,8 +79,8 @@ class TaughtPatches:
         self._place, self._pixel_sigma = place, pixel_sigma
         self._patches = list(self._prepared())
 
-    def measured(self, seen: StereoPoints, images: Pair) -> tuple[StereoPoints, SpatialPoints]:
-        """Return points as the patches tell them, and where these points were taught, in the place's frame.
+    def measured(self, seen: StereoPoints, images: Pair) -> MeasuredPoints:
+        """Return points as the patches tell them.
 
         Points of what is no patch, or is not found as it was taught, stay as they are.
 
@@ -76,6 +93,7 @@ class TaughtPatches:
         positions, spreads = coordinates.positions.copy(), coordinates.covariances.copy()
         numbers = {name: k for k, name in enumerate(seen.names)}
         taught_numbers = {name: k for k, name in enumerate(coordinates.names)}
+        compared = []
         for patch in self._patches:
             if patch.points.names[0] not in numbers:
                 continue
@@ -85,9 +103,11 @@ class TaughtPatches:
                 pixels[rows], covariances[rows] = found
                 taught = [taught_numbers[name] for name in patch.points.names]
                 positions[taught], spreads[taught] = patch.points.positions, patch.points.covariances
-        return (
+                compared.append(patch.primitive)
+        return MeasuredPoints(
             StereoPoints(seen.names, pixels, covariances),
             SpatialPoints(coordinates.names, positions, spreads),
+            tuple(compared),
         )
 
     def _prepared(self) -> Iterator[TaughtPatch]:
@@ -98,10 +118,11 @@ class TaughtPatches:
             for primitive in target.primitives:
                 if isinstance(primitive.shape, Quadrilateral):
                     template = patch_template(images.left, primitive.shape.corners)
-                    names = tuple(f'{target.name}/{primitive.name}/corner_{k}' for k in range(CORNERS))
+                    name = f'{target.name}/{primitive.name}'
+                    names = tuple(f'{name}/corner_{k}' for k in range(CORNERS))
                     points = None if template is None else self._points(template, names, images.right)
                     if template is not None and points is not None:
-                        yield TaughtPatch(template, points)
+                        yield TaughtPatch(name, template, points)
 
     def _points(
         self, template: PatchTemplate, names: tuple[str, ...], right: NDArray[np.uint8]
