@@ -59,6 +59,34 @@ def test_pages_see_the_steps_of_each_other(talk):
     talk(conversation)
 
 
+def test_an_answer_from_before_a_step_of_another_page_is_followed_by_news(talk, monkeypatch):
+    """Both are found before either is sent, and the older one is sent first."""
+    in_worker = PageServer._in_worker
+    found, sent = ([asyncio.Event(), asyncio.Event()] for _ in range(2))
+
+    async def held(server, work):
+        answer = await in_worker(server, work)
+        number = sum(each.is_set() for each in found)
+        found[number].set()
+        await sent[number].wait()
+        return answer
+
+    async def conversation(client):
+        monkeypatch.setattr(PageServer, '_in_worker', held)
+        async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:
+            await two.send_json({'id': 1, 'do': 'snapshot'})
+            await found[0].wait()
+            await one.send_json({'id': 2, 'do': 'name_place', 'name': 'hall'})
+            await found[1].wait()
+            sent[0].set()
+            assert (await two.receive_json())['state']['place'] != 'hall'
+            sent[1].set()
+            assert await two.receive_json(timeout=5.0) == {'changed': True}
+            monkeypatch.setattr(PageServer, '_in_worker', in_worker)
+
+    talk(conversation)
+
+
 def test_other_pages_are_told_of_a_slider_when_it_rests(talk):
     async def conversation(client):
         async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:

@@ -6,6 +6,7 @@ import asyncio
 import json
 import logging
 import signal
+from collections.abc import Hashable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from importlib.resources import as_file, files
@@ -38,8 +39,8 @@ class PageServer:
         self._token = token
         # One worker: the session is no business of two threads, and requests keep their order.
         self._worker = ThreadPoolExecutor(max_workers=1)
-        self._pages: set[web.WebSocketResponse] = set()
-        self._told = answers.shown
+        # What each page knows of.
+        self._pages: dict[web.WebSocketResponse, Hashable] = {}
 
     def application(self) -> web.Application:
         """Return the application, to be run or tested."""
@@ -69,7 +70,7 @@ class PageServer:
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         socket = web.WebSocketResponse(max_msg_size=_MESSAGE_MAX, heartbeat=20.0, compress=False)
         await socket.prepare(request)
-        self._pages.add(socket)
+        self._pages[socket] = self.answers.shown
         try:
             async for message in socket:
                 if message.type is WSMsgType.TEXT:
@@ -77,8 +78,8 @@ class PageServer:
         except ConnectionResetError:
             pass  # the page was closed while it waited for an answer
         finally:
-            self._pages.discard(socket)
-            await self._tell_others(socket)
+            del self._pages[socket]
+            await self._tell_changes()
         return socket
 
     async def _answer(self, socket: web.WebSocketResponse, text: str) -> None:
@@ -90,33 +91,37 @@ class PageServer:
             await socket.send_json({'error': 'request: must be a JSON object; reload the page'})
             return
         try:
-            answer = await self._in_worker(lambda: self.answers.answer(request))
+            answer, shown = await self._in_worker(lambda: (self.answers.answer(request), self.answers.shown))
         except Exception:  # noqa: BLE001 as in a node's callbacks
             # One request must not end the session of an engineer who has not saved.
             _LOG.exception('fault of the program while working on a request')
+            shown = self._pages[socket]
             answer = {
                 'error': 'fault of the program; its log tells more. Save, and tell it to who maintains it'
             }
         await socket.send_json({'id': request.get('id'), **answer})
         # While a slider is dragged the others wait for its end: the page asks for the whole state then.
         if request.get('do') != 'edges':
-            await self._tell_others(socket)
+            self._pages[socket] = shown
+            await self._tell_changes()
 
-    async def _tell_others(self, socket: web.WebSocketResponse) -> None:
-        """Say to the other pages that there is something new to see, if so."""
+    async def _tell_changes(self) -> None:
+        """Say to the pages that there is something new to see, if so.
+
+        Answers may be sent in another order than they were found: a page that has got an older one since is told, too.
+        """
         shown = self.answers.shown
-        if shown == self._told:
-            return
-        self._told = shown
-        for other in self._pages - {socket}:
-            with suppress(ConnectionResetError):
-                await other.send_json({'changed': True})
+        for page, known in list(self._pages.items()):
+            if known != shown:
+                self._pages[page] = shown
+                with suppress(ConnectionResetError):
+                    await page.send_json({'changed': True})
 
     async def _in_worker(self, work: Any) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self._worker, work)
 
     async def _close(self, _: web.Application) -> None:
-        for socket in set(self._pages):
+        for socket in list(self._pages):
             await socket.close()
         self._worker.shutdown(wait=False, cancel_futures=True)
 
