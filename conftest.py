@@ -1,6 +1,13 @@
 """For all tests."""
 
+import pytest
+
 _LONGEST_ID = 60
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option that writes the golden results anew."""
+    parser.addoption('--renew-goldens', action='store_true', help='write tests/goldens from this run')
 
 
 def pytest_make_parametrize_id(val: object) -> str | None:

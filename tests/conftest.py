@@ -7,7 +7,10 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE), str(HERE.parent / 'src/vlc_beacon/test')]
+sys.path[:0] = [
+    str(HERE),
+    *(str(HERE.parent / f'src/{name}/test') for name in ('vlc_beacon', 'motor_bridge')),
+]
 
 
 @pytest.fixture(scope='session')

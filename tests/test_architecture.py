@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.newest_set_only
+pytestmark = [pytest.mark.quick, pytest.mark.newest_set_only]
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = sorted(folder.name for folder in (ROOT / 'src').iterdir() if folder.is_dir())
@@ -84,6 +84,7 @@ TOUCHES_THE_WORLD = {
     'tempfile',
     'time',
 }
+LIMITS_A_PROCESS = {'setrlimit', 'umask', 'setlocale', 'alarm', 'setitimer'}
 FORBIDDEN_FUNCTIONS = {'open', 'print', 'input', 'eval', 'exec'}
 FORBIDDEN_ATTRIBUTES = {
     *('imread', 'imwrite', 'imshow', 'VideoCapture', 'VideoWriter'),
@@ -245,3 +246,10 @@ def test_files_and_functions_stay_short_and_speak(folder: str) -> None:
         assert len(path.read_text().splitlines()) <= 300, relative(path)
         assert not re.fullmatch(r'_?(utils?|common|helpers?|misc)', path.stem), relative(path)
         assert [name for name, lines in names_in(path).lengths.items() if lines >= 50] == [], relative(path)
+
+
+@pytest.mark.parametrize('folder', [*(f'src/{package}/test' for package in PACKAGES), 'tests'])
+def test_tests_limit_only_processes_of_their_own(folder: str) -> None:
+    # A limit in pytest's process would hold for its log and for every later test, too.
+    for path in (ROOT / folder).rglob('*.py'):
+        assert not names_in(path).attributes & LIMITS_A_PROCESS, relative(path)

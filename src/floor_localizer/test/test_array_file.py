@@ -1,23 +1,37 @@
-import resource
-from collections.abc import Iterator
+import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from floor_localizer.files.array_file import NO_ROOM, write_array
+
+# A limit on the size of files stands in for a full disk: writing fails in the same way. Only a child process may have
+# it: in pytest's own process it would also hold for pytest's log.
+FULL_DISK = """
+import json, resource, sys
+from pathlib import Path
+import numpy as np
 from floor_localizer.survey_files.shelf_folder import ShelfFolder
-
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)
+results = []
+for number in map(int, sys.argv[3:]):
+    path = Path(sys.argv[2]) / str(number)
+    array = np.arange(float(number))
+    fault = None
+    try:
+        shelf = ShelfFolder(path)
+        shelf.put('block', 0, array)
+        assert np.array_equal(shelf.get('block', 0)[0], array)
+    except OSError as error:
+        fault = [error.errno, str(error)]
+    results.append([fault, len(list(path.iterdir()))])
+print(json.dumps(results))
+"""
 LIMIT = 3000
-"""Of a file, instead of a disk's end: writing fails in the same way [B]."""
-
-
-@pytest.fixture
-def little_room() -> Iterator[None]:
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT, before[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+"""Largest file that the child may write [B]."""
 
 
 @pytest.mark.parametrize('array', [
@@ -31,16 +45,18 @@ def test_numpy_reads_what_is_written(array: np.ndarray, tmp_path: Path) -> None:
     np.testing.assert_array_equal(read, array)
 
 
-# Less than the limit; more by less than what a file keeps back before it writes; more by much.
-@pytest.mark.parametrize('number', [0, 100, 420, 600, 9000])
-@pytest.mark.usefixtures('little_room')
-def test_without_room_nothing_is_there_and_it_is_told(number: int, tmp_path: Path) -> None:
-    shelf, array = ShelfFolder(tmp_path / 'shelf'), np.arange(float(number))
-    if array.nbytes < LIMIT - 200:
-        shelf.put('block', 0, array)
-        np.testing.assert_array_equal(shelf.get('block', 0)[0], array)
-        return
-    with pytest.raises(OSError, match='too large') as fault:
-        shelf.put('block', 0, array)
-    assert fault.value.errno in NO_ROOM
-    assert list((tmp_path / 'shelf').iterdir()) == []
+def test_a_full_disk_leaves_no_file_and_is_reported(tmp_path: Path) -> None:
+    # Below the limit; above it by less than what a file buffers before it writes; far above it.
+    numbers = [0, 100, 420, 600, 9000]
+    command = [sys.executable, '-c', FULL_DISK, str(LIMIT), str(tmp_path), *map(str, numbers)]
+    child = subprocess.run(command, capture_output=True, text=True, check=True)
+    results = json.loads(child.stdout)
+    assert len(results) == len(numbers)
+    for number, (fault, file_count) in zip(numbers, results, strict=True):
+        if 8 * number < LIMIT - 200:
+            assert fault is None
+            assert file_count > 0
+        else:
+            assert fault[0] in NO_ROOM
+            assert 'too large' in fault[1]
+            assert file_count == 0

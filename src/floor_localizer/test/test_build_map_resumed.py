@@ -169,18 +169,14 @@ def test_a_disk_that_fills_up_while_adjusting_is_told_and_the_survey_ends_the_sa
 
 def begun(scene: Path, folder: Path, done: str) -> subprocess.Popen[str]:
     """A survey on two workers that has written a file."""
-    command = [sys.executable, '-m', 'floor_localizer.commands.build_map', *map(str, folder_options(scene))]
-    # What a shell starts in the background ignores interrupts, and so would its children.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        child = subprocess.Popen(
-            [*command, '--out', str(folder), *FLAGS, '--workers', '2'],
-            stderr=subprocess.PIPE,
-            text=True,
-            start_new_session=True,
-        )
-    finally:
-        signal.signal(signal.SIGINT, before)
+    # A process that a shell started in the background ignores interrupts, and so would its children.
+    command = ['env', '--default-signal=INT', sys.executable, '-m', 'floor_localizer.commands.build_map']
+    child = subprocess.Popen(
+        [*command, *map(str, folder_options(scene)), '--out', str(folder), *FLAGS, '--workers', '2'],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
     deadline = time.monotonic() + 90.0
     while not (folder / done).exists() and time.monotonic() < deadline:
         time.sleep(0.01)

@@ -1,0 +1,224 @@
+"""Names that outside programs rely on: executables, topics, services and parameters of every node.
+
+`tests/goldens/interface.json` lists all of them; `./shirube test --renew-goldens` writes it again. The names asserted
+here never change without a line in the changelog.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any
+
+import golden_runs
+import pytest
+from rclpy.node import Node
+
+from floor_localizer.node import FloorLocalizerNode
+from motor_bridge.node import MotorBridgeNode
+from pose_arbiter.node import PoseArbiterNode
+from reward_planner.node import RewardPlannerNode
+from shirube_ros.isolated_graph import isolated_graph
+from stereo_landmark.commands.teach import main as teach
+from stereo_landmark.node import StereoLandmarkNode
+from vlc_beacon.node import VlcBeaconNode
+
+pytestmark = [pytest.mark.quick, pytest.mark.newest_set_only, pytest.mark.timeout(300)]
+
+ROOT = Path(__file__).resolve().parents[1]
+GOLDEN = Path(__file__).parent / 'goldens' / 'interface.json'
+NODES: dict[str, tuple[Callable[..., Node], dict[str, object]]] = {
+    'floor_localizer': (FloorLocalizerNode, {}),
+    'stereo_landmark': (StereoLandmarkNode, {}),
+    'vlc_beacon': (VlcBeaconNode, {'beacons_file': str(ROOT / 'bags/lamp_drive/beacons.yaml')}),
+    'reward_planner': (RewardPlannerNode, {'drive': True}),
+    'pose_arbiter': (PoseArbiterNode, {}),
+    'motor_bridge': (MotorBridgeNode, {'port': '/nonexistent'}),
+}
+IMAGES = {'image_raw': 'sensor_msgs/msg/Image', 'camera_info': 'sensor_msgs/msg/CameraInfo'}
+POSES = {
+    '~/pose': 'geometry_msgs/msg/PoseStamped',
+    '~/pose_with_covariance': 'geometry_msgs/msg/PoseWithCovarianceStamped',
+}
+SUBSCRIBES = {
+    'floor_localizer': {
+        **IMAGES,
+        'odom': 'nav_msgs/msg/Odometry',
+        'initialpose': 'geometry_msgs/msg/PoseWithCovarianceStamped',
+    },
+    'stereo_landmark': {
+        'left/image_rect': 'sensor_msgs/msg/Image',
+        'left/camera_info': 'sensor_msgs/msg/CameraInfo',
+        'right/image_rect': 'sensor_msgs/msg/Image',
+        'right/camera_info': 'sensor_msgs/msg/CameraInfo',
+        'imu': 'sensor_msgs/msg/Imu',
+    },
+    'vlc_beacon': {**IMAGES, 'imu': 'sensor_msgs/msg/Imu', 'odom': 'nav_msgs/msg/Odometry'},
+    'reward_planner': {
+        'points': 'sensor_msgs/msg/PointCloud2',
+        'pose': 'geometry_msgs/msg/PoseStamped',
+        'goal_pose': 'geometry_msgs/msg/PoseStamped',
+        'command': 'std_msgs/msg/String',
+    },
+    'pose_arbiter': {
+        'odom': 'nav_msgs/msg/Odometry',
+        'initialpose': 'geometry_msgs/msg/PoseWithCovarianceStamped',
+    },
+    'motor_bridge': {'cmd_vel': 'geometry_msgs/msg/TwistStamped', 'estop': 'std_msgs/msg/Bool'},
+}
+PUBLISHES = {
+    'floor_localizer': {**POSES, '~/dots': 'visualization_msgs/msg/MarkerArray'},
+    'stereo_landmark': {
+        **POSES,
+        '~/displacement': 'geometry_msgs/msg/TransformStamped',
+        '~/targets': 'visualization_msgs/msg/MarkerArray',
+    },
+    'vlc_beacon': {
+        **POSES,
+        '~/beacons': 'visualization_msgs/msg/MarkerArray',
+        '~/command': 'std_msgs/msg/String',
+    },
+    'reward_planner': {
+        '~/map': 'nav_msgs/msg/OccupancyGrid',
+        '~/local_map': 'nav_msgs/msg/OccupancyGrid',
+        '~/plan': 'nav_msgs/msg/Path',
+        '~/next_waypoint': 'geometry_msgs/msg/PoseStamped',
+        'cmd_vel': 'geometry_msgs/msg/TwistStamped',
+    },
+    'pose_arbiter': {'~/pose': 'geometry_msgs/msg/PoseStamped', '~/odometry': 'nav_msgs/msg/Odometry'},
+    'motor_bridge': {'odom': 'nav_msgs/msg/Odometry', 'joint_states': 'sensor_msgs/msg/JointState'},
+}
+SERVICES = {
+    'floor_localizer': ['~/relocalize'],
+    'stereo_landmark': ['~/relocalize'],
+    'vlc_beacon': [],
+    'reward_planner': ['~/clear_map', '~/save_map'],
+    'pose_arbiter': ['~/reset'],
+    'motor_bridge': ['~/reset_odometry'],
+}
+CAMERA = ['camera_xyz', 'camera_rpy', 'map_frame', 'base_frame', 'image_transport']
+PARAMETERS = {
+    'floor_localizer': [*CAMERA, 'map_file', 'match_rate_min'],
+    'stereo_landmark': [
+        *(
+            *CAMERA,
+            'places_dir',
+            'rectify',
+            'approximate_sync',
+            'approximate_sync_tolerance_seconds',
+            'queue_size',
+        )
+    ],
+    'vlc_beacon': [
+        *(*CAMERA, 'beacons_file', 'shutter', 'row_time', 'exposure_time', 'method', 'camera_height_known'),
+        *('key_file', 'counter_file', 'drive', 'speed_limit'),
+    ],
+    'reward_planner': [
+        *(
+            *CAMERA,
+            'mode',
+            'visits',
+            'resolution',
+            'robot_radius',
+            'height_min',
+            'height_max',
+            'map_file',
+            'drive',
+        ),
+    ],
+    'pose_arbiter': ['sources', 'history_seconds', 'gate_probability'],
+    'motor_bridge': [
+        *('port', 'baud', 'wheel_radius', 'wheel_separation', 'ticks_per_revolution', 'cmd_vel_timeout'),
+        *(
+            'max_linear_velocity',
+            'max_angular_velocity',
+            'max_linear_acceleration',
+            'max_angular_acceleration',
+        ),
+        *('max_linear_jerk', 'stamped'),
+    ],
+}
+EXECUTABLES = {
+    'floor_localizer': 'node build_map inspect_map compare_maps calibrate_camera print_mat locate',
+    'stereo_landmark': 'node teach locate',
+    'vlc_beacon': 'node locate encode calibrate survey',
+    'reward_planner': 'node plan',
+    'pose_arbiter': 'node',
+    'motor_bridge': 'node calibrate firmware_emulator',
+    'shirube_bags': 'play record check',
+}
+
+
+def names_of(package: str, node: Node) -> dict[str, Any]:
+    """Return what a node publishes, subscribes to, serves and declares; its private names begin with `~`."""
+    graph = node.get_publisher_names_and_types_by_node, node.get_subscriber_names_and_types_by_node
+    topics = [
+        {short(package, topic): types[0] for topic, types in sorted(find(package, '/')) if topic != '/rosout'}
+        for find in graph
+    ]
+    services = sorted(
+        short(package, service)
+        for service, types in node.get_service_names_and_types_by_node(package, '/')
+        if types == ['std_srvs/srv/Trigger']
+    )
+    parameters = sorted(name for name in node._parameters if not name.startswith('qos_overrides.'))
+    return {'publishes': topics[0], 'subscribes': topics[1], 'services': services, 'parameters': parameters}
+
+
+def short(package: str, name: str) -> str:
+    """Return a resolved name as the source has it: relative, or private to the node."""
+    private = f'/{package}/'
+    return f'~/{name.removeprefix(private)}' if name.startswith(private) else name.removeprefix('/')
+
+
+@pytest.fixture(scope='module')
+def interface(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    places = tmp_path_factory.mktemp('places')
+    lesson = golden_runs.BAGS / 'corridor_teach/lesson.yaml'
+    assert teach(['--batch', str(lesson), '--places', str(places)]) == 0
+    found = {}
+    for package, (create, parameters) in NODES.items():
+        more = {'places_dir': str(places)} if package == 'stereo_landmark' else {}
+        with isolated_graph() as graph:
+            node = graph.add(create, **parameters, **more)
+            graph.spin_until(lambda: False, 0.3)
+            found[package] = names_of(package, node)
+    return found
+
+
+def test_all_names_are_the_golden_ones(interface: dict[str, Any], pytestconfig: pytest.Config) -> None:
+    if pytestconfig.getoption('--renew-goldens'):
+        GOLDEN.write_text(json.dumps(interface, indent=1) + '\n')
+    assert interface == json.loads(GOLDEN.read_text())
+
+
+@pytest.mark.parametrize('package', NODES)
+def test_the_promised_names_are_there(package: str, interface: dict[str, Any]) -> None:
+    found = interface[package]
+    assert SUBSCRIBES[package].items() <= found['subscribes'].items()
+    assert {**PUBLISHES[package], 'diagnostics': 'diagnostic_msgs/msg/DiagnosticArray'}.items() <= found[
+        'publishes'
+    ].items()
+    assert set(SERVICES[package]) <= set(found['services'])
+    assert set(PARAMETERS[package]) <= set(found['parameters'])
+
+
+@pytest.mark.parametrize('package', EXECUTABLES)
+def test_the_promised_executables_start_something(package: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    scripts = entry_points(ROOT / 'src' / package, monkeypatch)
+    assert set(EXECUTABLES[package].split()) <= scripts.keys()
+    for name, target in scripts.items():
+        assert callable(EntryPoint(name, target, 'console_scripts').load())
+
+
+def entry_points(folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
+    """Return the executables of a package by name, as its setup.py hands them to setuptools."""
+    import setuptools  # noqa: PLC0415
+
+    given: dict[str, Any] = {}
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr(setuptools, 'setup', lambda **options: given.update(options))
+    exec(compile((folder / 'setup.py').read_text(), 'setup.py', 'exec'), {'__name__': 'setup'})
+    return dict(script.split(' = ') for script in given['entry_points']['console_scripts'])
