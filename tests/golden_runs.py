@@ -144,6 +144,8 @@ def replay(
             for each in (node, player):
                 executor.add_node(each)
             replay_in_lockstep(Excerpt(bag, seconds), player, executor, topics)
+            for _ in range(10):  # what was published last is still on its way
+                executor.spin_once(timeout_sec=0.05)
             executor.shutdown()
         results[bag_name] = recorder.result()
     return results
