@@ -46,21 +46,42 @@ explain_missing_python() {
     fi
 }
 
+# ensure_runtime ROOT: what nodes and commands need; ensure_development ROOT: what tests, checks and benchmarks need.
+ensure_runtime() {
+    ensure_environment "$1" .venv '3.12 3.11' runtime.lock
+}
+
+ensure_development() {
+    ensure_environment "$1" .venv '3.12 3.11' runtime.lock dev.lock
+}
+
 # ensure_environment ROOT FOLDER "3.12 3.11" LOCK... makes or completes ROOT/FOLDER; quick when all is in place.
 ensure_environment() {
-    local root=$1 folder=$1/$2 versions=$3 python locks project version
+    local root=$1 folder=$1/$2 versions=$3 python project version
     shift 3
-    locks=$(cd "$root/environment" && cat -- "$@" | sha256sum)
+    local -a wanted
+    mapfile -t wanted < <(cd "$root/environment" && sha256sum -- "$@")
     project=$(cd "$root" && cat pyproject.toml <(printf "%s\n" src/*/*/__init__.py) | sha256sum)
-    if [ -x "$folder/bin/python" ] && [ -f "$folder/shirube.stamp" ]; then
-        version=$("$folder/bin/python" -ISc 'import sys; print(sys.version.split()[0])' 2>/dev/null) || version=broken
-        [ "$(<"$folder/shirube.stamp")" = "${locks%% *} $version $root"$'\n'"${project%% *}" ] && return 0
-    fi
+    project=${project%% *}
+    version=$("$folder/bin/python" -ISc 'import sys; print(sys.version.split()[0])' 2>/dev/null) || version=
+    is_stamped "$folder/shirube.stamp" "python $version" "root $root" "${wanted[@]}" "project $project" && return 0
     if [ "$(uname -sm)" != 'Linux x86_64' ]; then
         echo "shirube: ROS 2 wheels exist for Linux on x86-64 only, this is $(uname -sm);" \
             "see \"On a robot\" in README.md" >&2
         return 1
     fi
-    python=$(find_python "$versions") || return 1
-    "$python" -I "$root/environment/install.py" "$folder" "${locks%% *}" "${project%% *}" "$@"
+    python=$folder/bin/python
+    if [ -z "$version" ] || [[ " $versions " != *" ${version%.*} "* ]]; then
+        python=$(find_python "$versions") || return 1
+    fi
+    "$python" -I "$root/environment/install.py" "$folder" "$project" "$@"
+}
+
+# is_stamped FILE LINE... tells whether a stamp holds all lines.
+is_stamped() {
+    local stamp line
+    [ -r "$1" ] || return 1
+    stamp=$'\n'$(<"$1")$'\n'
+    shift
+    for line; do [[ $stamp == *$'\n'"$line"$'\n'* ]] || return 1; done
 }
