@@ -5,7 +5,6 @@ one was interrupted, and the next call makes it again. The lock is held by the i
 outlives this process is waited for.
 """
 
-import errno
 import fcntl
 import hashlib
 import os
@@ -86,18 +85,18 @@ class Environment:
         if set(present) >= {*basis, *wanted, project}:
             return
         current = {lock_line(path) for path in ENVIRONMENT.glob('*.lock')}
-        kept = [line for line in present if line in current]
-        outdated = [line for line in present if line.endswith('.lock') and line not in current]
-        if not kept or outdated or not set(basis) <= set(present):
-            kept = []
+        installed = [line for line in present if line.endswith('.lock')]
+        if not installed or not set(installed) <= current or not set(basis) <= set(present):
             self.make()
-        missing = [lock for lock, line in zip(locks, wanted, strict=True) if line not in kept]
+            present = installed = []
+        missing = [lock for lock, line in zip(locks, wanted, strict=True) if line not in installed]
         if missing:
             remove_stamp(self.folder)
             self.install_locks(missing)
-        lines = [*basis, *kept, *(lock_line(lock) for lock in missing)]
-        write_stamp(self.folder, lines)
-        self.install_project()
+        lines = [*basis, *installed, *map(lock_line, missing)]
+        if project not in present:
+            write_stamp(self.folder, lines)
+            self.install_project()
         write_stamp(self.folder, [*lines, project])
 
     def make(self) -> None:
