@@ -6,7 +6,6 @@ outlives this process is waited for.
 """
 
 import fcntl
-import hashlib
 import os
 import shutil
 import subprocess
@@ -19,11 +18,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))  # Python's option -I l
 
 from install_error import InstallError, explain_failure, explain_os_error
 from package_sources import pip_settings, source_options, source_variables
+from stamp import lock_line, read_stamp, remove_stamp, write_stamp
+from uv_cache import private_cache, shares_disk
 
 ENVIRONMENT = Path(__file__).resolve().parent
 ROOT = ENVIRONMENT.parent
 MARK = 'shirube.mark'
-STAMP = 'shirube.stamp'
 VERSION = sys.version.split()[0]
 BASE_PYTHON = str(getattr(sys, '_base_executable', sys.executable))
 """The Python that an environment is made from, even when this one belongs to an environment."""
@@ -220,39 +220,6 @@ def locked(path: Path) -> Iterator[int]:
         os.close(descriptor)
 
 
-@contextmanager
-def private_cache(folder: Path) -> Iterator[dict[str, str]]:
-    """Give uv a cache inside the environment where the user's own cannot be written; it goes afterwards."""
-    if 'UV_CACHE_DIR' in os.environ or is_writable(cache_home()):
-        yield {}
-        return
-    cache = folder / 'uv-cache'
-    try:
-        yield {'UV_CACHE_DIR': str(cache)}
-    finally:
-        shutil.rmtree(cache, ignore_errors=True)
-
-
-def cache_home() -> Path:
-    """Return the folder in which uv keeps what it downloads."""
-    return Path(os.environ.get('XDG_CACHE_HOME') or Path('~/.cache').expanduser()) / 'uv'
-
-
-def is_writable(folder: Path) -> bool:
-    """Return whether a folder exists or can be made, and can be written."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):
-        return False
-    return os.access(folder, os.W_OK | os.X_OK)
-
-
-def shares_disk(folder: Path) -> bool:
-    """Return whether uv can link files of its cache into a folder instead of copying them."""
-    cache = cache_home()
-    return cache.exists() and cache.stat().st_dev == folder.stat().st_dev
-
-
 def is_ours(folder: Path) -> bool:
     """Return whether an environment carries the mark, or holds nothing."""
     return (folder / MARK).exists() or not any(folder.iterdir())
@@ -271,36 +238,9 @@ def remove_folder(folder: Path) -> None:
 def python_works(folder: Path) -> bool:
     """Return whether the environment's Python runs; it does not once the Python it was made from is gone."""
     python = folder / 'bin/python'
-    return os.access(python, os.X_OK) and not subprocess.run([str(python), '-ISc', ''], check=False).returncode
-
-
-def lock_line(lock: Path) -> str:
-    """Return the stamp's line for a lock file, as sha256sum prints it."""
-    return f'{hashlib.sha256(lock.read_bytes()).hexdigest()}  {lock.name}'
-
-
-def read_stamp(folder: Path) -> list[str]:
-    """Return the lines of the stamp: what the environment was made from; none if it was never finished."""
-    try:
-        return (folder / STAMP).read_text(encoding='utf-8', errors='surrogateescape').splitlines()
-    except FileNotFoundError:
-        return []
-
-
-def write_stamp(folder: Path, lines: list[str]) -> None:
-    """Write what the environment was made from, in one step.
-
-    Raises:
-        OSError: it cannot be written.
-    """
-    draft = folder / f'{STAMP}.new'
-    draft.write_text('\n'.join(lines) + '\n', encoding='utf-8', errors='surrogateescape')
-    draft.rename(folder / STAMP)
-
-
-def remove_stamp(folder: Path) -> None:
-    """Mark the environment as unfinished."""
-    (folder / STAMP).unlink(missing_ok=True)
+    return (
+        os.access(python, os.X_OK) and not subprocess.run([str(python), '-ISc', ''], check=False).returncode
+    )
 
 
 def as_ascii(text: str) -> str:

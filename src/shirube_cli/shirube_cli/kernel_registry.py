@@ -1,9 +1,9 @@
 """The numba kernels of all packages: which call compiles which, how many they are, and which come first."""
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from xml.etree import ElementTree as ET
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,7 @@ KERNEL_SETS = (
         23,
     ),
     KernelSet('shirube_mission', 'shirube_mission', 'shirube_mission.warm_up', 'warm_up()', 29),
-    KernelSet(
-        'reward_planner', 'reward_planner', 'reward_planner.core.warm_up', 'warm_up_defaults()', 32
-    ),
+    KernelSet('reward_planner', 'reward_planner', 'reward_planner.core.warm_up', 'warm_up_defaults()', 32),
     KernelSet(
         'vlc_beacon_global',
         'vlc_beacon',
@@ -51,6 +49,7 @@ KERNEL_SETS = (
     ),
 )
 """In the order in which they are compiled: those of the demo first, of these the longest first."""
+_DEPENDENCY = re.compile(r'<exec_depend>(\w+)</exec_depend>')
 DEMO_SETS = tuple(one for one in KERNEL_SETS if one.demo)
 
 
@@ -65,11 +64,10 @@ def sets_of_package(root: Path, package: str) -> tuple[KernelSet, ...]:
     waiting = [package]
     while waiting:
         xml = root / 'src' / waiting.pop() / 'package.xml'
-        for node in ET.parse(xml).iter('exec_depend') if xml.is_file() else ():
-            name = (node.text or '').strip()
-            if name not in needed:
-                needed.add(name)
-                waiting.append(name)
+        if xml.is_file():
+            new = set(_DEPENDENCY.findall(xml.read_text())) - needed
+            needed |= new
+            waiting.extend(new)
     return sets_of_packages(needed)
 
 

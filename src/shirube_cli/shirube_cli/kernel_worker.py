@@ -1,4 +1,4 @@
-"""A process that compiles kernel sets: ``python -m shirube_cli.kernel_worker``.
+"""A process that compiles kernel sets.
 
 It reads names of sets from standard input, one a line, and answers on standard output: ``kernel`` for each function
 compiled, ``done`` for each set. Started by ``kernel_compiler``; what numba needs for all sets it compiles once.
@@ -6,7 +6,6 @@ compiled, ``done`` for each set. Started by ``kernel_compiler``; what numba need
 
 import gc
 import os
-import signal
 import sys
 from importlib import import_module
 from typing import Any, TextIO
@@ -18,8 +17,6 @@ from shirube_cli.kernel_registry import KERNEL_SETS
 
 def main() -> int:
     """Compile what is asked for until the input ends; return 0, or 1 if the disk refused."""
-    # Ctrl-C ends a compiler at once: a traceback would be of no use.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
     # A compiler makes millions of objects that stay; searching them for garbage again and again is wasted time.
     gc.set_threshold(200_000, 20, 100)
     _omit_c_wrappers()
@@ -39,7 +36,7 @@ def main() -> int:
     return 0
 
 
-class _KernelListener(event.Listener):  # type: ignore[misc]
+class _KernelListener(event.Listener):
     """Reports each function of the suite once, when it has been compiled."""
 
     def __init__(self, answers: TextIO) -> None:
@@ -66,7 +63,3 @@ def _omit_c_wrappers() -> None:
     """
     if hasattr(lowering.Lower, 'create_cfunc_wrapper'):
         lowering.Lower.create_cfunc_wrapper = lambda _: None
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -1,8 +1,11 @@
 """``shirube list``: the packages with their executables, and the benchmarks."""
 
-import ast
 from collections.abc import Sequence
+from contextlib import chdir
 from pathlib import Path
+from runpy import run_path
+from typing import Any
+from unittest.mock import patch
 
 from shirube_cli.bench import find_benchmarks
 from shirube_cli.error import CommandError
@@ -19,7 +22,7 @@ def list_programs(arguments: Sequence[str]) -> int:
     if arguments:
         raise CommandError('usage: shirube list')
     root = find_root()
-    executables = {name: find_scripts(root / 'src' / name / 'setup.py') for name in find_packages(root)}
+    executables = {name: find_scripts(root / 'src' / name) for name in find_packages(root)}
     print('shirube run <package> <executable> [arguments ...]')
     for package, names in executables.items():
         if names:
@@ -30,22 +33,14 @@ def list_programs(arguments: Sequence[str]) -> int:
     return 0
 
 
-def find_scripts(setup: Path) -> list[str]:
-    """Return the names of a package's executables, without running its ``setup.py``.
+def find_scripts(folder: Path) -> list[str]:
+    """Return the names of a package's executables.
 
     Args:
-        setup: the file that names them as ``console_scripts``.
+        folder: the package, with its ``setup.py``.
     """
-    for node in ast.walk(ast.parse(setup.read_bytes())):
-        if isinstance(node, ast.Dict):
-            for key, value in zip(node.keys, node.values, strict=True):
-                if isinstance(key, ast.Constant) and key.value == 'console_scripts':
-                    assert isinstance(value, ast.List)
-                    return sorted(_first_text(entry).partition('=')[0].strip() for entry in value.elts)
-    return []
-
-
-def _first_text(entry: ast.expr) -> str:
-    """Return the text of a string or the first part of an f-string."""
-    part = entry.values[0] if isinstance(entry, ast.JoinedStr) else entry
-    return str(part.value) if isinstance(part, ast.Constant) else ''
+    settings: dict[str, Any] = {}
+    with chdir(folder), patch('setuptools.setup', lambda **given: settings.update(given)):
+        run_path('setup.py')
+    lines = settings.get('entry_points', {}).get('console_scripts', [])
+    return sorted(line.partition('=')[0].strip() for line in lines)

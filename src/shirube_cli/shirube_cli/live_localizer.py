@@ -20,7 +20,7 @@ from shirube_cli.pose_listener import PoseListener
 from shirube_cli.workspace import find_executable, overlay_environment
 from shirube_ros.free_domain import free_domain
 
-# The node reads its map and compiles its loops before it listens.
+# The node reads its map and compiles its kernels before it listens.
 START_TIMEOUT = 120
 
 

@@ -31,7 +31,9 @@ class Progress:
         """Show that nothing is done yet."""
         if sys.stderr.isatty():
             # tqdm draws with ASCII characters where the terminal's encoding has no others.
-            self._bar = tqdm(desc=self._title, total=self._total, bar_format='{desc}: {n}/{total} |{bar}| {elapsed}')
+            self._bar = tqdm(
+                desc=self._title, total=self._total, bar_format='{desc}: {n}/{total} |{bar}| {elapsed}'
+            )
         else:
             self._print_line()
         return self
