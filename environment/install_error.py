@@ -65,7 +65,7 @@ def explain_os_error(error: OSError, root: Path) -> str:
     if error.errno in {errno.EACCES, errno.EPERM, errno.EROFS}:
         return (
             f'cannot write {path} ({owner(root)}); copy the repository to a folder of your own '
-            f'(git clone {root}) and call ./shirube there'
+            f'(cp -r {root} ~/shirube) and call ./shirube there'
         )
     return f'{path}: {error.strerror or error}; remove the cause and try again'
 

@@ -247,7 +247,7 @@ def test_failed_installer_is_one_line_with_the_remedy(
 
 @pytest.mark.parametrize(
     ('number', 'said'),
-    [(errno.ENOSPC, 'the disk is full'), (errno.EROFS, 'copy the repository'), (errno.EACCES, 'git clone')],
+    [(errno.ENOSPC, 'the disk is full'), (errno.EROFS, 'copy the repository'), (errno.EACCES, 'cp -r')],
 )
 def test_refusal_of_the_disk_is_one_line_with_the_remedy(
     install: ModuleType,
