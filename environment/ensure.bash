@@ -1,7 +1,7 @@
 # Sourced by ./shirube and .ci/run: finds Python and keeps the virtual environments complete.
 
-# What a sourced ROS or another environment leaves behind would be found before our own packages; and where Python may not
-# write its bytecode, every start of a node compiles all modules again, which takes seconds.
+# A sourced ROS or another environment would be searched before our packages; and where Python may not write its bytecode,
+# every start of a node compiles all modules again, which takes seconds.
 forget_other_environments() {
     unset PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONDONTWRITEBYTECODE VIRTUAL_ENV LD_LIBRARY_PATH LD_PRELOAD \
         AMENT_PREFIX_PATH COLCON_PREFIX_PATH CMAKE_PREFIX_PATH ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION \
@@ -9,7 +9,7 @@ forget_other_environments() {
 }
 
 # find_python "3.12 3.11" prints the path of a Python of the first such version that can make environments.
-# The shims of version managers may exist without working, so each candidate is asked.
+# The shims of version managers may exist without working, so each candidate is run.
 find_python() {
     local versions=$1 version path answer no_venv='' other=''
     local -a candidates=()
@@ -77,7 +77,7 @@ ensure_environment() {
     "$python" -I "$root/environment/install.py" "$folder" "$project" "$@"
 }
 
-# is_stamped FILE LINE... tells whether a stamp holds all lines.
+# is_stamped FILE LINE... returns whether a stamp has all lines.
 is_stamped() {
     local stamp line
     [ -r "$1" ] || return 1

@@ -140,7 +140,7 @@ class Environment:
         Raises:
             InstallError: uv failed.
         """
-        # The project's own metadata is written beside its sources: one environment after the other.
+        # The project's metadata is written next to its sources: one environment after the other.
         self.locks.append(self._stack.enter_context(locked(ROOT / '.venv-project.lock')))
         self.run_uv(['--editable', str(ROOT)])
 

@@ -1,4 +1,4 @@
-"""One line for whatever stops an installation: what is wrong, and what to do."""
+"""One line for each cause that stops an installation: what is wrong, and what to do."""
 
 import errno
 import os

@@ -1,6 +1,6 @@
 """Machine code of the numba kernels: compiled once for a state of the sources, and never older than they are.
 
-Numba keeps machine code beside the sources and renews it when the file of a function changes, but not when
+Numba keeps machine code next to the sources and renews it when the file of a function changes, but not when
 a function that was compiled into it changes in another file. So each state of the sources gets its own cache.
 What colcon installs are copies of the same files, so their machine code is copied, too.
 """
@@ -51,13 +51,13 @@ def is_compiled(root: Path, sets: Sequence[KernelSet]) -> bool:
 
 def kernel_folder(root: Path) -> Path:
     """Return the folder for the machine code of the sources as they are; those of other states are removed."""
-    # Inside this environment, because numba does not tell machine code for another numpy apart.
+    # Inside this environment, because numba does not distinguish machine code for another numpy.
     home = Path(sys.prefix) / 'numba'
     home.mkdir(exist_ok=True)
     return fresh_cache(home, digest_kernels(root / 'src'))
 
 
-def put_beside_installed(cache: Path, root: Path) -> None:
+def copy_to_installed(cache: Path, root: Path) -> None:
     """Copy the machine code of the sources to what colcon installed from them.
 
     Args:
@@ -127,7 +127,7 @@ def main() -> None:
     """Compile all kernels, and copy them to what is installed."""
     os.environ.pop('NUMBA_CACHE_DIR', None)
     root = find_root()
-    put_beside_installed(compiled_kernels(root), root)
+    copy_to_installed(compiled_kernels(root), root)
 
 
 if __name__ == '__main__':

@@ -22,7 +22,7 @@ def compile_sets(
     finish: Callable[[KernelSet], None],
     worker: str = WORKER,
 ) -> None:
-    """Compile kernel sets, so that whatever uses them starts in seconds from then on.
+    """Compile kernel sets, so that programs that use them start in seconds from then on.
 
     Args:
         sets: what to compile, the longest first.

@@ -10,7 +10,7 @@ from shirube_cli.error import CommandError
 
 
 def find_root() -> Path:
-    """Return the repository that this package lies in.
+    """Return the repository that contains this package.
 
     Raises:
         CommandError: the package was installed somewhere else, so that there is no repository around it.

@@ -1,7 +1,7 @@
 """The colcon workspace ``ros2_ws``: built when a package changed, and its overlay for processes.
 
 ``colcon build`` does not know what is up to date and needs seconds even when nothing changed, so a digest
-of what a package was built from is kept beside its installation.
+of a package's sources is kept in its installation.
 """
 
 import hashlib
@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from shirube_cli.error import CommandError
-from shirube_cli.kernel_cache import PYTHON, compiled_kernels, is_compiled, put_beside_installed
+from shirube_cli.kernel_cache import PYTHON, compiled_kernels, copy_to_installed, is_compiled
 from shirube_cli.kernel_registry import KERNEL_SETS, KernelSet
 from shirube_cli.project import safe_environment
 from shirube_files import locked
@@ -47,7 +47,7 @@ def build_workspace(root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> None
             shutil.rmtree(root / 'ros2_ws' / 'install' / name, ignore_errors=True)
         with _colcon(root, changed):
             cache = compiled_kernels(root, needed)
-        put_beside_installed(cache, root)
+        copy_to_installed(cache, root)
         for name in changed:
             _stamp_path(root, name).write_text(digests[name])
 
@@ -87,7 +87,7 @@ def overlay_environment(root: Path) -> dict[str, str]:
     """Return the environment that sourcing the workspace makes, with the ROS of the wheels under it."""
     prefixes = [root / 'ros2_ws' / 'install' / name for name in find_packages(root)]
     environment = safe_environment()
-    environment.pop('NUMBA_CACHE_DIR', None)  # what is installed has its machine code beside it
+    environment.pop('NUMBA_CACHE_DIR', None)  # installed kernels have their machine code next to them
     environment['AMENT_PREFIX_PATH'] = os.pathsep.join(map(str, [*prefixes, sys.prefix]))
     environment['PYTHONPATH'] = os.pathsep.join(str(p / 'lib' / PYTHON / 'site-packages') for p in prefixes)
     return environment

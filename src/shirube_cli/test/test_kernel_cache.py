@@ -14,9 +14,9 @@ from shirube_cli.error import CommandError
 from shirube_cli.kernel_cache import (
     PYTHON,
     compiled_kernels,
+    copy_to_installed,
     digest_kernels,
     fresh_cache,
-    put_beside_installed,
 )
 from shirube_cli.kernel_compiler import PROLOGUE, compile_sets
 from shirube_cli.kernel_registry import DEMO_SETS, KERNEL_SETS, KernelSet, sets_of_package
@@ -160,7 +160,7 @@ def call_the_kernel(packages: Path, **environment: str) -> str:
 def test_what_is_installed_uses_the_machine_code_of_its_source(tmp_path: Path) -> None:
     source, installed = source_and_copy(tmp_path)
     assert 'data saved' in call_the_kernel(source, NUMBA_CACHE_DIR=str(tmp_path / 'cache'))
-    put_beside_installed(tmp_path / 'cache', tmp_path)
+    copy_to_installed(tmp_path / 'cache', tmp_path)
     said = call_the_kernel(installed)
     assert 'data loaded' in said
     assert 'saved' not in said
@@ -170,5 +170,5 @@ def test_a_copy_of_another_state_gets_no_machine_code(tmp_path: Path) -> None:
     source, installed = source_and_copy(tmp_path)
     call_the_kernel(source, NUMBA_CACHE_DIR=str(tmp_path / 'cache'))
     (installed / 'probe' / 'kernels.py').write_text(KERNEL.replace('2', '3'))
-    put_beside_installed(tmp_path / 'cache', tmp_path)
+    copy_to_installed(tmp_path / 'cache', tmp_path)
     assert not list(installed.rglob('*.nb[ic]'))
