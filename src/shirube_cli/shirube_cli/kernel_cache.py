@@ -43,10 +43,13 @@ def compiled_kernels(root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> Pat
     return cache
 
 
-def is_compiled(root: Path, sets: Sequence[KernelSet]) -> bool:
-    """Return whether the kernels of these sets are compiled for the sources as they are."""
-    cache = kernel_folder(root)
-    return all(_mark(cache, one).exists() for one in sets)
+def are_installed(root: Path, sets: Sequence[KernelSet]) -> bool:
+    """Return whether the installed packages have the kernels of these sets, for the sources as they are."""
+    if not sets:
+        return True
+    name = kernel_folder(root).name
+    marks = [_installed_mark(root, one) for one in sets]
+    return all(mark.is_file() and mark.read_text() == name for mark in marks)
 
 
 def kernel_folder(root: Path) -> Path:
@@ -57,12 +60,13 @@ def kernel_folder(root: Path) -> Path:
     return fresh_cache(home, digest_kernels(root / 'src'))
 
 
-def copy_to_installed(cache: Path, root: Path) -> None:
+def copy_to_installed(cache: Path, root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> None:
     """Copy the machine code of the sources to what colcon installed from them.
 
     Args:
         cache: the folder that ``compiled_kernels`` returned.
         root: the repository.
+        sets: what was compiled.
     """
     for path in files_with_kernels(root / 'src'):
         package = path.relative_to(root / 'src').parts[0]
@@ -72,6 +76,10 @@ def copy_to_installed(cache: Path, root: Path) -> None:
             (copy.parent / '__pycache__').mkdir(exist_ok=True)
             for code in (cache / numba_folder(path)).glob(f'{path.stem}.*.nb[ic]'):
                 shutil.copy2(code, copy.parent / '__pycache__')
+    for one in sets:
+        mark = _installed_mark(root, one)
+        mark.parent.mkdir(parents=True, exist_ok=True)
+        mark.write_text(cache.name)
 
 
 def numba_folder(path: Path) -> str:
@@ -121,6 +129,11 @@ compiled_loops, loops_folder = compiled_kernels, kernel_folder
 def _mark(cache: Path, one: KernelSet) -> Path:
     """Return the file that is there once a set is compiled."""
     return cache / f'{one.name}.compiled'
+
+
+def _installed_mark(root: Path, one: KernelSet) -> Path:
+    """Return the file that names the cache from which a set was copied to the installed packages."""
+    return root / 'ros2_ws' / 'install' / '.kernels' / one.name
 
 
 def main() -> None:

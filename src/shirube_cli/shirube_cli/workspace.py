@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from shirube_cli.error import CommandError
-from shirube_cli.kernel_cache import PYTHON, compiled_kernels, copy_to_installed, is_compiled
+from shirube_cli.kernel_cache import PYTHON, are_installed, compiled_kernels, copy_to_installed
 from shirube_cli.kernel_registry import KERNEL_SETS, KernelSet
 from shirube_cli.project import safe_environment
 from shirube_files import locked
@@ -40,14 +40,14 @@ def build_workspace(root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> None
         digests = {name: digest_package(root / 'src' / name) for name in find_packages(root)}
         changed = [name for name, digest in digests.items() if not _is_built(root, name, digest)]
         needed = [one for one in sets if one.package in digests]
-        if not changed and is_compiled(root, needed):
+        if not changed and are_installed(root, needed):
             return
         for name in changed:  # modules that are gone from src would stay installed otherwise
             shutil.rmtree(root / 'ros2_ws' / 'build' / name, ignore_errors=True)
             shutil.rmtree(root / 'ros2_ws' / 'install' / name, ignore_errors=True)
         with _colcon(root, changed):
             cache = compiled_kernels(root, needed)
-        copy_to_installed(cache, root)
+        copy_to_installed(cache, root, needed)
         for name in changed:
             _stamp_path(root, name).write_text(digests[name])
 

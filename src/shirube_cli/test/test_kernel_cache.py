@@ -13,6 +13,7 @@ from shirube_cli import kernel_cache
 from shirube_cli.error import CommandError
 from shirube_cli.kernel_cache import (
     PYTHON,
+    are_installed,
     compiled_kernels,
     copy_to_installed,
     digest_kernels,
@@ -164,6 +165,20 @@ def test_what_is_installed_uses_the_machine_code_of_its_source(tmp_path: Path) -
     said = call_the_kernel(installed)
     assert 'data loaded' in said
     assert 'saved' not in said
+
+
+def test_kernels_count_as_installed_after_the_copy_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cache = tmp_path / 'numba' / 'digest'
+    monkeypatch.setattr(kernel_cache, 'kernel_folder', lambda _: cache)
+    assert are_installed(tmp_path, [])
+    assert not are_installed(tmp_path, DEMO_SETS)
+    copy_to_installed(cache, tmp_path, DEMO_SETS)
+    assert are_installed(tmp_path, DEMO_SETS)
+    assert not are_installed(tmp_path, KERNEL_SETS)
+    monkeypatch.setattr(kernel_cache, 'kernel_folder', lambda _: cache.with_name('of other sources'))
+    assert not are_installed(tmp_path, DEMO_SETS)
 
 
 def test_a_copy_of_another_state_gets_no_machine_code(tmp_path: Path) -> None:
