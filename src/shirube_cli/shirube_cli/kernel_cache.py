@@ -6,7 +6,6 @@ What colcon installs are copies of the same files, so their machine code is copi
 """
 
 import hashlib
-import os
 import re
 import shutil
 import sys
@@ -15,7 +14,7 @@ from pathlib import Path
 
 from shirube_cli.kernel_compiler import compile_sets
 from shirube_cli.kernel_registry import KERNEL_SETS, KernelSet
-from shirube_cli.project import find_root, safe_environment
+from shirube_cli.project import safe_environment
 from shirube_files import locked
 
 PYTHON = f'python{sys.version_info.major}.{sys.version_info.minor}'
@@ -134,14 +133,3 @@ def _mark(cache: Path, one: KernelSet) -> Path:
 def _installed_mark(root: Path, one: KernelSet) -> Path:
     """Return the file that names the cache from which a set was copied to the installed packages."""
     return root / 'ros2_ws' / 'install' / '.kernels' / one.name
-
-
-def main() -> None:
-    """Compile all kernels, and copy them to what is installed."""
-    os.environ.pop('NUMBA_CACHE_DIR', None)
-    root = find_root()
-    copy_to_installed(compiled_kernels(root), root)
-
-
-if __name__ == '__main__':
-    main()
