@@ -74,7 +74,7 @@ ensure_environment() {
     if [ -z "$version" ] || [[ " $versions " != *" ${version%.*} "* ]]; then
         python=$(find_python "$versions") || return 1
     fi
-    "$python" -I "$root/environment/install.py" "$folder" "$project" "$@"
+    "$python" -IS "$root/environment/install.py" "$folder" "$project" "$@"
 }
 
 # is_stamped FILE LINE... returns whether a stamp has all lines.
