@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from domain_coordinator import domain_id
 from rclpy.executors import SingleThreadedExecutor
 
-# The first start after a build compiles the node's loops [s].
+# The first start after a build compiles the node's kernels [s].
 PATIENCE = 300.0
 
 

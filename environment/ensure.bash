@@ -1,7 +1,7 @@
 # Sourced by ./shirube and .ci/run: finds Python and keeps the virtual environments complete.
 
-# What a sourced ROS or another environment leaves behind would be found before our own packages; and where Python may not
-# write its bytecode, every start of a node compiles all modules again, which takes seconds.
+# A sourced ROS or another environment would be searched before our packages; and where Python may not write its bytecode,
+# every start of a node compiles all modules again, which takes seconds.
 forget_other_environments() {
     unset PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONDONTWRITEBYTECODE VIRTUAL_ENV LD_LIBRARY_PATH LD_PRELOAD \
         AMENT_PREFIX_PATH COLCON_PREFIX_PATH CMAKE_PREFIX_PATH ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION \
@@ -9,7 +9,7 @@ forget_other_environments() {
 }
 
 # find_python "3.12 3.11" prints the path of a Python of the first such version that can make environments.
-# The shims of version managers may exist without working, so each candidate is asked.
+# The shims of version managers may exist without working, so each candidate is run.
 find_python() {
     local versions=$1 version path answer no_venv='' other=''
     local -a candidates=()
@@ -46,21 +46,42 @@ explain_missing_python() {
     fi
 }
 
+# ensure_runtime ROOT: what nodes and commands need; ensure_development ROOT: what tests, checks and benchmarks need.
+ensure_runtime() {
+    ensure_environment "$1" .venv '3.12 3.11' runtime.lock
+}
+
+ensure_development() {
+    ensure_environment "$1" .venv '3.12 3.11' runtime.lock dev.lock
+}
+
 # ensure_environment ROOT FOLDER "3.12 3.11" LOCK... makes or completes ROOT/FOLDER; quick when all is in place.
 ensure_environment() {
-    local root=$1 folder=$1/$2 versions=$3 python locks project version
+    local root=$1 folder=$1/$2 versions=$3 python project version
     shift 3
-    locks=$(cd "$root/environment" && cat -- "$@" | sha256sum)
+    local -a wanted
+    mapfile -t wanted < <(cd "$root/environment" && sha256sum -- "$@")
     project=$(cd "$root" && cat pyproject.toml <(printf "%s\n" src/*/*/__init__.py) | sha256sum)
-    if [ -x "$folder/bin/python" ] && [ -f "$folder/shirube.stamp" ]; then
-        version=$("$folder/bin/python" -ISc 'import sys; print(sys.version.split()[0])' 2>/dev/null) || version=broken
-        [ "$(<"$folder/shirube.stamp")" = "${locks%% *} $version $root"$'\n'"${project%% *}" ] && return 0
-    fi
+    project=${project%% *}
+    version=$("$folder/bin/python" -ISc 'import sys; print(sys.version.split()[0])' 2>/dev/null) || version=
+    is_stamped "$folder/shirube.stamp" "python $version" "root $root" "${wanted[@]}" "project $project" && return 0
     if [ "$(uname -sm)" != 'Linux x86_64' ]; then
         echo "shirube: ROS 2 wheels exist for Linux on x86-64 only, this is $(uname -sm);" \
             "see \"On a robot\" in README.md" >&2
         return 1
     fi
-    python=$(find_python "$versions") || return 1
-    "$python" -I "$root/environment/install.py" "$folder" "${locks%% *}" "${project%% *}" "$@"
+    python=$folder/bin/python
+    if [ -z "$version" ] || [[ " $versions " != *" ${version%.*} "* ]]; then
+        python=$(find_python "$versions") || return 1
+    fi
+    "$python" -IS "$root/environment/install.py" "$folder" "$project" "$@"
+}
+
+# is_stamped FILE LINE... returns whether a stamp has all lines.
+is_stamped() {
+    local stamp line
+    [ -r "$1" ] || return 1
+    stamp=$'\n'$(<"$1")$'\n'
+    shift
+    for line; do [[ $stamp == *$'\n'"$line"$'\n'* ]] || return 1; done
 }

@@ -1,6 +1,6 @@
-"""What the code takes from numpy, scipy and OpenCV is there in the installed versions, the oldest ones above all.
+"""What the code uses of numpy, scipy and OpenCV is there in the installed versions, the oldest ones above all.
 
-Compiled loops need this most: machine code that the newest set made runs on the oldest one, too, where compiling it
+Kernels need this most: machine code that the newest set made runs on the oldest one, too, where compiling it
 would have failed.
 """
 

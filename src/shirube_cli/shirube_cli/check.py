@@ -3,16 +3,18 @@
 import argparse
 from collections.abc import Sequence
 
+from shirube_cli.development_packages import install_development_packages
 from shirube_cli.project import find_root, run_tool
 
 
 def check(arguments: Sequence[str]) -> int:
-    """Run the formatter, the linter and the type checker; return 0 when none of them has anything to say."""
+    """Run the formatter, the linter and the type checker; return 0 when none of them finds an error."""
     parser = argparse.ArgumentParser(
         prog='shirube check', description='Format, lint and types of everything.'
     )
-    parser.add_argument('--fix', action='store_true', help='mend what can be mended by itself')
+    parser.add_argument('--fix', action='store_true', help='fix what can be fixed automatically')
     fix = parser.parse_args(arguments).fix
+    install_development_packages()
     failed = [
         run_tool('ruff', ['format', '.'] if fix else ['format', '--check', '.']),
         run_tool('ruff', ['check', '--fix', '.'] if fix else ['check', '.']),

@@ -7,14 +7,16 @@ from importlib import import_module
 from pathlib import Path
 
 from shirube_cli.error import CommandError
+from shirube_cli.kernel_registry import DEMO_SETS, sets_of_packages
 from shirube_cli.project import find_root
 from shirube_cli.workspace import build_workspace
 
 # Loaded when asked for: the other commands start without matplotlib and ROS.
 DEMOS = {
-    'mission': ('shirube_cli.mission_demo', 'demo_mission'),
-    'floor': ('shirube_cli.floor_demo', 'demo_floor'),
+    'mission': ('shirube_cli.mission_demo', 'demo_mission', DEMO_SETS),
+    'floor': ('shirube_cli.floor_demo', 'demo_floor', sets_of_packages(['floor_localizer'])),
 }
+"""Module, function, and the kernels that it needs."""
 
 
 def demo(arguments: Sequence[str]) -> int:
@@ -29,10 +31,10 @@ def demo(arguments: Sequence[str]) -> int:
     if name not in DEMOS:
         raise CommandError(f'there is no demo {name!r}; choose one of: {", ".join(DEMOS)}')
     root = find_root()
-    build_workspace(root)
+    module, function, sets = DEMOS[name]
+    build_workspace(root, sets)
     folder = root / 'out' / 'demo'
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    module, function = DEMOS[name]
     run_demo: Callable[[Path, Path], int] = getattr(import_module(module), function)
     return run_demo(root, folder)

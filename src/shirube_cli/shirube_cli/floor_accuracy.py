@@ -20,7 +20,7 @@ STAMP_TOLERANCE_NS = 1_000_000
 
 @dataclass(frozen=True)
 class FloorAccuracy:
-    """A replay beside the truth.
+    """A replay and its truth.
 
     Attributes:
         truth: the true poses.

@@ -35,7 +35,7 @@ def demo_floor(root: Path, folder: Path) -> int:
         CommandError: a process failed.
     """
     bag = root / 'bags' / 'floor_drive'
-    print(f'Replaying {bag.relative_to(root)} through the live floor_localizer …', file=sys.stderr)
+    print(f'Replaying {bag.relative_to(root)} through the live floor_localizer ...', file=sys.stderr)
     replay = replay_floor_drive(root, bag, folder)
     accuracy = measure_accuracy(replay, bag)
     broken = broken_limits(accuracy.report, LIMITS)

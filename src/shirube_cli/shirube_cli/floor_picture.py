@@ -29,7 +29,7 @@ def draw_floor_picture(path: Path, accuracy: FloorAccuracy, dots: NDArray[np.flo
 
     Args:
         path: the file.
-        accuracy: the replay beside the truth.
+        accuracy: the replay and its truth.
         dots: array, shape (n, 2), the dots of the map [m].
     """
     figure = plt.figure(figsize=(13.0, 9.0), layout='constrained')

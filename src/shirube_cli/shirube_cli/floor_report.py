@@ -70,7 +70,7 @@ def page(bag: str, picture: str, figures: str, broken: Sequence[str]) -> str:
 
     Args:
         bag: name of the bag.
-        picture: file name of the picture, beside the page.
+        picture: file name of the picture, in the page's folder.
         figures: the figures as text.
         broken: the limits that were not kept, a line each.
     """

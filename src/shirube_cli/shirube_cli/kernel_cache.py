@@ -1,105 +1,73 @@
-"""Machine code of the compiled loops: made once for a state of the sources, and never older than they are.
+"""Machine code of the numba kernels: compiled once for a state of the sources, and never older than they are.
 
-Numba keeps machine code beside the sources and renews it when the file of a function changes, but not when
+Numba keeps machine code next to the sources and renews it when the file of a function changes, but not when
 a function that was compiled into it changes in another file. So each state of the sources gets its own cache.
 What colcon installs are copies of the same files, so their machine code is copied, too.
 """
 
 import hashlib
-import os
 import re
 import shutil
-import subprocess
 import sys
-import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from tqdm import tqdm
-
-from shirube_cli.error import CommandError
-from shirube_cli.project import find_root, safe_environment
+from shirube_cli.kernel_compiler import compile_sets
+from shirube_cli.kernel_registry import KERNEL_SETS, KernelSet
+from shirube_cli.project import safe_environment
 from shirube_files import locked
 
-WARM_UPS = (
-    (
-        'from floor_localizer.core.warm_up import warm_up',
-        'from shirube_mission.warm_up import warm_up',
-        'from reward_planner.core.warm_up import warm_up_defaults as warm_up',
-    ),
-    (
-        'from stereo_landmark.core.warm_up import warm_up',
-        'from vlc_beacon.core.receiver.warm_up import warm_up_both as warm_up',
-    ),
-)
-"""Two shares of the loops that take about as long: what numba itself is made of is compiled once a process."""
-# A compiler makes millions of objects that stay; the collector would look through them again and again for nothing.
-# Ctrl-C ends a compiler at once: its traceback would tell the user nothing.
-PROLOGUE = """
-import gc, signal
-gc.set_threshold(50_000, 20, 50)
-signal.signal(signal.SIGINT, signal.SIG_DFL)
-"""
-PROGRAMS = tuple(PROLOGUE + '\n'.join(f'{one}\nwarm_up()' for one in share) for share in WARM_UPS)
 PYTHON = f'python{sys.version_info.major}.{sys.version_info.minor}'
 _COMPILED = re.compile(rb'^@njit', re.MULTILINE)
 _IMPORTED = re.compile(rb'^from ([\w.]+) import', re.MULTILINE)
-_COMPLETE = 'complete'
 
 
-def compiled_loops(root: Path) -> Path:
-    """Return the folder that NUMBA_CACHE_DIR may name: all loops of the sources, compiled if they were not.
+def compiled_kernels(root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> Path:
+    """Return the folder that NUMBA_CACHE_DIR may name, with the kernels of these sets compiled.
 
     Args:
         root: the repository.
+        sets: what is needed; by default all.
 
     Raises:
-        CommandError: the loops cannot be compiled; the messages stand above.
+        CommandError: the kernels cannot be compiled; the messages were printed.
     """
-    cache = loops_folder(root)
+    cache = kernel_folder(root)
     with locked(cache.parent):
-        if not (cache / _COMPLETE).exists():
-            compile_loops({**safe_environment(), 'NUMBA_CACHE_DIR': str(cache)})
+        missing = [one for one in sets if not _mark(cache, one).exists()]
+        if missing:
             cache.mkdir(exist_ok=True)
-            (cache / _COMPLETE).touch()
+            environment = {**safe_environment(), 'NUMBA_CACHE_DIR': str(cache)}
+            compile_sets(missing, environment, lambda one: _mark(cache, one).touch())
     return cache
 
 
-def loops_folder(root: Path) -> Path:
-    """Return the folder for the machine code of the sources as they are, complete or not; those of others go."""
-    # Of this environment, because numba does not tell machine code for another numpy apart.
+def are_installed(root: Path, sets: Sequence[KernelSet]) -> bool:
+    """Return whether the installed packages have the kernels of these sets, for the sources as they are."""
+    if not sets:
+        return True
+    name = kernel_folder(root).name
+    marks = [_installed_mark(root, one) for one in sets]
+    return all(mark.is_file() and mark.read_text() == name for mark in marks)
+
+
+def kernel_folder(root: Path) -> Path:
+    """Return the folder for the machine code of the sources as they are; those of other states are removed."""
+    # Inside this environment, because numba does not distinguish machine code for another numpy.
     home = Path(sys.prefix) / 'numba'
     home.mkdir(exist_ok=True)
-    return fresh_cache(home, digest_loops(root / 'src'))
+    return fresh_cache(home, digest_kernels(root / 'src'))
 
 
-def compile_loops(environment: dict[str, str]) -> None:
-    """Let the packages compile their loops, so that whatever uses them starts in seconds from then on.
-
-    Args:
-        environment: the one that they will be used in.
-
-    Raises:
-        CommandError: the loops cannot be compiled; the messages stand above.
-    """
-    interval = 0.5 if sys.stderr.isatty() else 10.0
-    compilers = [subprocess.Popen([sys.executable, '-c', program], env=environment) for program in PROGRAMS]
-    with tqdm(desc='Compiling the loops (once)', bar_format='{desc}: {elapsed}', mininterval=interval) as bar:
-        while any(compiler.poll() is None for compiler in compilers):
-            bar.update()
-            time.sleep(0.2)
-    if any(compiler.returncode for compiler in compilers):
-        raise CommandError('the loops could not be compiled; the messages stand above')
-
-
-def put_beside_installed(cache: Path, root: Path) -> None:
+def copy_to_installed(cache: Path, root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> None:
     """Copy the machine code of the sources to what colcon installed from them.
 
     Args:
-        cache: from ``compiled_loops``.
+        cache: the folder that ``compiled_kernels`` returned.
         root: the repository.
+        sets: what was compiled.
     """
-    for path in files_with_loops(root / 'src'):
+    for path in files_with_kernels(root / 'src'):
         package = path.relative_to(root / 'src').parts[0]
         module = path.relative_to(root / 'src' / package)
         copy = root / 'ros2_ws' / 'install' / package / 'lib' / PYTHON / 'site-packages' / module
@@ -107,6 +75,10 @@ def put_beside_installed(cache: Path, root: Path) -> None:
             (copy.parent / '__pycache__').mkdir(exist_ok=True)
             for code in (cache / numba_folder(path)).glob(f'{path.stem}.*.nb[ic]'):
                 shutil.copy2(code, copy.parent / '__pycache__')
+    for one in sets:
+        mark = _installed_mark(root, one)
+        mark.parent.mkdir(parents=True, exist_ok=True)
+        mark.write_text(cache.name)
 
 
 def numba_folder(path: Path) -> str:
@@ -116,20 +88,20 @@ def numba_folder(path: Path) -> str:
     return str(UserProvidedCacheLocator.get_suitable_cache_subpath(str(path)))
 
 
-def files_with_loops(folder: Path) -> Iterator[Path]:
-    """Yield the source files below a folder that have compiled loops, in order."""
+def files_with_kernels(folder: Path) -> Iterator[Path]:
+    """Yield the source files below a folder that have kernels, in order."""
     for path in sorted(folder.glob('**/*.py')):
         if 'test' not in path.parts and _COMPILED.search(path.read_bytes()):
             yield path
 
 
-def digest_loops(sources: Path) -> str:
-    """Return a digest of all files with compiled loops and of those that they take constants and loops from.
+def digest_kernels(sources: Path) -> str:
+    """Return a digest of all files with kernels and of those from which they import.
 
     Args:
         sources: the folder of the packages.
     """
-    wanted = set(files_with_loops(sources))
+    wanted = set(files_with_kernels(sources))
     for path in tuple(wanted):
         modules = [name.decode().split('.') for name in _IMPORTED.findall(path.read_bytes())]
         wanted |= {sources.joinpath(parts[0], *parts).with_suffix('.py') for parts in modules}
@@ -149,12 +121,15 @@ def fresh_cache(folder: Path, digest: str) -> Path:
     return cache
 
 
-def main() -> None:
-    """Compile what is not compiled, and put it beside what is installed."""
-    os.environ.pop('NUMBA_CACHE_DIR', None)
-    root = find_root()
-    put_beside_installed(compiled_loops(root), root)
+compiled_loops, loops_folder = compiled_kernels, kernel_folder
+"""The names that run_tests.py still imports."""
 
 
-if __name__ == '__main__':
-    main()
+def _mark(cache: Path, one: KernelSet) -> Path:
+    """Return the file that is there once a set is compiled."""
+    return cache / f'{one.name}.compiled'
+
+
+def _installed_mark(root: Path, one: KernelSet) -> Path:
+    """Return the file that names the cache from which a set was copied to the installed packages."""
+    return root / 'ros2_ws' / 'install' / '.kernels' / one.name

@@ -1,4 +1,4 @@
-"""A localizer's node in a process of its own, a listener beside it, and bags that are played to both over Fast DDS."""
+"""A localizer's node in a process of its own, a listener, and bags that are played to both over Fast DDS."""
 
 import os
 import subprocess
@@ -20,20 +20,20 @@ from shirube_cli.pose_listener import PoseListener
 from shirube_cli.workspace import find_executable, overlay_environment
 from shirube_ros.free_domain import free_domain
 
-# The node reads its map and compiles its loops before it listens.
+# The node reads its map and compiles its kernels before it listens.
 START_TIMEOUT = 120
 
 
 @dataclass(frozen=True)
 class LiveLocalizer:
-    """A node that runs and is listened to.
+    """A running node and its listener.
 
     Attributes:
         root: the repository, its workspace built.
-        listener: keeps what the node says.
+        listener: stores what the node publishes.
         executor: spins the listener.
         process: the node's process.
-        environment: for other processes that talk to the node.
+        environment: variables of other processes that exchange messages with the node.
         log: takes what the node prints.
     """
 
@@ -49,7 +49,7 @@ class LiveLocalizer:
 
         Args:
             bag: the bag.
-            options: of ``play``.
+            options: more options of ``play``.
             on_turn: called after each turn of the executor, ten times a second or more.
 
         Raises:
@@ -68,12 +68,10 @@ class LiveLocalizer:
                 self.check_alive()
                 on_turn()
         if playing.returncode:
-            raise CommandError(
-                f'the player ended with exit code {playing.returncode}; its message stands above'
-            )
+            raise CommandError(f'the player ended with exit code {playing.returncode}; see its message above')
 
     def listen_for_diagnostics(self) -> None:
-        """Listen until the diagnostics, which come once a second, tell of the last image."""
+        """Listen until the diagnostics, which come once a second, include the last image."""
         wanted, end = self.listener.reports + 2, monotonic() + 5.0
         while self.listener.reports < wanted and monotonic() < end:
             self.executor.spin_once(timeout_sec=0.1)

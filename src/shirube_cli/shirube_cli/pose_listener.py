@@ -33,7 +33,7 @@ class PoseListener(Node):
         published: when the pose was published [ns].
         image_count: how many images came; more than ``images`` holds when a bag is played again.
         pose_count: how many poses came.
-        delays: from the publication of an image to that of its pose [ns], one a pose.
+        delays: time between the publication of an image and of its pose [ns], one per pose.
         positions: position x, y, z of the pose [m].
         quaternions: orientation x, y, z, w of the pose.
         diagnostics: the latest values of the localizer's diagnostics.

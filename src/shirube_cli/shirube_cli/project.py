@@ -10,7 +10,7 @@ from shirube_cli.error import CommandError
 
 
 def find_root() -> Path:
-    """Return the repository that this package lies in.
+    """Return the repository that contains this package.
 
     Raises:
         CommandError: the package was installed somewhere else, so that there is no repository around it.
@@ -22,8 +22,17 @@ def find_root() -> Path:
 
 
 def safe_environment() -> dict[str, str]:
-    """Return the environment for children: DDS stays on this machine unless the caller chose otherwise."""
-    return {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', **os.environ}
+    """Return the environment for children.
+
+    DDS stays on this machine unless the caller chose otherwise, and a character that the terminal's encoding lacks
+    is printed as a question mark.
+    """
+    encoding, _, errors = os.environ.get('PYTHONIOENCODING', '').partition(':')
+    return {
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+        **os.environ,
+        'PYTHONIOENCODING': f'{encoding}:{errors or "replace"}',
+    }
 
 
 def run_tool(module: str, arguments: Sequence[str]) -> int:

@@ -1,7 +1,7 @@
 """The colcon workspace ``ros2_ws``: built when a package changed, and its overlay for processes.
 
 ``colcon build`` does not know what is up to date and needs seconds even when nothing changed, so a digest
-of what a package was built from is kept beside its installation.
+of a package's sources is kept in its installation.
 """
 
 import hashlib
@@ -9,10 +9,14 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from shirube_cli.error import CommandError
-from shirube_cli.kernel_cache import PYTHON, compiled_loops, files_with_loops, put_beside_installed
+from shirube_cli.kernel_cache import PYTHON, are_installed, compiled_kernels, copy_to_installed
+from shirube_cli.kernel_registry import KERNEL_SETS, KernelSet
 from shirube_cli.project import safe_environment
 from shirube_files import locked
 
@@ -22,23 +26,28 @@ def find_packages(root: Path) -> list[str]:
     return sorted(path.parent.name for path in (root / 'src').glob('*/package.xml'))
 
 
-def build_workspace(root: Path) -> None:
-    """Build every package that changed since it was built last; what colcon says goes to stderr.
+def build_workspace(root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> None:
+    """Build every package that changed since it was built last, and compile kernels meanwhile.
+
+    Args:
+        root: the repository.
+        sets: the kernels that will be used; by default all.
 
     Raises:
-        CommandError: colcon failed; its output stands above.
+        CommandError: colcon or a compiler failed; its output was printed.
     """
     with locked(root / 'ros2_ws'):
         digests = {name: digest_package(root / 'src' / name) for name in find_packages(root)}
         changed = [name for name, digest in digests.items() if not _is_built(root, name, digest)]
-        if not changed:
+        needed = [one for one in sets if one.package in digests]
+        if not changed and are_installed(root, needed):
             return
         for name in changed:  # modules that are gone from src would stay installed otherwise
             shutil.rmtree(root / 'ros2_ws' / 'build' / name, ignore_errors=True)
             shutil.rmtree(root / 'ros2_ws' / 'install' / name, ignore_errors=True)
-        _run_colcon(root, changed)
-        if any(any(files_with_loops(root / 'src' / name)) for name in changed):
-            put_beside_installed(compiled_loops(root), root)
+        with _colcon(root, changed):
+            cache = compiled_kernels(root, needed)
+        copy_to_installed(cache, root, needed)
         for name in changed:
             _stamp_path(root, name).write_text(digests[name])
 
@@ -78,7 +87,7 @@ def overlay_environment(root: Path) -> dict[str, str]:
     """Return the environment that sourcing the workspace makes, with the ROS of the wheels under it."""
     prefixes = [root / 'ros2_ws' / 'install' / name for name in find_packages(root)]
     environment = safe_environment()
-    environment.pop('NUMBA_CACHE_DIR', None)  # what is installed has its machine code beside it
+    environment.pop('NUMBA_CACHE_DIR', None)  # installed kernels have their machine code next to them
     environment['AMENT_PREFIX_PATH'] = os.pathsep.join(map(str, [*prefixes, sys.prefix]))
     environment['PYTHONPATH'] = os.pathsep.join(str(p / 'lib' / PYTHON / 'site-packages') for p in prefixes)
     return environment
@@ -93,14 +102,28 @@ def _is_built(root: Path, name: str, digest: str) -> bool:
     return stamp.is_file() and stamp.read_text() == digest
 
 
-def _run_colcon(root: Path, packages: list[str]) -> None:
-    print(f"Building {len(packages)} of the workspace's packages …", file=sys.stderr)
+@contextmanager
+def _colcon(root: Path, packages: Sequence[str]) -> Iterator[None]:
+    """Build packages while the block runs; what colcon prints goes to a file, and to stderr if it fails."""
+    if not packages:
+        yield
+        return
+    print(f"Building {len(packages)} of the workspace's packages ...", file=sys.stderr)
     command = [sys.executable, '-m', 'colcon', 'build', '--packages-select', *packages]
     command += ['--event-handlers', 'desktop_notification-', 'status-']
     # setup.py install is deprecated for everybody but colcon, whose users cannot change it.
     environment = {**safe_environment(), 'PYTHONWARNINGS': 'ignore', 'PYTHONDONTWRITEBYTECODE': ''}
-    built = subprocess.run(command, cwd=root / 'ros2_ws', env=environment, stdout=sys.stderr, check=False)
-    # Colcon passes over a package whose setup.py it cannot read and calls that a success.
-    missing = [name for name in packages if not _stamp_path(root, name).parent.is_dir()]
-    if built.returncode or missing:
-        raise CommandError('colcon build failed in ros2_ws; its messages stand above')
+    with tempfile.TemporaryFile() as output:
+        build = subprocess.Popen(
+            command, cwd=root / 'ros2_ws', env=environment, stdout=output, stderr=subprocess.STDOUT
+        )
+        try:
+            yield
+        finally:
+            code = build.wait()
+        # Colcon skips a package whose setup.py it cannot read and calls that a success.
+        missing = [name for name in packages if not _stamp_path(root, name).parent.is_dir()]
+        if code or missing:
+            output.seek(0)
+            print(output.read().decode(errors='replace'), file=sys.stderr)
+            raise CommandError('colcon build failed in ros2_ws, see above')

@@ -18,7 +18,7 @@ def test_the_mission_is_the_demo_unless_the_floor_is_asked_for(
         return lambda root, folder: ran.append((name, root, folder)) or code
 
     monkeypatch.setattr(demo, 'find_root', lambda: tmp_path)
-    monkeypatch.setattr(demo, 'build_workspace', lambda root: None)
+    monkeypatch.setattr(demo, 'build_workspace', lambda root, sets: None)
     monkeypatch.setattr(mission_demo, 'demo_mission', stand_in('mission'))
     monkeypatch.setattr(floor_demo, 'demo_floor', stand_in('floor'))
     (tmp_path / 'out' / 'demo').mkdir(parents=True)

@@ -1,8 +1,14 @@
 """What the command answers to good and bad requests."""
 
+import errno
+import subprocess
+import sys
+
 import pytest
 
-from shirube_cli.main import COMMANDS, main
+from shirube_cli import list_programs
+from shirube_cli.main import COMMANDS, USAGE, main
+from shirube_cli.project import safe_environment
 
 
 def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
@@ -27,3 +33,37 @@ def test_bad_request_is_one_clear_line_and_exit_code_1(
     first, *_ = capsys.readouterr().err.splitlines()
     assert first.startswith('shirube: ')
     assert said in first
+
+
+def test_ascii_terminal_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert USAGE.isascii()
+    monkeypatch.setenv('PYTHONIOENCODING', 'ascii')
+    command = [sys.executable, '-c', r'print("0.5 \u00b0")']
+    printed = subprocess.run(command, env=safe_environment(), check=True, stdout=subprocess.PIPE).stdout
+    assert printed == b'0.5 ?\n'
+
+
+@pytest.mark.parametrize(
+    ('number', 'said'), [(errno.ENOSPC, 'the disk is full'), (errno.EROFS, 'folder of your own')]
+)
+def test_refusal_of_the_disk_is_one_line_with_the_remedy(
+    number: int, said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuse() -> None:
+        raise OSError(number, 'refused', '/out')
+
+    monkeypatch.setattr(list_programs, 'find_root', refuse)
+    assert main(['list']) == 1
+    line = capsys.readouterr().err
+    assert line.startswith('shirube: ')
+    assert said in line
+    assert '/out; ' in line
+
+
+def test_list_names_executables_and_benchmarks(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(['list']) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split() for line in lines if 'shirube_bags' in line] == [
+        ['shirube_bags', 'check,', 'play,', 'record']
+    ]
+    assert '  tracking' in lines

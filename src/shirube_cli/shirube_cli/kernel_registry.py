@@ -1,0 +1,77 @@
+"""The numba kernels of all packages: which call compiles which, how many they are, and which come first."""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class KernelSet:
+    """Kernels that are compiled together.
+
+    Attributes:
+        name: unique name, which is also that of the file that marks the set as compiled.
+        package: the package whose executables need the set.
+        module: the module to import.
+        call: the call of one of its functions that compiles all kernels of the set.
+        kernels: how many functions are compiled that no earlier set of the package compiles.
+        demo: whether ``shirube demo`` needs the set.
+    """
+
+    name: str
+    package: str
+    module: str
+    call: str
+    kernels: int
+    demo: bool = True
+
+
+KERNEL_SETS = (
+    KernelSet('floor_localizer', 'floor_localizer', 'floor_localizer.core.warm_up', 'warm_up()', 134),
+    KernelSet('stereo_landmark', 'stereo_landmark', 'stereo_landmark.core.warm_up', 'warm_up()', 128),
+    KernelSet(
+        'vlc_beacon_rolling',
+        'vlc_beacon',
+        'vlc_beacon.core.receiver.warm_up',
+        "warm_up(ReceiverSettings('rolling'))",
+        21,
+    ),
+    KernelSet('shirube_mission', 'shirube_mission', 'shirube_mission.warm_up', 'warm_up()', 29),
+    KernelSet('reward_planner', 'reward_planner', 'reward_planner.core.warm_up', 'warm_up_defaults()', 32),
+    KernelSet(
+        'vlc_beacon_global',
+        'vlc_beacon',
+        'vlc_beacon.core.receiver.warm_up',
+        "warm_up(ReceiverSettings('global'))",
+        2,
+        demo=False,
+    ),
+)
+"""In the order in which they are compiled: those of the demo first, of these the longest first."""
+_DEPENDENCY = re.compile(r'<exec_depend>(\w+)</exec_depend>')
+DEMO_SETS = tuple(one for one in KERNEL_SETS if one.demo)
+
+
+def sets_of_package(root: Path, package: str) -> tuple[KernelSet, ...]:
+    """Return the kernel sets of a package and of the packages that it depends on.
+
+    Args:
+        root: the repository.
+        package: the package's name.
+    """
+    needed = {package}
+    waiting = [package]
+    while waiting:
+        xml = root / 'src' / waiting.pop() / 'package.xml'
+        if xml.is_file():
+            new = set(_DEPENDENCY.findall(xml.read_text())) - needed
+            needed |= new
+            waiting.extend(new)
+    return sets_of_packages(needed)
+
+
+def sets_of_packages(packages: Iterable[str]) -> tuple[KernelSet, ...]:
+    """Return the kernel sets of some packages, in the order in which they are compiled."""
+    names = set(packages)
+    return tuple(one for one in KERNEL_SETS if one.package in names)
