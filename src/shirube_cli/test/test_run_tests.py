@@ -16,9 +16,10 @@ def calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, list]:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
     monkeypatch.setattr(run_tests, 'find_root', lambda: tmp_path)
+    monkeypatch.setattr(run_tests, 'install_development_packages', lambda: None)
     monkeypatch.setattr(run_tests, 'build_workspace', made['built'].append)
-    monkeypatch.setattr(run_tests, 'compiled_loops', lambda root: root)
-    monkeypatch.setattr(run_tests, 'loops_folder', lambda root: root)
+    monkeypatch.setattr(run_tests, 'compiled_kernels', lambda root: root)
+    monkeypatch.setattr(run_tests, 'kernel_folder', lambda root: root)
     monkeypatch.setattr(run_tests, 'run_tool', lambda tool, given: made[tool].extend(given) or 0)
     return made
 
