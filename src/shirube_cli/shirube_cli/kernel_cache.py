@@ -119,3 +119,13 @@ def fresh_cache(folder: Path, digest: str) -> Path:
         if other != cache:
             shutil.rmtree(other, ignore_errors=True)
     return cache
+
+
+def _mark(cache: Path, one: KernelSet) -> Path:
+    """Return the file that is there once a set is compiled."""
+    return cache / f'{one.name}.compiled'
+
+
+def _installed_mark(root: Path, one: KernelSet) -> Path:
+    """Return the file that names the cache from which a set was copied to the installed packages."""
+    return root / 'ros2_ws' / 'install' / '.kernels' / one.name
