@@ -33,7 +33,7 @@ def changed_csv(scene: Path, folder: Path, change: str) -> Path:
     ('change', 'part'),
     [
         ('missing', 'odometry is missing for 006.png'),
-        ('words', 'line 8: is no name and three numbers'),
+        ('words', 'line 8: is not a name and three numbers'),
         ('header', 'line 1: the header must be "image,x,y,yaw"'),
     ],
 )
@@ -147,7 +147,7 @@ def test_an_interrupt_is_one_line(
     monkeypatch.setattr(OwnProcess, 'run', interrupted)
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 130
-    assert 'goes on where it was' in fault_of(err)
+    assert 'give the same command again to resume' in fault_of(err)
 
 
 @pytest.mark.newest_set_only

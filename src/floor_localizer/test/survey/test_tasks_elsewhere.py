@@ -1,4 +1,4 @@
-"""Tasks that run in other processes, in any order: the same bytes as one after the other in this one."""
+"""Tasks run in other processes and in any order give the same bytes as in this process."""
 
 import pickle
 from collections.abc import Iterator, Sequence
@@ -29,11 +29,11 @@ from floor_localizer.core.survey.survey_record import NoRecord
 from floor_localizer.survey_files.shelf_folder import ShelfFolder
 
 MOST_PICKLED = 3000
-"""What a task may weigh: it names what it needs, which lies on the shelf [B]."""
+"""Largest size of a pickled task, whose data are in the array store [B]."""
 
 
 class Elsewhere:
-    """Runs pickled copies of the tasks, the last one first, as other processes may do."""
+    """Runs pickled copies of the tasks in reverse order, as other processes may do."""
 
     def run(self, function: Task, arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
         for given in reversed(arguments):
