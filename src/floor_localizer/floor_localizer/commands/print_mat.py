@@ -45,13 +45,13 @@ def print_mat(options: argparse.Namespace) -> None:
     # Only this command draws PDFs; matplotlib takes half a second to import.
     from floor_localizer.mat_drawing import draw_mat  # noqa: PLC0415
 
-    sheets, view = settings_from(options, SheetSettings), settings_from(options, ViewSettings)
+    page_settings, view = settings_from(options, SheetSettings), settings_from(options, ViewSettings)
     mat_settings = settings_from(options, MatSettings)
-    width, height = mat_of_one_sheet(options.paper, sheets)
+    width, height = mat_of_one_sheet(options.paper, page_settings)
     mat_settings = replace(
         mat_settings, width=mat_settings.width or width, height=mat_settings.height or height
     )
-    layout = lay_out(mat_settings, options.paper, sheets)
+    layout = lay_out(mat_settings, options.paper, page_settings)
     seed = secrets.randbelow(_SEEDS) if options.seed is None else options.seed
     mat, places = lay_unique_mat(mat_settings, seed, view)
     with written_beside(options.out) as file:

@@ -64,7 +64,7 @@ class Checkpoint:
         """File with the dots of all images."""
         return self._folder / 'images.bin'
 
-    def shelf(self) -> ShelfFolder:
+    def create_store(self) -> ShelfFolder:
         """Return an empty array store for the pose graph and the adjustment; remove the previous ones.
 
         Raises:

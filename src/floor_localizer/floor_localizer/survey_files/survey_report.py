@@ -28,7 +28,7 @@ def survey_report(run: SurveyRun, scale: float | None) -> str:
     lengths = LengthCounter()
     for _, residuals in result.residuals:
         lengths.add(np.hypot(*residuals.T))
-    counts = result.counts[result.old_dots :]
+    counts = result.counts[result.existing_count :]
     sway = 100.0 * result.states[:, 3], np.degrees(result.states[:, 4]), np.degrees(result.states[:, 5])
     scale_text = 'from the height of the camera'
     if scale is not None:

@@ -84,7 +84,11 @@ def run_survey(
         OSError: a checkpoint cannot be written.
     """
     images, spans, faults = put_images_together(source, mount, settings, checkpoint, runner)
-    outline, position, shelf = view_outline(source.camera, mount), np.array(mount.xyz), checkpoint.shelf()
+    outline, position, shelf = (
+        view_outline(source.camera, mount),
+        np.array(mount.xyz),
+        checkpoint.create_store(),
+    )
     pieces = _pieces(checkpoint, spans)
     linked = link_images(images, pieces, settings, shelf, existing, checkpoint)
     with tqdm(total=ADJUSTMENTS, desc='adjustments', disable=None) as bar:

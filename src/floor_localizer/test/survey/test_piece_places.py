@@ -36,7 +36,7 @@ def placed(links: list[list[Link]]) -> PiecePlaces:
     places = PiecePlaces()
     for new in links:
         places.append(1.0 + 0.0j, 0.0j)
-        places.link(new)
+        places.add_edges(new)
     return places
 
 

@@ -75,7 +75,7 @@ def test_a_survey_is_the_same_from_other_processes_in_any_order(
         *((a, b) for (_, a), (_, b) in zip(here.residuals, there.residuals, strict=True)),
     ):
         np.testing.assert_array_equal(first, second)
-    assert (here.dirt, here.old_dots) == (there.dirt, there.old_dots)
+    assert (here.dirt, here.existing_count) == (there.dirt, there.existing_count)
 
 
 @pytest.mark.parametrize(('count', 'batch'), [(0, 3), (1, 3), (7, 3), (9, 3), (4, 1)])

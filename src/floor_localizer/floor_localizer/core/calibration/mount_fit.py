@@ -166,10 +166,10 @@ class _Problem:
 
     def pixel_errors(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         rotation, position, log_focal = self.state(x)
-        seen = (np.column_stack([self.points, np.zeros(len(self.points))]) - position) @ rotation
+        points = (np.column_stack([self.points, np.zeros(len(self.points))]) - position) @ rotation
         scale = math.exp(log_focal) if self.fit_focal_length else 1.0
         camera = replace(self.camera, fx=scale * self.camera.fx, fy=scale * self.camera.fy)
-        return camera.pixels_from_points(seen) - self.pixels
+        return camera.pixels_from_points(points) - self.pixels
 
     def residuals(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         parts = [(self.pixel_errors(x) / self.sigmas[:, None]).ravel()]

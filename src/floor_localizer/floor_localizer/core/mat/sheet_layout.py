@@ -54,7 +54,7 @@ class Layout:
 
     Attributes:
         paper: name of the paper format.
-        page: width and height of a page [m].
+        page_size: width and height of a page [m].
         settings: margin and overlap.
         rows: number of rows.
         columns: number of columns.
@@ -62,7 +62,7 @@ class Layout:
     """
 
     paper: str
-    page: tuple[float, float]
+    page_size: tuple[float, float]
     settings: SheetSettings
     rows: int
     columns: int
@@ -87,15 +87,15 @@ def lay_out(mat: MatSettings, paper: str, settings: SheetSettings) -> Layout:
         FloorLocalizerError: the mat is too wide or long for the roll, or needs too many pages.
     """
     if paper == ROLL:
-        page = (settings.roll_width, mat.height + 2.0 * settings.margin)
-        if mat.width > settings.roll_width - 2.0 * settings.margin + 1e-9 or page[1] > _LONGEST_PAGE:
+        page_size = (settings.roll_width, mat.height + 2.0 * settings.margin)
+        if mat.width > settings.roll_width - 2.0 * settings.margin + 1e-9 or page_size[1] > _LONGEST_PAGE:
             raise FloorLocalizerError(
                 f'--paper: a mat of {mat.width:g} x {mat.height:g} m does not fit a roll of '
                 f'{settings.roll_width:g} m (a PDF page ends at {_LONGEST_PAGE:.2f} m); print several mats or pages'
             )
-        return _divided(mat, paper, page, settings)
+        return _divided(mat, paper, page_size, settings)
     upright = PAPERS[paper]
-    layouts = [_divided(mat, paper, page, settings) for page in (upright, (upright[1], upright[0]))]
+    layouts = [_divided(mat, paper, page_size, settings) for page_size in (upright, (upright[1], upright[0]))]
     best = min(layouts, key=lambda layout: layout.rows * layout.columns)
     if best.rows * best.columns > _SHEETS_MAX:
         raise FloorLocalizerError(
@@ -104,8 +104,8 @@ def lay_out(mat: MatSettings, paper: str, settings: SheetSettings) -> Layout:
     return best
 
 
-def _divided(mat: MatSettings, paper: str, page: tuple[float, float], settings: SheetSettings) -> Layout:
-    shown = (page[0] - 2.0 * settings.margin, page[1] - 2.0 * settings.margin)
+def _divided(mat: MatSettings, paper: str, page_size: tuple[float, float], settings: SheetSettings) -> Layout:
+    shown = (page_size[0] - 2.0 * settings.margin, page_size[1] - 2.0 * settings.margin)
     columns = _starts(mat.width, shown[0], settings.overlap)
     rows = _starts(mat.height, shown[1], settings.overlap)
     sheets = tuple(
@@ -113,7 +113,7 @@ def _divided(mat: MatSettings, paper: str, page: tuple[float, float], settings: 
         for row, y0 in enumerate(rows)
         for column, x0 in enumerate(columns)
     )
-    return Layout(paper, page, settings, len(rows), len(columns), sheets)
+    return Layout(paper, page_size, settings, len(rows), len(columns), sheets)
 
 
 def _starts(length: float, shown: float, overlap: float) -> list[float]:

@@ -82,7 +82,12 @@ class DotField:
         self._floor: IndexedMap | None = None
 
     def match_near(
-        self, points: NDArray[np.float64], expected: PlanarPose, radius: float, turn: float, by: Tolerances
+        self,
+        points: NDArray[np.float64],
+        expected: PlanarPose,
+        radius: float,
+        yaw_tolerance: float,
+        by: Tolerances,
     ) -> Matched | None:
         """Match dots near an expected pose; return None if there is no match.
 
@@ -90,18 +95,21 @@ class DotField:
             points: source dots around the origin of their frame, shape (m, 2) [m].
             expected: expected pose of the source frame in the target frame.
             radius: search radius around the expected position [m].
-            turn: largest difference from the expected yaw [rad].
+            yaw_tolerance: largest difference from the expected yaw [rad].
             by: tolerances of the match.
         """
         if len(points) < _LEAST_DOTS or len(self.points) < _LEAST_DOTS:
             return None
         view = make_view(_contiguous(points), by.sigma, by.bend, by.scale, self.density)
         around = (
-            self.density * math.pi * (radius + 2.0 * self.grid.cell) ** 2 * min(turn / math.pi + 0.1, 1.0)
+            self.density
+            * math.pi
+            * (radius + 2.0 * self.grid.cell) ** 2
+            * min(yaw_tolerance / math.pi + 0.1, 1.0)
         )
         search = new_search(len(points), max(min(around, float(len(self.points))), 1.0), by.chance, _SHARE)
         pose = np.array([expected.x, expected.y, expected.yaw])
-        found = search_near(self.grid, view, search, pose, radius, turn, _NEAR_PAIRS)
+        found = search_near(self.grid, view, search, pose, radius, yaw_tolerance, _NEAR_PAIRS)
         return self._matched(view, search) if found else None
 
     def match_anywhere(self, points: NDArray[np.float64], by: Tolerances) -> Matched | None:

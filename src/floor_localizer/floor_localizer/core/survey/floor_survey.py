@@ -37,7 +37,7 @@ class SurveyResult:
         loops: number of loop closures.
         dirt: number of spurious dots that were dropped.
         left_out: indices of images that are not connected to the map.
-        old_dots: number of dots of the extended map.
+        existing_count: number of dots of the extended map.
     """
 
     dot_map: DotMap
@@ -49,7 +49,7 @@ class SurveyResult:
     loops: int
     dirt: int
     left_out: NDArray[np.int64]
-    old_dots: int
+    existing_count: int
 
 
 def survey_floor(
@@ -106,5 +106,5 @@ def adjust_survey(
     dots = gather_dots(blocks, states, position, outline, old, old_dots, runner)
     return SurveyResult(
         dots.dot_map, dots.counts, linked.images, states, blocks, Residuals(blocks), linked.loops, dots.dirt,
-        np.setdiff1d(np.arange(len(images)), linked.images), dots.old_dots,
+        np.setdiff1d(np.arange(len(images)), linked.images), dots.existing_count,
     )  # fmt: skip

@@ -69,8 +69,8 @@ def build_piece(
         return Piece(numbers, states, chosen[0].points, np.ones(len(chosen[0]), dtype=np.int64), is_linked)
     priors = BodyPriors(position, settings.scale_sigma, settings.tilt_sigma)
     seen = sightings_of(chosen, np.arange(len(chosen)), settings.dot_sigma)
-    for reach in (_FIRST_REACH * settings.same_dot, settings.same_dot):
-        dot = merge_sightings(placed(seen, states, position).points, seen.image, reach)
+    for merge_distance in (_FIRST_REACH * settings.same_dot, settings.same_dot):
+        dot = merge_sightings(placed(seen, states, position).points, seen.image, merge_distance)
         counts = np.bincount(dot)
         adjusted = adjust(replace(seen, dot=dot), states, np.full((len(counts), 2), np.nan), priors)
         states = adjusted.states
@@ -109,7 +109,7 @@ def match_images(
     """
     way = float(np.hypot(expected.x, expected.y))
     radius = settings.odometry_radius + settings.odometry_error * way
-    turn = settings.odometry_turn + settings.odometry_error * (way + abs(expected.yaw))
+    yaw_tolerance = settings.odometry_turn + settings.odometry_error * (way + abs(expected.yaw))
     # Only dots in the possible overlap of both images can match.
     spacing = (
         3.0 * float(np.sqrt(np.prod(np.ptp(under.points, axis=0)) / max(len(under), 1)))
@@ -126,7 +126,7 @@ def match_images(
     )
     if len(laid_points) == 0 or len(under) == 0:
         return None
-    found = DotField(under.points).match_near(laid_points, expected, radius, turn, by)
+    found = DotField(under.points).match_near(laid_points, expected, radius, yaw_tolerance, by)
     if found is None:
         return None
     return rigid_pose(laid_points[found.laid], under.points[found.under])

@@ -61,7 +61,7 @@ class PieceFields:
             (placed.min(axis=0) - radius < upper).all() and (placed.max(axis=0) + radius > lower).all()
         )
 
-    def near(
+    def overlap_candidates(
         self, index: int, turns: NDArray[np.complex128], shifts: NDArray[np.complex128], radius: float
     ) -> NDArray[np.int64]:
         """Return a superset of the submaps for which `may_overlap` is true, by bounding circles.

@@ -86,7 +86,7 @@ class PieceLinker:
             new += self._links_anywhere(index)
         if any(link.is_loop for link in new):
             self._drift[index] = 0.0
-        self.places.link(new)
+        self.places.add_edges(new)
 
     def _append(self, piece: Piece, turn: complex, shift: complex, drift: float) -> None:
         self._fields.append(piece.dots)
@@ -131,17 +131,17 @@ class PieceLinker:
     def _links_beside(self, index: int) -> Iterator[Link]:
         """Yield loop closures to the submaps around the predicted pose."""
         radius = min(self._drift[index] + _BY_IMAGE, _WIDEST)
-        turn = min(_TURN * (1.0 + _TURN_BY_DRIFT * self._drift[index]), _WIDEST_TURN)
+        yaw_tolerance = min(_TURN * (1.0 + _TURN_BY_DRIFT * self._drift[index]), _WIDEST_TURN)
         before = index - 1 if self.pieces[index].is_linked else index
         while True:
             for other in self._candidates(index, before, radius):
-                found = self._lay(index, other, radius, turn)
+                found = self._lay(index, other, radius, yaw_tolerance)
                 if found is not None:
                     link = self._link(index, other, found, is_loop=True)
                     yield link
                     # The first edge fixes the pose of the submap; the others must agree with it.
                     self.places.place([link])
-                    before, radius, turn = other, _BY_LINK, _TURN
+                    before, radius, yaw_tolerance = other, _BY_LINK, _TURN
                     break
             else:
                 return
@@ -149,13 +149,13 @@ class PieceLinker:
     def _candidates(self, index: int, before: int, radius: float) -> Iterator[int]:
         """Yield the submaps before number ``before`` that a submap may overlap, the latest first."""
         turns, shifts = self.places.arrays()
-        near = self._fields.near(index, turns / np.abs(turns), shifts, radius)
+        near = self._fields.overlap_candidates(index, turns / np.abs(turns), shifts, radius)
         for other in near[near < before][::-1].tolist():
             pose = self._pose(other).inverse() @ self._pose(index)
             if self._fields.may_overlap(index, other, pose, radius):
                 yield other
 
-    def _lay(self, index: int, other: int, radius: float, turn: float) -> Matched | None:
+    def _lay(self, index: int, other: int, radius: float, yaw_tolerance: float) -> Matched | None:
         """Register a submap to another one near its predicted pose; None if they do not match."""
         field = self._fields[other]
         expected = self._pose(other).inverse() @ self._pose(index)
@@ -168,7 +168,9 @@ class PieceLinker:
         x, y = (float(value) for value in expected.transform([middle])[0])
         about = PlanarPose(x, y, expected.yaw)
         by = Tolerances(DOT_SIGMA, _SCALE, 0.0, self._settings.chance)
-        return self._shared(index, other, field.match_near(points - middle, about, radius, turn, by), middle)
+        return self._shared(
+            index, other, field.match_near(points - middle, about, radius, yaw_tolerance, by), middle
+        )
 
     def _shared(
         self, index: int, other: int, found: Matched | None, middle: NDArray[np.float64]

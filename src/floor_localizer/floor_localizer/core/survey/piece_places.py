@@ -46,7 +46,7 @@ class PiecePlaces:
         self.shifts.append(shift)
         self._links_of.append([])
 
-    def link(self, links: Sequence[Link]) -> None:
+    def add_edges(self, links: Sequence[Link]) -> None:
         """Add edges of the last submap, align it to them, and optimise the graph if a residual is left."""
         if not links:
             return

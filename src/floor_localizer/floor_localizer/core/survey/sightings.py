@@ -78,6 +78,6 @@ def count_views(
     tree = cKDTree(dots)
     for place, state in zip(outline.middles(states), states, strict=True):
         pose = PlanarPose(*(float(value) for value in state[:3]))
-        near = np.array(tree.query_ball_point(place, outline.reach), dtype=np.int64)
+        near = np.array(tree.query_ball_point(place, outline.radius), dtype=np.int64)
         counts[near[outline.contains(pose.inverse().transform(dots[near]), margin)]] += 1
     return counts

@@ -101,7 +101,7 @@ class ViewOutline:
         return self.corners.mean(axis=0)
 
     @property
-    def reach(self) -> float:
+    def radius(self) -> float:
         """Distance of the farthest corner from the centre [m]."""
         return float(np.hypot(*(self.corners - self.middle).T).max())
 

@@ -50,13 +50,13 @@ class SurveyedDots:
         dot_map: dots of the extended map, unchanged, then the new ones.
         counts: number of images that observed each dot, shape (n,).
         dirt: number of spurious dots that were dropped.
-        old_dots: number of dots of the extended map.
+        existing_count: number of dots of the extended map.
     """
 
     dot_map: DotMap
     counts: NDArray[np.int64]
     dirt: int
-    old_dots: int
+    existing_count: int
 
 
 def gather_dots(
@@ -85,20 +85,20 @@ def gather_dots(
     # A dot closer to the image border than the median diameter may be cut off.
     margin = float(np.median(np.concatenate([shelf.get('diameters', number)[0] for number in numbers])))
     middles = outline.middles(states)
-    boxes = shelve_boxes(np.stack([middles - outline.reach, middles + outline.reach], axis=1), shelf)
+    boxes = shelve_boxes(np.stack([middles - outline.radius, middles + outline.radius], axis=1), shelf)
     sifting = _Sifting(blocks, boxes, old, outline, margin)
     run_numbered(runner, sifting, len(blocks), BLOCKS_A_TASK)
-    again, dirt = np.zeros(len(existing), dtype=np.int64), 0
+    existing_counts, dirt = np.zeros(len(existing), dtype=np.int64), 0
     points, diameters, counts = [existing.points], [existing.diameters], list[NDArray[np.int64]]()
     for number in numbers:
-        new_points, new_diameters, seen, which, seen_again, dropped = shelf.get('dots', number)
+        new_points, new_diameters, new_counts, which, again, dropped = shelf.get('dots', number)
         points.append(new_points)
         diameters.append(new_diameters)
-        counts.append(seen)
-        again[which] += seen_again
+        counts.append(new_counts)
+        existing_counts[which] += again
         dirt += int(dropped)
     dot_map = DotMap(np.concatenate(points), np.concatenate(diameters))
-    return SurveyedDots(dot_map, np.concatenate([again, *counts]), dirt, len(existing))
+    return SurveyedDots(dot_map, np.concatenate([existing_counts, *counts]), dirt, len(existing))
 
 
 @dataclass(frozen=True)
@@ -110,12 +110,14 @@ class _Measuring:
 
     def __call__(self, number: int) -> None:
         shelf, block = self.blocks.shelf, self.blocks[number]
-        states, seen, count = shelf.look_up('states'), block.seen, len(block.fixed_dots)
+        states, observations, count = shelf.look_up('states'), block.seen, len(block.fixed_dots)
         dots, residuals = place_dots(block, states, self.position)
-        total = np.bincount(seen.dot, seen.diameters * (1.0 + states[seen.image, 3]), count)
+        total = np.bincount(
+            observations.dot, observations.diameters * (1.0 + states[observations.image, 3]), count
+        )
         shelf.put('residuals', number, residuals)
         shelf.put('places', number, dots)
-        shelf.put('diameters', number, total / np.maximum(np.bincount(seen.dot, minlength=count), 1))
+        shelf.put('diameters', number, total / np.maximum(np.bincount(observations.dot, minlength=count), 1))
 
 
 @dataclass(frozen=True)
@@ -131,15 +133,15 @@ class _Sifting:
     def __call__(self, number: int) -> None:
         shelf, block = self.blocks.shelf, self.blocks[number]
         (dots,), (diameters,) = shelf.get('places', number), shelf.get('diameters', number)
-        seen, fixed = np.bincount(block.seen.dot, minlength=len(dots)), block.is_fixed
+        counts, fixed = np.bincount(block.seen.dot, minlength=len(dots)), block.is_fixed
         which, points = self.old.around(dots[fixed], 0.0)
         _, same = cKDTree(points).query(dots[fixed])
-        once = np.flatnonzero(~fixed & (seen == 1))
+        once = np.flatnonzero(~fixed & (counts == 1))
         is_dirt = self._views(dots[once]) >= _SEVERAL
-        kept = ~fixed & (seen > 0)
+        kept = ~fixed & (counts > 0)
         kept[once] = ~is_dirt
-        new = dots[kept], diameters[kept], seen[kept]
-        shelf.put('dots', number, *new, which[same], seen[fixed], is_dirt.sum())
+        new = dots[kept], diameters[kept], counts[kept]
+        shelf.put('dots', number, *new, which[same], counts[fixed], is_dirt.sum())
 
     def _views(self, dots: NDArray[np.float64]) -> NDArray[np.int64]:
         """Return the number of images that should have observed each dot, shape (m,)."""
