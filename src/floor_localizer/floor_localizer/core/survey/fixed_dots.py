@@ -60,9 +60,9 @@ class _Pairing:
         shelf = self.blocks.shelf
         dots, _ = place_dots(self.blocks[number], shelf.look_up('states'), self.position)
         which, points = self.old.around(dots, self.reach)
-        seen, near = nearest_pairs(points, dots, self.reach)
-        shelf.put('pairs', number, which[near], np.hypot(*(dots[seen] - points[near]).T))
-        shelf.put('paired', number, seen, points[near])
+        dot_indices, near = nearest_pairs(points, dots, self.reach)
+        shelf.put('pairs', number, which[near], np.hypot(*(dots[dot_indices] - points[near]).T))
+        shelf.put('paired', number, dot_indices, points[near])
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class _Fixing:
 
     def __call__(self, number: int) -> None:
         shelf, block = self.blocks.shelf, self.blocks[number]
-        (is_nearest,), (seen, points) = shelf.get('nearest', number), shelf.get('paired', number)
+        (is_nearest,), (dot_indices, points) = shelf.get('nearest', number), shelf.get('paired', number)
         fixed = block.fixed_dots.copy()
-        fixed[seen[is_nearest]] = points[is_nearest]
+        fixed[dot_indices[is_nearest]] = points[is_nearest]
         self.blocks.put(number, SightingBlock(block.seen, fixed))

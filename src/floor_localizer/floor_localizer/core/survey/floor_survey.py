@@ -105,6 +105,6 @@ def adjust_survey(
     blocks, states = rounds.run(linked.states)
     dots = gather_dots(blocks, states, position, outline, old, old_dots, runner)
     return SurveyResult(
-        dots.dot_map, dots.counts, linked.images, states, blocks, Residuals(blocks), linked.loops, dots.dirt,
-        np.setdiff1d(np.arange(len(images)), linked.images), dots.existing_count,
+        dots.dot_map, dots.counts, linked.images, states, blocks, Residuals(blocks), linked.loops,
+        dots.dirt, np.setdiff1d(np.arange(len(images)), linked.images), dots.existing_count,
     )  # fmt: skip

@@ -88,8 +88,9 @@ def _main_part(linker: PieceLinker, first: int, images: Sequence[SurveyImage]) -
     if share < _LEAST_PART:
         torn = next(pieces[k] for k in range(first + 1, len(pieces)) if parts[k] != parts[k - 1])
         raise FloorLocalizerError(
-            f'no overlap: only {share:.0%} of the images are connected, {images[torn.images[0]].name} matches '
-            'none before it; drive slower or in narrower lanes, and check camera_xyz, camera_rpy and the odometry'
+            f'no overlap: only {share:.0%} of the images are connected, '
+            f'{images[torn.images[0]].name} matches none before it; drive slower or in narrower lanes, '
+            'and check camera_xyz, camera_rpy and the odometry'
         )
     return chosen
 
