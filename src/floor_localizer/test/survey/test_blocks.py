@@ -52,7 +52,8 @@ def dots_by_rows(blocks: SightingBlocks) -> set[frozenset[tuple[float, ...]]]:
     """Return each dot as the set of its observations."""
     return {
         frozenset(
-            (k, *d) for k, d in zip(block.seen.image[rows].tolist(), block.seen.directions[rows].tolist())
+            (k, *d)
+            for k, d in zip(block.seen.image[rows].tolist(), block.seen.directions[rows].tolist())
         )
         for block in blocks
         for rows in (np.flatnonzero(block.seen.dot == dot) for dot in range(len(block.fixed_dots)))
