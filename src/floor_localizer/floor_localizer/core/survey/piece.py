@@ -144,7 +144,7 @@ def rigid_pose(laid: NDArray[np.float64], under: NDArray[np.float64]) -> PlanarP
 def overlapping(
     points: NDArray[np.float64], others: NDArray[np.float64], expected: PlanarPose, reach: float
 ) -> NDArray[np.float64]:
-    """Return the points, shape (n, 2), that are within ``reach`` [m] of one of the others at the expected pose."""
+    """Return the points, shape (n, 2), within ``reach`` [m] of one of the others at the expected pose."""
     if len(points) == 0 or len(others) == 0:
         return points[:0]
     distance, _ = cKDTree(others).query(expected.transform(points), distance_upper_bound=reach)
