@@ -157,8 +157,8 @@ def test_checkpoints_of_another_survey_are_not_mixed_in(
     assert run(capsys, *folder_options(scene), '--out', tmp_path)[0] == 0
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path, '--image-step', 0.5)
     assert code == 1
-    assert 'belongs to another survey by its settings; remove it' in fault_of(err)
+    assert 'another survey, which differs by its settings; remove it' in fault_of(err)
     os.utime(scene / 'images' / '004.png', (1.0, 1.0))  # another image under the same name
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 1
-    assert 'belongs to another survey by its images; remove it' in fault_of(err)
+    assert 'another survey, which differs by its images; remove it' in fault_of(err)

@@ -158,7 +158,7 @@ def test_a_disk_that_fills_up_while_adjusting_is_told_and_the_survey_ends_the_sa
         code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'full')
     assert code == 1
     assert 'No space left on device; free some and give the same command again' in fault_of(err)
-    # What a process that was killed here would leave.
+    # Files that a process killed here would leave.
     (tmp_path / 'full/checkpoint/adjustment/run').mkdir(parents=True, exist_ok=True)
     (tmp_path / 'full/checkpoint/adjustment/run/block_00000.npy').write_bytes(b'half')
     monkeypatch.setattr('floor_localizer.survey_files.survey_tasks.DotDetector', no_detector)
@@ -168,9 +168,9 @@ def test_a_disk_that_fills_up_while_adjusting_is_told_and_the_survey_ends_the_sa
 
 
 def begun(scene: Path, folder: Path, done: str) -> subprocess.Popen[str]:
-    """A survey on two workers that has written a file."""
+    """Start a survey on two workers and wait until it has written a file."""
     command = [sys.executable, '-m', 'floor_localizer.commands.build_map', *map(str, folder_options(scene))]
-    # What a shell starts in the background ignores interrupts, and so would its children.
+    # A process started in the background by a shell ignores interrupts, and so do its children.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         child = subprocess.Popen(
