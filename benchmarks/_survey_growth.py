@@ -1,4 +1,4 @@
-"""How a survey's memory and time grow with the floor: dots are simulated, so nothing is rendered or detected."""
+"""Memory and time of a survey by floor size: dots are simulated, so nothing is rendered or detected."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from floor_localizer.survey_files.survey_run import IMAGES_A_CHUNK, put_images_t
 from floor_localizer.task_runner import task_runner
 
 _NOISE = 0.02
-"""Of a dot's place along each axis [px]."""
-_EVERY = 0.01  # memory is looked at so often [s]
+"""Standard deviation of the position of a dot along each axis [px]."""
+_EVERY = 0.01  # period of memory sampling [s]
 
 
 @dataclass(frozen=True)
 class Growth:
-    """What linking and adjusting took.
+    """Time and memory of the pose graph and the adjustment.
 
     Attributes:
-        images: that were put on the map.
-        sightings: of dots.
+        images: number of images on the map.
+        sightings: number of observations of dots.
         base: private memory before: the interpreter and its libraries [bytes].
-        peak: greatest private memory of the main process [bytes].
-        worker_peak: of a worker, 0 without one [bytes].
-        seconds: for linking and adjusting.
-        error: of the images' places after the rigid motion that makes them least, rms [m].
+        peak: peak private memory of the main process [bytes].
+        worker_peak: peak private memory of a worker, 0 without one [bytes].
+        seconds: time of pose graph and adjustment [s].
+        error: rms position error of the images after rigid alignment [m].
     """
 
     images: int
@@ -50,7 +50,7 @@ class Growth:
 
 
 def measure_growth(size: float, seed: int, settings: SurveySettings, workers: int) -> Growth:
-    """Survey a simulated floor, linking and adjusting in processes of their own; pieces are kept for the next time."""
+    """Survey a simulated floor, pose graph and adjustment in a new process; submaps are kept for the next run."""
     folder = Path(f'out/bench_survey/growth_{size}_{seed}')
     spawn = multiprocessing.get_context('spawn')
     for step in (_prepare, _link_and_adjust):
@@ -63,7 +63,7 @@ def measure_growth(size: float, seed: int, settings: SurveySettings, workers: in
 
 
 def _prepare(folder: Path, size: float, seed: int, settings: SurveySettings, workers: int) -> None:
-    """Simulate what the images show and put them together to pieces."""
+    """Simulate the dots of the images and build submaps."""
     survey, checkpoint = RenderedSurvey(size, seed), Checkpoint(folder, {'size': size, 'seed': seed})
     floor = survey.floor
     tree = cKDTree(floor.points)
@@ -83,7 +83,7 @@ def _prepare(folder: Path, size: float, seed: int, settings: SurveySettings, wor
 def _see(
     survey: RenderedSurvey, tree: cKDTree, points: np.ndarray, diameters: np.ndarray, index: int, seed: int
 ) -> DetectedDots:
-    """Return the dots that an image of the drive would show."""
+    """Return the simulated dots of an image of the drive."""
     pose, rng = survey.truth[index], np.random.default_rng([seed, 2, index])
     near = np.sort(np.array(tree.query_ball_point((pose.x, pose.y), VIEW), dtype=np.int64))
     at = MOUNT.camera_points_from_floor(pose.inverse().transform(points[near]))
@@ -94,7 +94,7 @@ def _see(
 
 
 def _link_and_adjust(folder: Path, size: float, seed: int, settings: SurveySettings, workers: int) -> None:
-    """Do the rest and write down what it took."""
+    """Build the pose graph, adjust, and write the measurements."""
     for step in (*folder.glob('linked.npz'), *folder.glob('adjusted_*.npz')):
         step.unlink()
     survey, checkpoint = RenderedSurvey(size, seed), Checkpoint(folder, {'size': size, 'seed': seed})
@@ -120,7 +120,7 @@ def private_memory(process: int | str = 'self') -> int:
 
 
 def _children() -> list[int]:
-    """Return the processes that this one has started."""
+    """Return the child processes of this process."""
     return [
         int(child)
         for path in Path('/proc/self/task').glob('*/children')
@@ -129,7 +129,7 @@ def _children() -> list[int]:
 
 
 class _PrivateMemory:
-    """Looks at the memory of this process and of its workers while something else runs."""
+    """Samples the memory of this process and of its workers in a thread."""
 
     def __init__(self) -> None:
         self.peak = self.worker_peak = 0

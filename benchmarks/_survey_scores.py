@@ -1,4 +1,4 @@
-"""Whether a survey joined what does not belong together, and how well a robot finds itself on its map."""
+"""Wrong merges of a survey, and localization accuracy on its map."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ _STEP = PlanarPose(0.05, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class PoseScores:
-    """Poses on a map against the truth.
+    """Poses on a map against the ground truth.
 
     Attributes:
         tried: number of images.
-        errors: shape (k,), of the positions that were found [m].
-        turns: shape (k,), of their headings [rad].
-        match_rates: shape (k,).
-        step_errors: shape (j,), of the way between two images 50 mm apart [m].
+        errors: position errors of the located images, shape (k,) [m].
+        turns: yaw errors of the located images, shape (k,) [rad].
+        match_rates: match rates, shape (k,).
+        step_errors: errors of the motion between two images 50 mm apart, shape (j,) [m].
     """
 
     tried: int
@@ -42,7 +42,7 @@ class PoseScores:
 
 
 def wrong_merges(run: SurveyRun, survey: RenderedSurvey) -> tuple[int, int]:
-    """Return how many dots were made of sightings whose true places differ, of how many."""
+    """Return the number of dots merged from observations of different true dots, and the number of all dots."""
     numbers = [int(run.images.frames[k].name.split()[1]) for k in run.result.images]
     poses = np.array([(p.x, p.y, p.yaw, 0.0, 0.0, 0.0) for p in (survey.truth[k] for k in numbers)])
     wrong = dots = 0
@@ -63,10 +63,10 @@ def locate_on(
     """Locate rendered images, two at each place, without a prior.
 
     Args:
-        survey: the floor.
-        dot_map: the map.
-        T_true_map: its frame in the true one, None for the true map.
-        places: at random, at a distance from the border.
+        survey: rendered floor.
+        dot_map: map to localize on.
+        T_true_map: pose of its frame in the true frame, None for the true map.
+        places: number of random positions, at a distance from the border.
     """
     localizer, rng = FloorLocalizer(index_map(dot_map), MOUNT), np.random.default_rng(11)
     T_true_map = T_true_map or PlanarPose(0.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""A rendered floor that a robot drives over in lanes, as a survey sees it, and the truth about it."""
+"""A rendered floor and a drive over it in lanes as a survey source, with ground truth."""
 
 from __future__ import annotations
 
@@ -20,29 +20,29 @@ from scene_simulator.wheel_odometry import WheelErrors, measure_odometry
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
 CAMERA = PinholeCamera(320, 320, 260.0, 260.0, 159.5, 159.5)
-"""Sees 160 mm of floor from 130 mm, 0.5 mm a pixel."""
+"""View of 160 mm from a height of 130 mm, 0.5 mm per pixel."""
 
 MOUNT = CameraMount()
 VIEW = 0.16
 OVERLAP = 0.2
 DENSITY = 91_582 / (1.8 * 9.45)
 ERRORS = WheelErrors(left_scale=1.02 - 0.0026, right_scale=1.02 + 0.0026)
-"""2 % too far, and a heading that drifts by 1 degree a metre."""
+"""Distances 2 % too long, and a yaw drift of 1 degree per metre."""
 
 _SPEED, _PERIOD, _EVERY = 0.25, 0.02, 16
 _EDGE = 0.5 * VIEW
 
 
 class RenderedSurvey:
-    """A square floor and a drive over all of it, forth and back."""
+    """A square floor and a drive over all of it in lanes."""
 
     def __init__(self, size: float, seed: int, suspension: Suspension | None = None) -> None:
         """Plan the drive.
 
         Args:
-            size: of the floor [m].
-            seed: of the floor, the wheels and the noise.
-            suspension: moves the robot's body, None for a stiff one.
+            size: side of the floor [m].
+            seed: seed of the floor, the odometry errors and the noise.
+            suspension: motion of the robot body, None for a stiff robot.
         """
         self._size, self._seed, self._suspension = size, seed, suspension
         self.camera = CAMERA
@@ -61,11 +61,11 @@ class RenderedSurvey:
 
     @property
     def true_map(self) -> DotMap:
-        """Its dots."""
+        """The true dot map."""
         return DotMap(self.floor.points, self.floor.diameters)
 
     def part(self, wanted: Sequence[int]) -> RenderedPart:
-        """Return the wanted images, to be rendered anywhere."""
+        """Return the wanted images as a batch that any process can render."""
         return RenderedPart(self._size, self._seed, self._suspension, tuple(wanted))
 
     def image(self, index: int) -> NDArray[np.uint8]:
@@ -73,7 +73,7 @@ class RenderedSurvey:
         return self.photograph(self.truth[index], index, float(self._times[index * _EVERY]))
 
     def photograph(self, pose: PlanarPose, number: int, time: float) -> NDArray[np.uint8]:
-        """Return the image from a pose."""
+        """Return the image taken at a pose."""
         mount = MOUNT if self._suspension is None else self._suspension.mount_at(time, MOUNT)
         rng = np.random.default_rng([self._seed, 2, number])
         return FloorCamera(CAMERA).photograph(self.floor, [pose], mount, rng=rng).image
@@ -84,10 +84,10 @@ class RenderedPart:
     """Some images of a drive.
 
     Attributes:
-        size: as of `RenderedSurvey`.
-        seed: likewise.
-        suspension: likewise.
-        wanted: their indices.
+        size: see `RenderedSurvey`.
+        seed: see `RenderedSurvey`.
+        suspension: see `RenderedSurvey`.
+        wanted: indices of the images.
     """
 
     size: float
@@ -96,13 +96,13 @@ class RenderedPart:
     wanted: tuple[int, ...]
 
     def __iter__(self) -> Iterator[tuple[int, NDArray[np.uint8] | str]]:
-        """Render them."""
+        """Render the images."""
         survey = _survey(self.size, self.seed, self.suspension)
         for index in self.wanted:
             yield index, survey.image(index)
 
 
-# A process lays the floor once.
+# Each process generates the floor once.
 _survey = lru_cache(maxsize=1)(RenderedSurvey)
 
 

@@ -1,14 +1,14 @@
-"""A floor surveyed by a rendered drive against the truth. Prints Markdown.
+"""Accuracy of a survey of a rendered drive against the ground truth. Prints Markdown.
 
     shirube bench survey
     shirube bench survey --size 1.5 --sway
     shirube bench survey --growth 2.5 5 10
 
-A robot with odometry 2 % off and a heading that drifts by 1 degree a metre drives over a square floor in lanes that
-overlap by 20 %; `build_map`'s core makes the map, whose scale comes from one length that was measured 0.5 mm too long.
-A survey that was stopped goes on.
-`--growth` tells instead what linking and adjusting take on floors of several sizes, whose dots are simulated. With
-SHIRUBE_DATA the printed sheets of its photographs are surveyed as well.
+A robot with odometry 2 % too long and a yaw drift of 1 degree per metre drives over a square floor in lanes that
+overlap by 20 %; the core of `build_map` makes the map, with its scale from one length measured 0.5 mm too long.
+An interrupted survey resumes.
+`--growth` measures instead time and memory of the pose graph and the adjustment on floors of several sizes with
+simulated dots. With SHIRUBE_DATA the printed sheets of its photographs are surveyed as well.
 """
 
 from __future__ import annotations
@@ -61,10 +61,10 @@ def main() -> int:
 
 
 def report_growth(sizes: list[float], seed: int, workers: int) -> None:
-    """Print what linking and adjusting took on floors of several sizes."""
+    """Print time and memory of the pose graph and the adjustment on floors of several sizes."""
     print(
-        '| floor m | images | sightings | base MB | peak MB | above the base, kB an image | peak of a worker MB '
-        '| seconds | ms an image | places of the images rms mm |\n|---|---|---|---|---|---|---|---|---|---|'
+        '| floor m | images | observations | base MB | peak MB | above base, kB per image | peak of a worker MB '
+        '| seconds | ms per image | image positions rms mm |\n|---|---|---|---|---|---|---|---|---|---|'
     )
     for size in sizes:
         grown = measure_growth(size, seed, SETTINGS, workers)
@@ -79,23 +79,24 @@ def report_growth(sizes: list[float], seed: int, workers: int) -> None:
 
 
 def report(survey: RenderedSurvey, run: SurveyRun, size: float, seconds: float, places: int) -> None:
-    """Print what came of it."""
+    """Print the tables of maps and poses."""
     before = compare(survey.true_map, run.result.dot_map)
     result, scale = scale_survey(run.result, measured_length(survey, run, before, size))
     after = compare(survey.true_map, result.dot_map)
     print(f'{size:g} x {size:g} m, {len(survey.true_map)} chips, {len(run.images)} images, {seconds:.0f} s\n')
     print(
-        '| scale by | scale % | apart mm: rms / 95 % / max | common | missing | extra |\n|---|---|---|---|---|---|'
+        '| scale by | scale % | distance mm: rms / 95 % / max | common | missing | extra |\n|---|---|---|---|---|---|'
     )
     print(row('height of the camera', before))
     print(row(f'a length of {0.8 * size:g} m, 0.5 mm too long ({100 * (scale - 1):+.4f} %)', after))
     wrong, dots = wrong_merges(run, survey)
     print(
-        f'\nLoops: {result.loops}; images on the map: {len(result.images)} of {len(run.images)}; dirt: {result.dirt}'
+        f'\nLoop closures: {result.loops}; images on the map: {len(result.images)} of {len(run.images)}; '
+        f'spurious dots: {result.dirt}'
     )
-    print(f'dots whose sightings are of different places: {wrong} of {dots}.\n')
+    print(f'dots merged from observations of different true dots: {wrong} of {dots}.\n')
     print(
-        '| map | found | matched % | error mm: median / 95 % | of a step of 50 mm: same | error °: median |'
+        '| map | found | matched % | error mm: median / 95 % | 50 mm step error mm: median / 95 % | error °: median |'
     )
     print('|---|---|---|---|---|---|')
     print(score_row('true', locate_on(survey, survey.true_map, None, places)))
@@ -106,7 +107,7 @@ def report(survey: RenderedSurvey, run: SurveyRun, size: float, seconds: float, 
 
 
 def measured_length(survey: RenderedSurvey, run: SurveyRun, found: MapComparison, size: float) -> KnownLength:
-    """Return what somebody measures between two dots that are 0.8 of the floor's side apart."""
+    """Return the tape measurement between two dots that are 0.8 of the floor's side apart."""
     true = survey.floor.points[found.pairs[:, 0]]
     close = np.hypot(*found.residuals.T) < 2.0 * np.median(np.hypot(*found.residuals.T))
     ends = []
@@ -145,16 +146,20 @@ def parse() -> argparse.Namespace:
     )
     parser.add_argument('--seed', type=int, default=3, help='default: %(default)s')
     parser.add_argument(
-        '--places', type=int, default=100, help='where the robot is located (default: %(default)s)'
+        '--places', type=int, default=100, help='number of located positions (default: %(default)s)'
     )
     parser.add_argument(
         '--workers', type=int, default=os.cpu_count() or 1, help='processes (default: all cores)'
     )
     parser.add_argument(
-        '--sway', action='store_true', help='the body heaves by 1 %% and tilts by 0.5 degrees'
+        '--sway', action='store_true', help='let the robot body heave by 1 %% and tilt by 0.5 degrees'
     )
     parser.add_argument(
-        '--growth', type=float, nargs='+', metavar='SIZE', help='memory and time for such floors instead [m]'
+        '--growth',
+        type=float,
+        nargs='+',
+        metavar='SIZE',
+        help='measure memory and time for floors of these sides instead [m]',
     )
     return parser.parse_args()
 

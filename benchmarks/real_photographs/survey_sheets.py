@@ -61,7 +61,8 @@ def main() -> int:
     sheets = load_sheets(folder)
     views = views_by_sheet(folder, sheets, every)
     print(
-        '| sheet | views surveyed | dots of 30 | extra | apart mm: rms / max | kept out: right on surveyed / true map |'
+        '| sheet | views surveyed | dots of 30 | extra | distance mm: rms / max '
+        '| held out: right on surveyed / true map |'
     )
     print('|---|---|---|---|---|---|')
     for sheet, seen in sorted(views.items()):

@@ -45,7 +45,7 @@ class _Page:
     """A page whose artists have coordinates on the mat, in metres."""
 
     def __init__(self, layout: Layout, sheet: Sheet) -> None:
-        self.figure = Figure(figsize=(layout.page[0] / _INCH, layout.page[1] / _INCH))
+        self.figure = Figure(figsize=(layout.page_size[0] / _INCH, layout.page_size[1] / _INCH))
         margin = layout.settings.margin
         self.mat: Transform = (
             Affine2D().translate(margin - sheet.x0, margin - sheet.y0).scale(1.0 / _INCH)

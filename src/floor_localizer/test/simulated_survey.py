@@ -1,4 +1,4 @@
-"""A drive in lanes over a random floor, seen by the model of `floor_views`: a second implementation of the camera."""
+"""A drive in lanes over a random floor with the camera model of `floor_views`, a second implementation."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ POSITION = np.array(MOUNT.xyz)
 
 @dataclass(frozen=True)
 class Drive:
-    """A floor, what was seen of it, and the true poses."""
+    """A floor, the images of it, and the true poses."""
 
     floor: DotMap
     images: list[SurveyImage]
@@ -33,7 +33,7 @@ class Drive:
 
 
 def lane_poses(size: tuple[float, float], pitch: float = 0.07, step: float = 0.035) -> list[PlanarPose]:
-    """Poses forth and back; the camera sees nothing beyond the floor."""
+    """Return poses in lanes back and forth; the camera sees nothing beyond the floor."""
     poses = []
     for lane, y in enumerate(np.arange(0.06, size[1] - 0.05, pitch)):
         along = np.arange(0.06, size[0] - 0.05, step)
@@ -51,7 +51,7 @@ def drive_over(
     drift: float = 0.01,
     spurious: int = 0,
 ) -> Drive:
-    """What a robot sees whose odometry is 2 % off and drifts in heading at each step."""
+    """Return the images of a robot whose odometry is 2 % too long and drifts in yaw at each step."""
     rng = np.random.default_rng(seed)
     odometry, images = PlanarPose(1.0, -2.0, 0.5), []
     for k, pose in enumerate(truth):
@@ -91,7 +91,7 @@ def survey(drive: Drive, existing: DotMap | None = None) -> SurveyResult:
 
 
 def seen_dots(drive: Drive) -> np.ndarray:
-    """Whether an image saw it, of each dot of the floor, shape (n,)."""
+    """Return for each dot of the floor whether an image observed it, shape (n,)."""
     tree, seen = cKDTree(drive.floor.points), np.zeros(len(drive.floor), dtype=np.bool_)
     for image, pose in zip(drive.images, drive.truth):
         distance, which = tree.query(pose.transform(image.points))
@@ -100,7 +100,7 @@ def seen_dots(drive: Drive) -> np.ndarray:
 
 
 def errors(drive: Drive, result: SurveyResult) -> np.ndarray:
-    """Place errors of the images, shape (k,) [m], after the rigid motion that makes them least."""
+    """Return the position errors of the images after rigid alignment, shape (k,) [m]."""
     truth = np.array([(drive.truth[k].x, drive.truth[k].y) for k in result.images]) @ (1.0, 1j)
     found = result.states[:, :2] @ (1.0, 1j)
     z, m = found - found.mean(), truth - truth.mean()

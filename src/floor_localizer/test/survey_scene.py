@@ -25,7 +25,7 @@ START_NS, STEP_NS = 1_700_000_000_000_000_000, 100_000_000
 
 
 def record_drive(folder: Path) -> Path:
-    """A folder of images with their odometry, a bag of the same, and the true map."""
+    """Write a folder of images with their odometry, a bag of the same, and the true map."""
     floor = lay_floor(FloorDesign(size=SIZE, count=round(5384 * SIZE[0] * SIZE[1])), seed=1)
     save_csv(folder / 'true.csv', DotMap(floor.points, floor.diameters))
     save_intrinsics(folder / 'camera.yaml', PAPER_CAMERA)
@@ -53,7 +53,7 @@ def record_drive(folder: Path) -> Path:
 
 
 def rough(truth: list[PlanarPose]) -> list[PlanarPose]:
-    """2 % too far, and a heading that drifts by 1 degree a metre."""
+    """Return odometry that is 2 % too long and whose yaw drifts by 1 degree per metre."""
     found = [PlanarPose(0.0, 0.0, 0.0)]
     for before, after in zip(truth, truth[1:]):
         step = before.inverse() @ after

@@ -37,7 +37,7 @@ def test_a_drive_becomes_a_map(
 def test_a_known_length_sets_the_scale_and_nothing_is_linked_or_adjusted_anew(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # A camera that is believed to hang 1 % too high makes a map that is 1 % too large.
+    # A camera height that is given 1 % too large makes a map that is 1 % too large.
     wrong = [
         '--images',
         scene / 'images',

@@ -33,7 +33,7 @@ def changed_csv(scene: Path, folder: Path, change: str) -> Path:
     ('change', 'part'),
     [
         ('missing', 'odometry is missing for 006.png'),
-        ('words', 'line 8: is no name and three numbers'),
+        ('words', 'line 8: is not a name and three numbers'),
         ('header', 'line 1: the header must be "image,x,y,yaw"'),
     ],
 )
@@ -147,7 +147,7 @@ def test_an_interrupt_is_one_line(
     monkeypatch.setattr(OwnProcess, 'run', interrupted)
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 130
-    assert 'goes on where it was' in fault_of(err)
+    assert 'give the same command again to resume' in fault_of(err)
 
 
 @pytest.mark.newest_set_only
@@ -157,8 +157,8 @@ def test_checkpoints_of_another_survey_are_not_mixed_in(
     assert run(capsys, *folder_options(scene), '--out', tmp_path)[0] == 0
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path, '--image-step', 0.5)
     assert code == 1
-    assert 'belongs to another survey by its settings; remove it' in fault_of(err)
+    assert 'another survey, which differs by its settings; remove it' in fault_of(err)
     os.utime(scene / 'images' / '004.png', (1.0, 1.0))  # another image under the same name
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 1
-    assert 'belongs to another survey by its images; remove it' in fault_of(err)
+    assert 'another survey, which differs by its images; remove it' in fault_of(err)

@@ -1,4 +1,4 @@
-"""A survey that was killed or had no room left goes on where it was and ends the same."""
+"""A survey that was killed or ran out of disk space resumes and gives the same map."""
 
 import errno
 import os
@@ -58,7 +58,7 @@ def without_room(*_: object) -> None:
 
 def no_detector() -> SimpleNamespace:
     def detect(_: object) -> None:
-        raise AssertionError('an image is looked at again')
+        raise AssertionError('an image is processed again')
 
     return SimpleNamespace(detect=detect)
 
@@ -100,7 +100,7 @@ def test_a_damaged_step_is_done_again(
     shutil.copytree(whole / 'checkpoint', tmp_path / 'checkpoint')
     for name in ('linked.npz', 'adjusted_3.npz', 'adjusted_5.npz'):
         os.truncate(tmp_path / 'checkpoint' / name, 100)
-    (tmp_path / '.map.png.abcd_123').touch()  # half of a result, of a process that was killed
+    (tmp_path / '.map.png.abcd_123').touch()  # partially written result of a killed process
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 0, err
     assert (tmp_path / 'map.csv').read_bytes() == (whole / 'map.csv').read_bytes()
@@ -158,7 +158,7 @@ def test_a_disk_that_fills_up_while_adjusting_is_told_and_the_survey_ends_the_sa
         code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'full')
     assert code == 1
     assert 'No space left on device; free some and give the same command again' in fault_of(err)
-    # What a process that was killed here would leave.
+    # Files that a process killed here would leave.
     (tmp_path / 'full/checkpoint/adjustment/run').mkdir(parents=True, exist_ok=True)
     (tmp_path / 'full/checkpoint/adjustment/run/block_00000.npy').write_bytes(b'half')
     monkeypatch.setattr('floor_localizer.survey_files.survey_tasks.DotDetector', no_detector)
@@ -168,7 +168,7 @@ def test_a_disk_that_fills_up_while_adjusting_is_told_and_the_survey_ends_the_sa
 
 
 def begun(scene: Path, folder: Path, done: str) -> subprocess.Popen[str]:
-    """A survey on two workers that has written a file."""
+    """Start a survey on two workers and wait until it has written a file."""
     # A process that a shell started in the background ignores interrupts, and so would its children.
     command = ['env', '--default-signal=INT', sys.executable, '-m', 'floor_localizer.commands.build_map']
     child = subprocess.Popen(
@@ -199,4 +199,4 @@ def test_an_interrupt_ends_a_survey_with_its_workers_in_one_line(scene: Path, tm
         os.killpg(child.pid, signal.SIGINT)  # as a terminal does it: to all processes
         _, err = child.communicate(timeout=60.0)
     assert child.returncode == 130
-    assert err == '\nbuild_map: stopped; the same command goes on where it was\n'
+    assert err == '\nbuild_map: interrupted; give the same command again to resume\n'

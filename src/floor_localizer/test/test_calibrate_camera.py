@@ -25,7 +25,7 @@ ROBOT = PlanarPose(0.11, 0.12, 0.7)
 
 @pytest.fixture(scope='module')
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A mat's map, the calibration and a mat that is another one."""
+    """The map of a mat, the calibration, and the map of another mat."""
     place = tmp_path_factory.mktemp('mat')
     settings = MatSettings(width=0.25, height=0.25)
     for seed in (1, 2):
@@ -105,7 +105,7 @@ def test_without_the_robots_pose_height_and_tilt_are_found_and_the_rest_is_kept(
     found = saved(tmp_path / 'found.yaml')
     np.testing.assert_allclose(found.xyz, truth.xyz, atol=0.0005)
     assert angle_between(found, truth) < 0.3
-    assert 'one image does not tell them' in out
+    assert 'not observable in one image' in out
 
 
 def test_the_focal_length_is_found_from_the_height(
@@ -135,12 +135,12 @@ def test_the_covariance_is_honest(folder: Path, tmp_path: Path, capsys: pytest.C
 @pytest.mark.parametrize(
     ('arguments', 'part'),
     [
-        ('--image {0}/plain.png', 'focal length and height cannot both be told'),
+        ('--image {0}/plain.png', 'focal length and height are not both observable'),
         ('--image {0}/plain.png --height -1', '--height: -1 m is not above the floor'),
         ('--image {0}/blank.png --calibration {1}/camera.yaml', 'shows 0 dots'),
         (
             '--image {0}/image.png --calibration {1}/camera.yaml --mat {1}/mat2.csv',
-            'are not those of the mat',
+            'do not match the mat',
         ),
         ('--image {0}/half.png --calibration {1}/camera.yaml', 'put the mat under the whole view'),
         ('--image {0}/none.png --calibration {1}/camera.yaml', 'none.png: cannot be read'),

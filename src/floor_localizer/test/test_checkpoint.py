@@ -1,4 +1,4 @@
-"""What a survey wrote down: found again whole, or not at all."""
+"""A checkpoint is read back complete or not at all."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -28,7 +28,7 @@ def test_what_was_kept_is_recalled(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize('kept', [0, 1, 100, 400])
 def test_a_file_that_was_cut_off_counts_as_none(tmp_path: Path, kept: int) -> None:
-    """A computer that loses its power leaves files of any length, above all of none."""
+    """After a power failure, files may be truncated to any length, often to zero."""
     checkpoint = Checkpoint(tmp_path, SURVEY)
     checkpoint.keep('linked', images=np.arange(3), loops=np.array(2))
     whole = (tmp_path / 'linked.npz').read_bytes()
@@ -53,7 +53,7 @@ def test_another_survey_is_refused_and_what_is_other_is_named(tmp_path: Path) ->
     Checkpoint(tmp_path, SURVEY)
     other = {'camera': {'fx': 301.0}, 'settings': {'chance': 1e-5}}
     with pytest.raises(
-        FloorLocalizerError, match='to another survey by its camera and settings; remove it or'
+        FloorLocalizerError, match='another survey, which differs by its camera and settings; remove it or'
     ):
         Checkpoint(tmp_path, other)
     (tmp_path / 'survey.json').write_text('')
@@ -94,5 +94,5 @@ def test_only_one_survey_is_at_work_in_a_folder(tmp_path: Path) -> None:
     for _ in range(2):
         with alone_in(tmp_path / 'checkpoint'):
             second = alone_in(tmp_path / 'checkpoint')
-            with pytest.raises(FloorLocalizerError, match='another survey is at work there'):
+            with pytest.raises(FloorLocalizerError, match='another survey is running there'):
                 second.__enter__()

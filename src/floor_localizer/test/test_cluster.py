@@ -1,4 +1,4 @@
-"""Index and survey on a cluster of dask that was started by itself, whose worker runs in another folder."""
+"""Index and survey on a separately started dask cluster, whose worker runs in another folder."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.newest_set_only
 
 @pytest.fixture(scope='module')
 def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Address of a scheduler with one worker."""
+    """Yield the address of a scheduler with one worker."""
     folder = tmp_path_factory.mktemp('cluster')
     told = ('--scheduler-file', 'scheduler.json', '--no-dashboard')
     commands = (

@@ -1,4 +1,4 @@
-"""Cameras that cannot see the floor are refused."""
+"""Cameras that cannot see the floor are rejected."""
 
 from __future__ import annotations
 

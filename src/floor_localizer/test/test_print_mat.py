@@ -54,7 +54,7 @@ def test_tiles_glued_by_their_marks_make_the_whole_mat(
         assert distances.max() < 0.05
         covered[nearest] += 1
     assert covered.min() >= 1
-    # The strips of 15 mm are on two sheets each.
+    # Each strip of 15 mm is on two pages.
     assert 0.08 < np.mean(covered >= 2) < 0.15
 
 
@@ -89,7 +89,7 @@ def test_without_a_seed_no_two_mats_are_alike(tmp_path: Path, capsys: pytest.Cap
         ('--width -1', 'width is -1'),
         ('--paper roll --width 1', 'does not fit a roll of 0.914 m'),
         ('--paper roll --height 6', 'does not fit a roll of 0.914 m'),
-        ('--width 20 --height 20', 'sheets of A4; choose larger paper'),
+        ('--width 20 --height 20', 'pages of A4; choose larger paper'),
         ('--out file/mat.pdf', 'choose a writable place'),
     ],
 )

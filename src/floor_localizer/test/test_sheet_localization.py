@@ -1,4 +1,4 @@
-"""A robot on a building of two floors is told its floor, and its pose in that floor's own frame."""
+"""In a building of two levels the localizer returns the level and the pose in its frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sheets of a map lie apart, and poses find their way there and back."""
+"""Levels of a map do not overlap, and poses are transformed there and back."""
 
 from __future__ import annotations
 

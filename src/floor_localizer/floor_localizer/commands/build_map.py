@@ -1,4 +1,4 @@
-"""``build_map``: a dot map from a drive over the floor, images and rough odometry."""
+"""``build_map``: build a dot map from a drive over the floor, from images and rough odometry."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from shirube_ros.file_errors import CameraFileError
 from shirube_settings import SettingsError
 
 RESULTS = ('sightings.csv', 'images.csv', 'report.txt', 'map.png', 'residuals.png', 'map.csv')
-"""What is written, the map at last."""
+"""Files that are written; the map is the last."""
 _DEFAULT = CameraMount()
 
 
@@ -44,26 +44,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'build_map: {fault}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print('\nbuild_map: stopped; the same command goes on where it was', file=sys.stderr)
+        print('\nbuild_map: interrupted; give the same command again to resume', file=sys.stderr)
         return 130
     except OSError as fault:
         place = fault.filename or options.out
         remedy = 'choose a writable place'
         if fault.errno in NO_ROOM:
-            remedy = 'free some and give the same command again, it goes on where it stopped'
+            remedy = 'free some and give the same command again to resume'
         print(f'build_map: {place}: {fault.strerror}; {remedy}', file=sys.stderr)
         return 1
     return 0
 
 
 def build_map(options: argparse.Namespace) -> None:
-    """Make the map and write everything about it."""
+    """Make the map and write all results."""
     settings = settings_from(options, SurveySettings)
     mount = CameraMount(tuple(options.camera_xyz), tuple(options.camera_rpy))
     check_mount(mount)
     if options.extend is not None and options.known_length is not None:
         raise FloorLocalizerError(
-            '--known-length: the map that is extended has its scale already; give one of both'
+            '--known-length: the map given by --extend already has a scale; give one of both'
         )
     existing = None if options.extend is None else load_dot_map(options.extend)
     source = open_source(options)
@@ -78,7 +78,7 @@ def build_map(options: argparse.Namespace) -> None:
 
 
 def open_source(options: argparse.Namespace) -> FolderSource | BagSource:
-    """Return the images that the options name."""
+    """Return the image source given by the options."""
     if options.bag is not None:
         return BagSource(options.bag, options.topic, options.camera_info_topic, options.odom_topic)
     for name in ('calibration', 'odometry'):
@@ -88,7 +88,7 @@ def open_source(options: argparse.Namespace) -> FolderSource | BagSource:
 
 
 def write_results(options: argparse.Namespace, run: SurveyRun) -> None:
-    """Write map, tables, report and pictures, each whole or not at all."""
+    """Write map, tables, report and plots, each file atomically."""
     # Only this command draws surveys; matplotlib takes half a second to import.
     from floor_localizer.survey_files.survey_picture import draw_residuals, draw_survey  # noqa: PLC0415
 
@@ -110,42 +110,47 @@ def write_results(options: argparse.Namespace, run: SurveyRun) -> None:
             draw(file, run.result)
     save_csv(out / 'map.csv', run.result.dot_map)
     print(report)
-    print(f'{out / "map.csv"}: the map; pictures and tables beside it')
+    print(f'{out / "map.csv"}: the map; plots and tables are in the same folder')
 
 
 def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     parser = argparse.ArgumentParser(
         prog='build_map',
-        description='Make a dot map from a drive over the floor. One that was stopped goes on when it is given again.',
+        description='Build a dot map from a drive over the floor. The same command resumes an interrupted survey.',
     )
     add = parser.add_argument
     drive = parser.add_mutually_exclusive_group(required=True)
     drive.add_argument('--bag', type=Path, help='rosbag2 with images, camera_info and odometry')
-    drive.add_argument('--images', type=Path, metavar='FOLDER', help='images in the order of their names')
-    add('--calibration', type=Path, metavar='YAML', help='of the images, as camera_calibration writes it')
+    drive.add_argument('--images', type=Path, metavar='FOLDER', help='images, sorted by name')
+    add(
+        '--calibration',
+        type=Path,
+        metavar='YAML',
+        help='calibration of the images, as camera_calibration writes it',
+    )
     add('--odometry', type=Path, metavar='FILE',
-        help='of the images: CSV "image,x,y,yaw", or TUM with a line an image in their order')  # fmt: skip
-    add('--topic', help='the images in the bag (default: /image_raw or the only one)')
+        help='odometry of the images: CSV "image,x,y,yaw", or TUM with one line per image')  # fmt: skip
+    add('--topic', help='image topic of the bag (default: /image_raw or the only one)')
     add(
         '--camera-info-topic',
         metavar='TOPIC',
-        help='their calibration (default: /camera_info or the only one)',
+        help='camera_info topic of the bag (default: /camera_info or the only one)',
     )
-    add('--odom-topic', metavar='TOPIC', help='the odometry (default: /odom or the only one)')
+    add('--odom-topic', metavar='TOPIC', help='odometry topic of the bag (default: /odom or the only one)')
     add(
         '--extend',
         type=Path,
         metavar='MAP',
-        help='a map that the drive begins on; its dots stay where they are',
+        help='dot map to extend, on which the drive begins; its dots keep their positions',
     )
     add('--known-length', type=float, nargs=5, metavar=('X1', 'Y1', 'X2', 'Y2', 'LENGTH'),
-        help='places of two dots as they are in the map without this option, and their true distance [m]')  # fmt: skip
+        help='positions of two dots in the map without this option, and their true distance [m]')  # fmt: skip
     add('--out', type=Path, default=Path('out/survey'), metavar='FOLDER', help='default: %(default)s')
     add('--camera-xyz', type=float, nargs=3, default=_DEFAULT.xyz, metavar=('X', 'Y', 'Z'),
-        help='optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
+        help='position of the optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
     add('--camera-rpy', type=float, nargs=3, default=_DEFAULT.rpy, metavar=('R', 'P', 'Y'),
-        help='its fixed-axis roll, pitch, yaw there [rad] (default: looking down)')  # fmt: skip
+        help='fixed-axis roll, pitch, yaw of the optical frame [rad] (default: looking down)')  # fmt: skip
     add_worker_options(parser)
     add_settings(parser, SurveySettings)
     return parser

@@ -1,4 +1,4 @@
-"""``calibrate_camera``: height, tilt and pixel scale of the belly camera from one image of a printed mat."""
+"""``calibrate_camera``: height, tilt and pixel scale of the belly camera from an image of a printed mat."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from shirube_ros.file_errors import CameraFileError
 from shirube_ros.image_files import load_image
 
 _DEFAULT = CameraMount()
-# What a ruler from the floor to the lens tells, whose optical centre is somewhere in it [m].
+# Standard deviation of a height measured with a ruler; the optical centre is somewhere inside the lens [m].
 _RULER = 0.002
-# Of a lens of 53 degrees; only a start where the focal length is to be found.
+# Initial focal length for a field of view of 53 degrees, relative to the image size.
 _USUAL_FOCAL_LENGTH = 1.0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 when a file is bad or the image too weak."""
+    """Run the command; return 0, or 1 when a file is invalid or the image is insufficient."""
     options = make_parser().parse_args(arguments)
     try:
         found = calibrate_camera(options)
@@ -49,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def calibrate_camera(options: argparse.Namespace) -> CameraCalibration:
-    """Return what the image tells."""
+    """Return the calibration from the image."""
     mat, image = load_dot_map(options.mat), load_image(options.image)
     height, width = image.shape[:2]
     if options.calibration is not None:
@@ -78,16 +78,16 @@ def calibrate_camera(options: argparse.Namespace) -> CameraCalibration:
 
 
 def intrinsics_path(out: Path) -> Path:
-    """Return where the focal length is saved that was found beside the mount."""
+    """Return the path of the fitted intrinsics."""
     return out.with_name(f'{out.stem}_intrinsics.yaml')
 
 
 def report(found: CameraCalibration, options: argparse.Namespace) -> list[str]:
-    """Return what was found, in lines."""
+    """Return the report as lines of text."""
     fit, xyz = found.fit, found.mount.xyz
     rpy = ', '.join(f'{math.degrees(angle):.2f}' for angle in found.mount.rpy)
     lines = [
-        f'{fit.dots} dots of the mat, {fit.residual:.3f} px (rms) from where the fit puts them',
+        f'{fit.dots} matched dots, rms reprojection error {fit.residual:.3f} px',
         f'height {1e3 * xyz[2]:.3f} mm ± {1e3 * found.sigma_height:.3f} mm',
         f'tilt {math.degrees(found.tilt):.3f}° ± {math.degrees(found.sigma_tilt):.3f}° (roll, pitch, yaw {rpy}°)',
         f'pixel {1e3 * found.pixel:.5f} mm ± {1e3 * found.sigma_pixel:.5f} mm on the floor below the camera',
@@ -96,9 +96,9 @@ def report(found: CameraCalibration, options: argparse.Namespace) -> list[str]:
         focal = fit.camera.fx
         lines.append(f'focal length {focal:.1f} px ± {focal * found.sigma_focal:.1f} px, without distortion')
     if options.robot_at is None:
-        lines.append('x, y and heading of the camera are as they were given: one image does not tell them')
+        lines.append('x, y and yaw of the camera are kept as given: not observable in one image')
     else:
-        lines.append(f'x {1e3 * xyz[0]:.2f} mm, y {1e3 * xyz[1]:.2f} mm for the robot as it was placed')
+        lines.append(f'x {1e3 * xyz[0]:.2f} mm, y {1e3 * xyz[1]:.2f} mm for the given pose of the robot')
     return lines
 
 
@@ -106,25 +106,25 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     parser = argparse.ArgumentParser(
         prog='calibrate_camera',
-        description='Tell height, tilt and pixel scale of the belly camera from an image of a printed mat.',
+        description='Calibrate height, tilt and pixel scale of the belly camera from an image of a printed mat.',
     )
     add = parser.add_argument
     add('--mat', type=Path, required=True, help='dot map that print_mat wrote')
-    add('--image', type=Path, required=True, help='of the mat, the robot on a level floor')
+    add('--image', type=Path, required=True, help='image of the mat, with the robot on a level floor')
     add('--calibration', type=Path, metavar='YAML',
-        help='as camera_calibration writes it; without, the focal length is found from --height')  # fmt: skip
+        help='file written by camera_calibration; without it the focal length is found from --height')  # fmt: skip
     add(
         '--height',
         type=float,
         metavar='M',
-        help='of the lens over the mat, measured with a ruler to 2 mm [m]',
+        help='height of the lens over the mat, measured with a ruler to 2 mm [m]',
     )
     add('--robot-at', type=float, nargs=3, metavar=('X', 'Y', 'YAW'),
-        help="the robot's pose on the mat [m, m, rad], for x, y and heading of the camera")  # fmt: skip
+        help="the robot's pose on the mat [m, m, rad], to find x, y and yaw of the camera")  # fmt: skip
     add('--camera-xyz', type=float, nargs=3, default=_DEFAULT.xyz, metavar=('X', 'Y', 'Z'),
-        help='where the camera is supposed to be; x and y are kept without --robot-at [m]')  # fmt: skip
+        help='initial position of the camera; x and y are kept without --robot-at [m]')  # fmt: skip
     add('--camera-rpy', type=float, nargs=3, default=_DEFAULT.rpy, metavar=('R', 'P', 'Y'),
-        help='its supposed roll, pitch, yaw [rad] (default: looking down)')  # fmt: skip
+        help='initial roll, pitch, yaw of the camera [rad] (default: looking down)')  # fmt: skip
     add('--out', type=Path, default=Path('belly_camera.yaml'), metavar='YAML', help='default: %(default)s')
     return parser
 

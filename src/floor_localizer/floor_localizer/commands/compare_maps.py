@@ -1,4 +1,4 @@
-"""``compare_maps``: how two dot maps of one floor differ."""
+"""``compare_maps``: compare two dot maps of one floor."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from shirube_files import written_beside
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 when a file is bad or the maps have nothing in common."""
+    """Run the command; return 0, or 1 when a file is invalid or the maps do not overlap."""
     options = make_parser().parse_args(arguments)
     try:
         compare_maps(options)
@@ -31,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def compare_maps(options: argparse.Namespace) -> None:
-    """Print the comparison and draw it if that is asked for."""
+    """Print the comparison; plot it if ``--picture`` is given."""
     first, second = load_dot_map(options.first), load_dot_map(options.second)
     found = compare(first, second)
     print(comparison_report(found))
@@ -44,19 +44,19 @@ def compare_maps(options: argparse.Namespace) -> None:
 
 
 def comparison_report(found: MapComparison) -> str:
-    """Return the figures of a comparison as lines of text."""
+    """Return the statistics of a comparison as text."""
     pose = found.T_first_second
     lengths = 1e3 * np.hypot(*found.residuals.T)
     apart = f'{1e3 * found.rms:.4f} mm rms, {np.percentile(lengths, 95.0):.4f} mm for 95 %'
-    apart += f', {1e3 * found.largest:.4f} mm at most, after that motion'
+    apart += f', {1e3 * found.largest:.4f} mm max, after this motion'
     rows = (
         ('common dots', f'{len(found.pairs)}'),
-        ('motion', f'x {pose.x:.6f} m, y {pose.y:.6f} m, turn {math.degrees(pose.yaw):.4f}°'),
+        ('motion', f'x {pose.x:.6f} m, y {pose.y:.6f} m, yaw {math.degrees(pose.yaw):.4f}°'),
         ('apart', apart),
         ('scale', f'the second is larger by {100.0 * (found.scale - 1.0):+.4f} %'),
         ('missing', f'{len(found.missing)} dots of the first are not in the second'),
         ('extra', f'{len(found.extra)} dots of the second are not in the first'),
-        ('outside', f'{found.outside} dots lie where the other map has no floor'),
+        ('outside', f'{found.outside} dots are outside the area of the other map'),
     )  # fmt: skip
     return '\n'.join(f'{name:<14}{text}' for name, text in rows)
 
@@ -65,11 +65,11 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     parser = argparse.ArgumentParser(
         prog='compare_maps',
-        description='Lay one dot map on another, wherever their origins are, and compare them.',
+        description='Register one dot map to another, independent of their origins, and compare them.',
     )
     parser.add_argument('first', type=Path, help='dot map, CSV or .dotmap')
     parser.add_argument('second', type=Path, help='dot map, CSV or .dotmap')
-    parser.add_argument('--picture', type=Path, metavar='OUT.png', help='draw the differences there')
+    parser.add_argument('--picture', type=Path, metavar='OUT.png', help='plot the differences to this file')
     return parser
 
 

@@ -24,7 +24,7 @@ _SEEDS = 10**6
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 when an option is bad or a file cannot be written."""
+    """Run the command; return 0, or 1 when an option is invalid or a file cannot be written."""
     options = make_parser().parse_args(arguments)
     try:
         print_mat(options)
@@ -45,13 +45,13 @@ def print_mat(options: argparse.Namespace) -> None:
     # Only this command draws PDFs; matplotlib takes half a second to import.
     from floor_localizer.mat_drawing import draw_mat  # noqa: PLC0415
 
-    sheets, view = settings_from(options, SheetSettings), settings_from(options, ViewSettings)
+    page_settings, view = settings_from(options, SheetSettings), settings_from(options, ViewSettings)
     mat_settings = settings_from(options, MatSettings)
-    width, height = mat_of_one_sheet(options.paper, sheets)
+    width, height = mat_of_one_sheet(options.paper, page_settings)
     mat_settings = replace(
         mat_settings, width=mat_settings.width or width, height=mat_settings.height or height
     )
-    layout = lay_out(mat_settings, options.paper, sheets)
+    layout = lay_out(mat_settings, options.paper, page_settings)
     seed = secrets.randbelow(_SEEDS) if options.seed is None else options.seed
     mat, places = lay_unique_mat(mat_settings, seed, view)
     with written_beside(options.out) as file:
@@ -69,12 +69,16 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     parser = argparse.ArgumentParser(
         prog='print_mat',
-        description='Make a mat of random dots: a PDF to print at true scale, and beside it the dot map.',
+        description='Make a mat of random dots: a PDF to print at true scale, and its dot map in the same folder.',
     )
     add = parser.add_argument
     add('--out', type=Path, default=Path('mat.pdf'), metavar='PDF', help='default: %(default)s')
     add('--paper', choices=[*PAPERS, ROLL], default='A4', help='default: %(default)s')
-    add('--seed', type=int, help='makes the same mat again (default: a new one each time)')
+    add(
+        '--seed',
+        type=int,
+        help='seed of the dots, to print the same mat again (default: a new one each time)',
+    )
     for kind in (MatSettings, SheetSettings, ViewSettings):
         add_settings(parser, kind)
     return parser

@@ -1,4 +1,4 @@
-"""Tasks that do not depend on each other; here, one after the other. `task_runner` has them run elsewhere."""
+"""Independent tasks and a runner in this process; `task_runner` starts runners with several processes."""
 
 from __future__ import annotations
 
@@ -9,31 +9,31 @@ Task = Callable[..., Any]
 
 
 class TaskRunner(Protocol):
-    """Runs tasks that do not depend on each other."""
+    """Runs independent tasks."""
 
     def run(self, function: Task, arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
-        """Call the function with each of the arguments; yield whenever one is done, in any order."""
+        """Call the function with each tuple of arguments; yield after each finished call, in any order."""
         ...
 
 
 class OwnProcess:
-    """Runs the tasks one after the other."""
+    """Runs the tasks one after the other in this process."""
 
     def run(self, function: Task, arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
-        """Call the function with each of the arguments; yield whenever one is done."""
+        """Call the function with each tuple of arguments; yield after each call."""
         for given in arguments:
             function(*given)
             yield
 
 
 def run_numbered(runner: TaskRunner, task: Callable[[int], None], count: int, batch: int = 1) -> None:
-    """Call a task with each number from 0 on.
+    """Call a task with each number from 0 to ``count`` - 1.
 
     Args:
-        runner: of the calls.
-        task: takes the number; other processes may be given it, so it is small and can be pickled.
-        count: how many numbers there are.
-        batch: so many follow each other in one process: small ones take less time than to be handed out.
+        runner: runs the calls.
+        task: function of the number; small and picklable, as it is sent to other processes.
+        count: number of calls.
+        batch: number of calls in one task, to reduce the overhead of scheduling.
     """
     calls = [(task, first, min(first + batch, count)) for first in range(0, count, batch)]
     for _ in runner.run(_call, calls):

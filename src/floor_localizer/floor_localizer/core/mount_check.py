@@ -1,19 +1,19 @@
-"""Whether a camera can see the floor where it is mounted."""
+"""Check that a mounted camera sees the floor."""
 
 from __future__ import annotations
 
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from shirube_geometry import CameraMount
 
-# The optical axis of a camera that sees dots points this steeply downward at least (the sine of its slope).
+# Smallest sine of the angle by which the optical axis points below the horizon.
 _LEAST_SLOPE = 0.1
 
 
 def check_mount(mount: CameraMount) -> None:
-    """Refuse a camera below the floor or one that looks away from it: its poses would be wrong, or none.
+    """Reject a camera below the floor or one that does not look at it.
 
     Raises:
-        FloorLocalizerError: one line that names the parameter and the remedy.
+        FloorLocalizerError: invalid mount; the message names the parameter and the remedy.
     """
     height = mount.xyz[2]
     if height <= 0.0:

@@ -1,1 +1,1 @@
-"""Builds the binary form of maps that do not fit into memory: in parts, in parallel, and restartable."""
+"""Out-of-core build of the binary form of large maps: in parts, in parallel, and resumable."""

@@ -1,4 +1,4 @@
-"""How a map is cut for its build: stripes of rows of cells, and ranges of buckets."""
+"""Partition of a map for its build: stripes of rows of cells, and ranges of buckets."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from numpy.typing import NDArray
 from floor_localizer.core.constellation.dot_grid import BLOCK_ROWS, GridFrame
 from floor_localizer.core.constellation.index_rules import IndexRules, index_rules
 
-# Rows around a stripe that its constellations reach into, and one for the place of an end.
+# Rows of the halo around a stripe that its constellations reach into, plus one for rounding at the end points.
 MARGIN_ROWS = 4
 _BUCKETS_PER_RANGE = 1 << 20
 
 
 @dataclass(frozen=True)
 class BuildPlan:
-    """What all tasks know of the map.
+    """Parameters of the build, shared by all tasks.
 
     Attributes:
-        folder: of the parts.
-        pieces: number of pieces of the CSV.
-        offsets: for each sheet, x and y of its origin in the map [m].
-        frame: how the floor is cut into cells.
-        rules: how the map is indexed.
+        folder: folder of the parts.
+        pieces: number of chunks of the CSV.
+        offsets: x and y of the origin of each level in the map [m].
+        frame: grid of cells of the floor.
+        rules: parameters of the index.
         dots: number of dots.
         with_diameters: whether any diameter is known.
         stripe_rows: rows of cells in a stripe.
@@ -52,17 +52,17 @@ class BuildPlan:
         return math.ceil(self.rules.buckets / _BUCKETS_PER_RANGE)
 
     def rows_of(self, stripe: int) -> tuple[int, int]:
-        """Return the first row of a stripe and one past its last."""
+        """Return the first row of a stripe and one past the last."""
         begin = stripe * self.stripe_rows
         return begin, min(begin + self.stripe_rows, self.frame.rows)
 
     def buckets_of(self, number: int) -> tuple[int, int]:
-        """Return the first bucket of a range and one past its last."""
+        """Return the first bucket of a range and one past the last."""
         begin = number * _BUCKETS_PER_RANGE
         return begin, min(begin + _BUCKETS_PER_RANGE, self.rules.buckets)
 
     def ranges_of(self, buckets: NDArray[np.uint32]) -> NDArray[np.uint16]:
-        """Return the ranges that buckets are in, shape (m,)."""
+        """Return the range of each bucket, shape (m,)."""
         return (buckets // np.uint32(_BUCKETS_PER_RANGE)).astype(np.uint16)
 
 
@@ -79,13 +79,13 @@ def plan_build(
     """Return the plan for a map.
 
     Args:
-        folder: of the parts.
-        pieces: number of pieces of the CSV.
-        offsets: as in `BuildPlan`.
-        frame: how the floor is cut into cells.
+        folder: folder of the parts.
+        pieces: number of chunks of the CSV.
+        offsets: offsets of the levels, see `BuildPlan`.
+        frame: grid of cells of the floor.
         dots: number of dots.
         with_diameters: whether any diameter is known.
-        stripe_dots: about so many dots are in a stripe.
+        stripe_dots: approximate number of dots in a stripe.
 
     Raises:
         FloorLocalizerError: there are too many dots for one map.

@@ -1,4 +1,4 @@
-"""The tasks of a build. Each reads files and writes files, so that it can run anywhere and again."""
+"""The tasks of a build. Each reads and writes files only, so it can run in any process and be repeated."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Places = Mapping[str, ArrayPlace]
 
 
 def read_dots(folder: Path, number: int, piece: CsvPiece) -> None:
-    """Parse a piece of the CSV; tell its number of dots, their corners and the median of the known diameters."""
+    """Parse a chunk of the CSV; report its number of dots, their bounding box and median diameter."""
     parts = PartsFolder(folder)
     table = read_piece(piece)
     known = table[np.isfinite(table[:, 2]), 2]
@@ -47,12 +47,12 @@ def read_dots(folder: Path, number: int, piece: CsvPiece) -> None:
 
 
 def points_on_map(table: NDArray[np.float64], offset: tuple[float, float]) -> NDArray[np.float32]:
-    """Return the dots of a sheet, shape (n, >= 2) [m], as the map keeps them, shape (n, 2)."""
+    """Return the dots of a level, shape (n, >= 2) [m], in the map frame in single precision, shape (n, 2)."""
     return (table[:, :2] + offset).astype(np.float32)
 
 
 def cut_into_stripes(plan: BuildPlan, number: int, sheet: int) -> None:
-    """Sort the dots of a piece by stripe; tell how many are in each."""
+    """Sort the dots of a chunk by stripe; report the number in each."""
     parts = PartsFolder(plan.folder)
     table = parts.load('dots', number)
     points = points_on_map(table, plan.offsets[sheet])
@@ -64,13 +64,13 @@ def cut_into_stripes(plan: BuildPlan, number: int, sheet: int) -> None:
 
 
 def index_stripe(plan: BuildPlan, places: Places, stripe: int, ends: NDArray[np.int64]) -> None:
-    """Write the dots of a stripe to the map and list their constellations; tell the pairs, and entries by range.
+    """Write the dots of a stripe to the map and list its constellations; report the pairs, and entries by range.
 
     Args:
-        plan: of the build.
-        places: where the arrays lie in the map.
-        stripe: which one.
-        ends: shape (pieces, stripes + 1), where each stripe begins and the last one ends in each piece.
+        plan: parameters of the build.
+        places: positions of the arrays in the map file.
+        stripe: number of the stripe.
+        ends: first dot of each stripe in each chunk, then the number of dots, shape (chunks, stripes + 1).
     """
     parts, frame = PartsFolder(plan.folder), plan.frame
     rows = plan.rows_of(stripe)
@@ -108,7 +108,7 @@ def index_stripe(plan: BuildPlan, places: Places, stripe: int, ends: NDArray[np.
 def _dots_around(
     plan: BuildPlan, parts: PartsFolder, stripe: int, ends: NDArray[np.int64]
 ) -> tuple[NDArray[np.float32], int]:
-    """Return the dots of a stripe and of the rows next to it, shape (n, 3), and the number of dots before it."""
+    """Return the dots of a stripe and its halo, shape (n, 3), and the number of dots before the stripe."""
     first, last = max(stripe - 1, 0), min(stripe + 1, plan.stripes - 1)
     low, high = plan.rows_of(stripe)
     tables = []
@@ -123,22 +123,20 @@ def _refuse_twins(points: NDArray[np.float64], x0: float, y0: float) -> None:
     twins = find_twins(points, np.array([x0, y0])) if len(points) else None
     if twins is not None:
         x, y = points[twins[0]]
-        raise DotMapError(
-            f'the dot at ({x:.6f}, {y:.6f}) m stands in the map twice; leave one of the two out'
-        )
+        raise DotMapError(f'the dot at ({x:.6f}, {y:.6f}) m is in the map twice; remove one of them')
 
 
 def sort_range(
     plan: BuildPlan, places: Places, number: int, slices: NDArray[np.int64], entries_before: int
 ) -> None:
-    """Write the entries of a range of buckets and where each bucket begins to the map.
+    """Write the entries of a range of buckets and the first entry of each bucket to the map.
 
     Args:
-        plan: of the build.
-        places: where the arrays lie in the map.
-        number: which range.
-        slices: shape (stripes, 2), where its entries begin and end in each stripe.
-        entries_before: number of entries of the ranges before.
+        plan: parameters of the build.
+        places: positions of the arrays in the map file.
+        number: number of the range.
+        slices: first entry and one past the last of the range in each stripe, shape (stripes, 2).
+        entries_before: number of entries of the previous ranges.
     """
     parts = PartsFolder(plan.folder)
     begin, end = plan.buckets_of(number)
@@ -156,7 +154,7 @@ def sort_range(
 
 
 def _write(path: Path, place: ArrayPlace, first: int, values: NDArray[Any]) -> None:
-    """Write values to an array of the map from its number ``first`` on."""
+    """Write values to an array of the map, starting at element ``first``."""
     content = np.ascontiguousarray(values, place.dtype).tobytes()
     with path.open('r+b') as file:
         file.seek(place.offset + first * np.dtype(place.dtype).itemsize)

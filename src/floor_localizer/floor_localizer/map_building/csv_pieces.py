@@ -1,4 +1,4 @@
-"""A CSV dot map read in pieces: ranges of bytes that end with a line."""
+"""Read a CSV dot map in chunks: byte ranges that end at a line break."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ _BLOCK = 1 << 24
 
 @dataclass(frozen=True)
 class CsvPiece:
-    """A range of bytes of a CSV.
+    """Byte range of a CSV.
 
     Attributes:
-        path: of the file.
-        begin: first byte; the first line of the piece begins there.
-        end: one past its last byte.
-        sheet: number of the file among the map's.
+        path: path of the file.
+        begin: first byte, at the start of a line.
+        end: one past the last byte.
+        sheet: number of the level, the file's index among the sources of the map.
     """
 
     path: Path
@@ -40,7 +40,7 @@ def digest_of(path: Path) -> str:
     """Return the SHA-256 of a file.
 
     Raises:
-        DotMapError: it cannot be read.
+        DotMapError: the file cannot be read.
     """
     digest = hashlib.sha256()
     try:
@@ -53,7 +53,7 @@ def digest_of(path: Path) -> str:
 
 
 def split_csv(path: Path, sheet: int, piece_bytes: int) -> list[CsvPiece]:
-    """Split the lines after the header into pieces of about so many bytes.
+    """Split the lines after the header into chunks of about ``piece_bytes``.
 
     Raises:
         DotMapError: the file cannot be read, or its header is not that of a dot map.
@@ -75,10 +75,10 @@ def split_csv(path: Path, sheet: int, piece_bytes: int) -> list[CsvPiece]:
 
 
 def read_piece(piece: CsvPiece) -> NDArray[np.float64]:
-    """Return the dots of a piece, shape (n, 3): x, y and diameter [m], NaN where that is unknown.
+    """Return the dots of a chunk, shape (n, 3): x, y and diameter [m], NaN if unknown.
 
     Raises:
-        DotMapError: a line is malformed, or a number is not one that a dot can have.
+        DotMapError: a line is malformed, or a value is out of range.
     """
     with piece.path.open('rb') as file:
         file.seek(piece.begin)
@@ -99,7 +99,7 @@ def read_piece(piece: CsvPiece) -> NDArray[np.float64]:
 
 
 def _parse_at_once(content: bytes) -> NDArray[np.float64] | None:
-    """Return the table of a piece of plain lines, None where it must be looked at line by line."""
+    """Return the table of a chunk with the fast parser, None if it must be parsed line by line."""
     if b'n' in content or b'N' in content or b'\r' in content:
         return None
     filled = content.replace(b',\n', b',nan\n')

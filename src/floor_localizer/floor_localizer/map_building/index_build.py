@@ -1,4 +1,4 @@
-"""Builds the binary form of a map from CSVs that need not fit into memory, in steps that can be done again."""
+"""Build the binary form of a map from CSVs larger than memory, in resumable steps."""
 
 from __future__ import annotations
 
@@ -39,17 +39,17 @@ from floor_localizer.map_building.build_tasks import (
 from floor_localizer.map_building.csv_pieces import digest_of, split_csv
 from floor_localizer.map_building.parts_folder import PartsFolder
 
-# More squares than this are not kept one by one.
+# Largest number of squares for a dense occupancy array.
 _SQUARES_MAX = 1 << 28
 
 
 @dataclass(frozen=True)
 class PartSizes:
-    """How large the parts are: the result is the same, memory and time are not.
+    """Sizes of the parts; they affect memory and time, not the result.
 
     Attributes:
-        piece_bytes: of a CSV that are read at once.
-        stripe_dots: dots that are indexed at once.
+        piece_bytes: size of a CSV chunk [bytes].
+        stripe_dots: approximate number of dots in a stripe.
     """
 
     piece_bytes: int = 1 << 25
@@ -57,22 +57,22 @@ class PartSizes:
 
 
 DEFAULT_SIZES = PartSizes()
-"""So that a task takes some hundred megabytes and half a minute."""
+"""A task takes some hundred megabytes and half a minute."""
 
 
 class IndexBuild:
-    """One build: ``run`` begins it or goes on with it."""
+    """A build; ``run`` starts or resumes it."""
 
     def __init__(
         self, sources: Sequence[Path], out: Path, runner: TaskRunner, sizes: PartSizes | None = None
     ) -> None:
-        """Prepare.
+        """Prepare a build.
 
         Args:
-            sources: dot maps as CSV; several are the sheets of one map, named after the files.
-            out: the file to write.
-            runner: what the tasks run on.
-            sizes: of the parts, None for the defaults.
+            sources: dot maps as CSV; several are the levels of one map, named after the files.
+            out: file to write.
+            runner: runs the tasks.
+            sizes: sizes of the parts, None for the defaults.
         """
         self._sources = sources
         self._out = out
@@ -83,11 +83,11 @@ class IndexBuild:
         self._parts = PartsFolder(self._folder)
 
     def run(self) -> None:
-        """Build the map, or what is missing of it.
+        """Build the map, or its missing parts.
 
         Raises:
-            FloorLocalizerError: a malformed CSV, parts of another map, too many dots.
-            OSError: the place cannot be written to, or the disk is full; what is done is kept.
+            FloorLocalizerError: malformed CSV, parts of another map, or too many dots.
+            OSError: the folder cannot be written to, or the disk is full; finished parts are kept.
         """
         pieces = [
             piece
@@ -117,7 +117,7 @@ class IndexBuild:
         self._parts.remove()
 
     def _stage(self, stage: str, function: Task, tasks: Sequence[tuple[Any, ...]]) -> list[Any]:
-        """Run the tasks of a stage that are not done yet, and return what all of them told."""
+        """Run the unfinished tasks of a stage; return the results of all its tasks."""
         missing = [task for number, task in enumerate(tasks) if self._parts.result_of(stage, number) is None]
         with tqdm(total=len(tasks), initial=len(tasks) - len(missing), desc=stage, disable=None) as bar:
             for _ in self._runner.run(function, missing):
@@ -125,7 +125,7 @@ class IndexBuild:
         return [self._parts.result_of(stage, number) for number in range(len(tasks))]
 
     def _sheets(self, told: Sequence[Any]) -> tuple[Sheet, ...]:
-        """Return the sheets, none for a single source."""
+        """Return the levels, none for a single source."""
         if len(self._sources) == 1:
             return ()
         corners: list[tuple[float, float, float, float]] = []
@@ -138,7 +138,7 @@ class IndexBuild:
         return lay_out_sheets([source.stem for source in self._sources], corners)
 
     def _plan(self, told: Sequence[Any], sheets: Sequence[Sheet]) -> BuildPlan:
-        """Return how the map is cut, from counts over all dots."""
+        """Return the plan of the build, from statistics over all dots."""
         offsets = tuple(sheet.offset for sheet in sheets) or ((0.0, 0.0),)
         known = self._parts.result_of('spacing', 0)
         if known is None:
@@ -162,7 +162,7 @@ class IndexBuild:
         )
 
     def _measure(self, told: Sequence[Any], offsets: Sequence[tuple[float, float]]) -> dict[str, Any]:
-        """Return the corners of the map and the spacing of its dots."""
+        """Return the bounding box of the map and the spacing of its dots."""
 
         def all_points() -> Iterable[NDArray[np.float64]]:
             for number, piece in enumerate(told):
@@ -223,7 +223,7 @@ class IndexBuild:
         density: float,
         sheets: Sequence[Sheet],
     ) -> None:
-        """Write what depends on the whole map: address matrix and header."""
+        """Write the parts that depend on the whole map: address matrix and header."""
         path = self._parts.map_file
         with path.open('r+b') as file:
             file.truncate(binary_form.end_of(places))
@@ -264,7 +264,7 @@ def _count_occupied(
     upper: NDArray[np.float64],
     side: float,
 ) -> int:
-    """Return how many different squares there are in all parts."""
+    """Return the number of distinct squares in all parts."""
     squares = math.prod(int(length // side) + 1 for length in np.maximum(upper - lower, 1e-3))
     if squares <= _SQUARES_MAX:
         is_occupied = np.zeros(squares, dtype=np.bool_)

@@ -1,4 +1,4 @@
-"""The folder in which a map is built: what is done so far, so that a build that was killed goes on."""
+"""Folder with the finished parts of a build, from which an interrupted build resumes."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from shirube_files import write_text, written_beside
 
 
 class PartsFolder:
-    """Files of one build: arrays of single tasks, and for each task that is done what it told."""
+    """Files of one build: arrays of its tasks, and a result for each finished task."""
 
     def __init__(self, folder: Path) -> None:
-        """Name the folder; `begin` makes it."""
+        """Set the folder; `begin` creates it."""
         self._folder = folder
 
     @property
     def map_file(self) -> Path:
-        """The map as far as it is written."""
+        """The partially written map."""
         return self._folder / 'map'
 
     def begin(self, job: dict[str, Any]) -> None:
-        """Make the folder, or go on in it.
+        """Create the folder, or resume in it.
 
         Args:
             job: everything that the result depends on.
@@ -42,23 +42,23 @@ class PartsFolder:
             write_text(path, text)
         elif path.read_text() != text:
             raise DotMapError(
-                f'{self._folder}: holds parts of the index of another map or version; '
+                f'{self._folder}: contains parts of the index of another map or version; '
                 'remove it or choose another --out'
             )
 
     def result_of(self, stage: str, task: int) -> Any | None:
-        """Return what a task told, None if it is not done."""
+        """Return the result of a task, None if it is not finished."""
         try:
             return json.loads((self._folder / f'{stage}-{task:05d}.json').read_text())
         except (FileNotFoundError, ValueError):
             return None
 
     def finish(self, stage: str, task: int, result: Any) -> None:
-        """Note that a task is done and what it tells; its arrays are written before."""
+        """Mark a task as finished and save its result; its arrays are written before."""
         write_text(self._folder / f'{stage}-{task:05d}.json', json.dumps(result))
 
     def save(self, name: str, task: int, array: NDArray[Any]) -> None:
-        """Write an array of a task, whole or not at all."""
+        """Write an array of a task atomically."""
         with written_beside(self._folder / f'{name}-{task:05d}.npy') as file:
             write_array(file, array)
 
@@ -68,12 +68,12 @@ class PartsFolder:
         return loaded
 
     def load_all(self, name: str, tasks: int) -> Iterator[NDArray[Any]]:
-        """Yield the arrays of the first tasks in order."""
+        """Yield the arrays of the first ``tasks`` tasks in order."""
         for task in range(tasks):
             yield self.load(name, task)
 
     def drop(self, name: str) -> None:
-        """Remove arrays that are not needed any more."""
+        """Remove the arrays of a name."""
         for path in self._folder.glob(f'{name}-*.npy'):
             path.unlink()
 

@@ -1,4 +1,4 @@
-"""What a survey has done so far, so that one that was killed goes on: files that are whole or not there."""
+"""Checkpoint files of a survey, written atomically, from which an interrupted survey resumes."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from floor_localizer.survey_files.shelf_folder import ShelfFolder
 from shirube_files import remove_halves, write_text, written_beside
 
 Found = DetectedDots | str
-"""The dots of an image, or what is wrong with it."""
-# Numpy and zipfile say all this of files that are empty, cut off or have changed somewhere.
+"""The dots of an image, or why it cannot be used."""
+# Raised by numpy and zipfile for files that are empty, truncated or corrupted.
 _DAMAGED = (OSError, EOFError, RuntimeError, ValueError, KeyError, zipfile.BadZipFile)
 
 
@@ -30,11 +30,11 @@ class Checkpoint:
     """A folder of checkpoint files of one survey."""
 
     def __init__(self, folder: Path, survey: dict[str, object]) -> None:
-        """Open or begin.
+        """Open or create a checkpoint.
 
         Args:
-            folder: of the files.
-            survey: everything that the results depend on besides the code, by names for people.
+            folder: folder of the checkpoint files.
+            survey: everything besides the code that the results depend on, by human-readable names.
 
         Raises:
             FloorLocalizerError: the folder holds another survey.
@@ -42,53 +42,53 @@ class Checkpoint:
         """
         self._folder = folder.absolute()  # the tasks may run in another folder
         self._shelves = self._folder / 'adjustment'
-        # As it is when it is read again.
+        # In the form in which JSON reads it back.
         given = json.loads(json.dumps({**survey, 'version of the software': code_version()}))
         path = folder / 'survey.json'
         if not path.exists():
             write_text(path, json.dumps(given, indent=1))
         elif others := _differing(path, given):
             raise FloorLocalizerError(
-                f'{folder}: belongs to another survey by its {" and ".join(others)}; '
+                f'{folder}: belongs to another survey, which differs by its {" and ".join(others)}; '
                 'remove it or choose another --out'
             )
         for names in ('*.npz', self.images_file.name, path.name):
             remove_halves(folder, names)
 
     def drop_shelf(self) -> None:
-        """Remove the shelf; the parts and the steps stay."""
+        """Remove the array stores; dots, submaps and finished steps are kept."""
         shutil.rmtree(self._shelves, ignore_errors=True)
 
     @property
     def images_file(self) -> Path:
-        """Where the dots of all images are packed."""
+        """File with the dots of all images."""
         return self._folder / 'images.bin'
 
-    def shelf(self) -> ShelfFolder:
-        """Return an empty shelf for linking and adjusting, and remove those before it.
+    def create_store(self) -> ShelfFolder:
+        """Return an empty array store for the pose graph and the adjustment; remove the previous ones.
 
         Raises:
-            OSError: the place cannot be written to.
+            OSError: the folder cannot be written to.
         """
         self.drop_shelf()
         self._shelves.mkdir(parents=True)
-        # Each has a name of its own: tasks of a run that was killed may still be busy on a cluster.
+        # A unique name, because tasks of a killed run may still be running on a cluster.
         return ShelfFolder(Path(tempfile.mkdtemp(dir=self._shelves)))
 
     def recall(self, step: str) -> dict[str, NDArray[Any]] | None:
-        """Return what came of a step of linking and adjusting, None where it has not been done."""
+        """Return the results of a pose graph or adjustment step, None if it is not finished."""
         return self._load(f'{step}.npz')
 
     def keep(self, step: str, **arrays: NDArray[Any]) -> None:
-        """Write down what came of a step.
+        """Save the results of a step.
 
         Raises:
-            OSError: the place cannot be written to.
+            OSError: the folder cannot be written to.
         """
         self._save(f'{step}.npz', **arrays)
 
     def load_dots(self, chunk: int) -> dict[int, Found] | None:
-        """Return the dots of a chunk of images by their index, None where there are none yet."""
+        """Return the dots of a chunk by image index, None if they are not saved yet."""
         content = self._load(f'dots_{chunk:05d}.npz')
         if content is None:
             return None
@@ -101,10 +101,10 @@ class Checkpoint:
         return found
 
     def save_dots(self, chunk: int, found: dict[int, Found]) -> None:
-        """Write the dots of a chunk of images.
+        """Save the dots of a chunk of images.
 
         Raises:
-            OSError: the place cannot be written to.
+            OSError: the folder cannot be written to.
         """
         tables = [
             np.empty((0, 4))
@@ -123,7 +123,7 @@ class Checkpoint:
         )
 
     def load_pieces(self, span: int) -> list[Piece] | None:
-        """Return the pieces of a span of images, None where there are none yet."""
+        """Return the submaps of a span of images, None if they are not saved yet."""
         content = self._load(f'pieces_{span:05d}.npz')
         if content is None:
             return None
@@ -139,15 +139,15 @@ class Checkpoint:
         ]
 
     def count_pieces(self, span: int) -> int:
-        """Return the number of pieces of a span of images that are there."""
+        """Return the number of saved submaps of a span of images."""
         content = self._load(f'pieces_{span:05d}.npz', 'number')
         return 0 if content is None else int(content['number'])
 
     def save_pieces(self, span: int, pieces: Sequence[Piece]) -> None:
-        """Write the pieces of a span of images.
+        """Save the submaps of a span of images.
 
         Raises:
-            OSError: the place cannot be written to.
+            OSError: the folder cannot be written to.
         """
         arrays: dict[str, object] = {'number': len(pieces)}
         for k, piece in enumerate(pieces):
@@ -162,7 +162,7 @@ class Checkpoint:
             with np.load(self._folder / name, allow_pickle=False) as content:
                 return {key: content[key] for key in wanted or content} or None
         except _DAMAGED:
-            return None  # not done yet, or damaged: it is made again
+            return None  # not finished, or corrupted: computed again
 
     def _save(self, name: str, **arrays: object) -> None:
         with written_beside(self._folder / name) as file:
@@ -170,7 +170,7 @@ class Checkpoint:
 
 
 def _differing(path: Path, given: dict[str, object]) -> list[str]:
-    """Return the names of what is not as it was when a checkpoint was begun."""
+    """Return the names of the inputs that differ from those of the checkpoint."""
     try:
         known = dict(json.loads(path.read_text()))
     except (ValueError, TypeError):

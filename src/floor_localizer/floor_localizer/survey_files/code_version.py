@@ -1,4 +1,4 @@
-"""Which code makes a survey: what one version has begun, another may not go on with, or it would be of neither."""
+"""Version of the survey code: a checkpoint can only be resumed by the version that wrote it."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _LIBRARIES = (cv2, numba, np, scipy)
 
 
 def code_version() -> str:
-    """Return what changes with any source that finds, links or adjusts dots, and with the libraries they calculate by.
+    """Return a version from the hash of all sources used by a survey and the versions of its numerical libraries.
 
-    It needs nobody to count it up, which would be forgotten; so it also changes where the results do not.
+    It changes without manual bumping, and therefore also with changes that do not affect the results.
     """
     digest = hashlib.sha256()
     for package in _PACKAGES:

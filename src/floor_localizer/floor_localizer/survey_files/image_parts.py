@@ -1,4 +1,4 @@
-"""Some of a survey's images, named by what is small, so that any process that sees the files can read them."""
+"""Batches of a survey's images: small references that any process with access to the files can read."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ Pixels = NDArray[np.uint8]
 
 
 class ImagePart(Protocol):
-    """Images in their order."""
+    """Images in order."""
 
     def __iter__(self) -> Iterator[tuple[int, Pixels | str]]:
-        """Yield index and pixels of each, or what is wrong with it in a line."""
+        """Yield index and pixels of each image, or a one-line error message instead of the pixels."""
         ...
 
 
@@ -33,15 +33,15 @@ class FilePart:
     """Image files.
 
     Attributes:
-        files: each with its index in the survey.
-        camera: that took them.
+        files: index in the survey and path of each image.
+        camera: camera that took the images.
     """
 
     files: tuple[tuple[int, Path], ...]
     camera: PinholeCamera
 
     def __iter__(self) -> Iterator[tuple[int, Pixels | str]]:
-        """Yield index and pixels of each, or what is wrong with it in a line."""
+        """Yield index and pixels of each image, or a one-line error message instead of the pixels."""
         for index, path in self.files:
             try:
                 yield index, _sized(load_image(path), self.camera, str(path))
@@ -51,16 +51,16 @@ class FilePart:
 
 @dataclass(frozen=True)
 class BagPart:
-    """Images of a stretch of a bag.
+    """Images of a time interval of a bag.
 
     Attributes:
-        path: of the bag.
-        topic: of the images.
-        begin_ns: when the first one was received; the part of the bag before is not read [ns].
-        end_ns: when the last one was received [ns].
-        first: index in the survey of the first image on the topic that was received then.
-        wanted: indices of the images that are read.
-        camera: that took them.
+        path: path of the bag.
+        topic: topic of the images.
+        begin_ns: receive time of the first image; the bag is not read before it [ns].
+        end_ns: receive time of the last image [ns].
+        first: index in the survey of the first image in the interval.
+        wanted: indices of the images to read.
+        camera: camera that took the images.
     """
 
     path: Path
@@ -72,7 +72,7 @@ class BagPart:
     camera: PinholeCamera
 
     def __iter__(self) -> Iterator[tuple[int, Pixels | str]]:
-        """Yield index and pixels of each, or what is wrong with it in a line."""
+        """Yield index and pixels of each image, or a one-line error message instead of the pixels."""
         wanted = set(self.wanted)
         with BagReader(self.path) as bag:
             stretch = bag.messages_between([self.topic], self.begin_ns, self.end_ns)

@@ -1,4 +1,4 @@
-"""Odometry of a folder of images: CSV with the image's name a line, or TUM with a pose an image in their order."""
+"""Odometry of a folder of images: CSV with image names, or a TUM file with one pose per image in their order."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ def load_odometry(path: Path, images: Sequence[Path]) -> list[PlanarPose]:
     Args:
         path: CSV with the header ``image,x,y,yaw`` (metres, radians), or a TUM file, which has no header and is
             named ``*.tum`` or ``*.txt``.
-        images: the files of the images, in their order.
+        images: paths of the images, in order.
 
     Raises:
-        FloorLocalizerError: a file that is malformed or lacks images.
-        TumFileError: a TUM file that is malformed.
+        FloorLocalizerError: the file is malformed or images are missing in it.
+        TumFileError: the TUM file is malformed.
     """
     if path.suffix.lower() != '.csv':
         return _from_tum(path, len(images))
@@ -34,7 +34,7 @@ def load_odometry(path: Path, images: Sequence[Path]) -> list[PlanarPose]:
     for image in images:
         if image.name not in known:
             raise FloorLocalizerError(
-                f'{path}: odometry is missing for {image.name}; give a line for each image'
+                f'{path}: odometry is missing for {image.name}; give one line per image'
             )
     return [known[image.name] for image in images]
 
@@ -52,7 +52,7 @@ def _from_tum(path: Path, count: int) -> list[PlanarPose]:
         )
     if len(trajectory) != count:
         raise FloorLocalizerError(
-            f'{path}: has {len(trajectory)} poses for {count} images; give a line for each image'
+            f'{path}: has {len(trajectory)} poses for {count} images; give one line per image'
         )
     return [
         PlanarPose(float(xyz[0]), float(xyz[1]), yaw_from_quaternion(*(float(part) for part in q)))
@@ -80,11 +80,11 @@ def _from_csv(path: Path) -> dict[str, PlanarPose]:
             x, y, yaw = (float(field) for field in numbers)
         except ValueError as fault:
             raise FloorLocalizerError(
-                f'{path}, line {number}: is no name and three numbers; write "{",".join(COLUMNS)}"'
+                f'{path}, line {number}: is not a name and three numbers; write "{",".join(COLUMNS)}"'
             ) from fault
         if not all(math.isfinite(value) for value in (x, y, yaw)):
             raise FloorLocalizerError(f'{path}, line {number}: is not finite; give metres and radians')
         if name.strip() in known:
-            raise FloorLocalizerError(f'{path}, line {number}: {name} stands there twice; keep one')
+            raise FloorLocalizerError(f'{path}, line {number}: {name} is a duplicate; keep one')
         known[name.strip()] = PlanarPose(x, y, yaw)
     return known

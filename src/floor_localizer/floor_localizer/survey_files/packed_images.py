@@ -1,4 +1,4 @@
-"""What all images of a survey show, in one file, from which each is read when it is asked for."""
+"""The dots of all images of a survey in one file, read on demand."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _ROW = _COLUMNS * np.dtype(np.float64).itemsize
 
 @dataclass(frozen=True)
 class PackedImages(Sequence[SurveyImage]):
-    """Images in a file; workers that see it may have any of them.
+    """Images in a file, readable by any worker that sees the file.
 
     Attributes:
-        path: of the file: a row of seven numbers for each dot.
+        path: path of the file, which has a row of seven numbers for each dot.
         frames: names and odometry of the images.
-        ends: shape (n + 1,), where the rows of each image begin, and where the last ones end.
+        ends: first row of each image, then the number of rows, shape (n + 1,).
     """
 
     path: Path
@@ -41,7 +41,7 @@ class PackedImages(Sequence[SurveyImage]):
     @overload
     def __getitem__(self, index: slice) -> PackedImages: ...
     def __getitem__(self, index: int | slice) -> SurveyImage | PackedImages:
-        """Read an image; or return those of a slice without a step, unread."""
+        """Read an image; or return the images of a contiguous slice, without reading them."""
         if isinstance(index, slice):
             first, last, _ = index.indices(len(self))
             return PackedImages(self.path, self.frames[first:last], self.ends[first : last + 1])
@@ -57,7 +57,7 @@ def pack_images(path: Path, images: Iterable[SurveyImage]) -> PackedImages:
     """Write images to a file.
 
     Raises:
-        OSError: the place cannot be written to.
+        OSError: the file cannot be written.
     """
     frames, counts = [], []
     with written_beside(path) as file:

@@ -1,4 +1,4 @@
-"""A shelf of arrays on the disk."""
+"""Array store on disk."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from shirube_files import written_beside
 
 @dataclass(frozen=True)
 class ShelfFolder:
-    """Arrays in files of a folder; they are read whole, so the page cache does not count as this process's memory.
+    """Arrays in files of a folder; they are read completely, so the page cache does not count as process memory.
 
     Attributes:
-        folder: which workers see under the same name.
+        folder: folder of the files, visible to all workers under the same path.
     """
 
     folder: Path
 
     def put(self, name: str, number: int, *arrays: NDArray[Any]) -> None:
-        """Put arrays away; they replace those of the same name and number.
+        """Store arrays; they replace those of the same name and number.
 
         Raises:
-            OSError: there is no room on the disk.
+            OSError: the disk is full.
         """
         with written_beside(self._path(name, number)) as file:
             for array in arrays:
                 write_array(file, array)
 
     def get(self, name: str, number: int) -> tuple[NDArray[Any], ...]:
-        """Return arrays that were put away.
+        """Return stored arrays.
 
         Raises:
-            FloorLocalizerError: they are not in this folder.
+            FloorLocalizerError: the file is not in this folder.
         """
         arrays = []
         try:
@@ -50,10 +50,10 @@ class ShelfFolder:
         return tuple(arrays)
 
     def look_up(self, name: str) -> NDArray[Any]:
-        """Return the first of the arrays of number 0, not to be changed; only what is asked of it gets into memory.
+        """Return the first array of number 0, read-only and memory-mapped.
 
         Raises:
-            FloorLocalizerError: it is not in this folder.
+            FloorLocalizerError: the file is not in this folder.
         """
         try:
             return np.asarray(np.load(self._path(name, 0), mmap_mode='r', allow_pickle=False))
@@ -66,6 +66,6 @@ class ShelfFolder:
 
 def _missing(fault: FileNotFoundError) -> FloorLocalizerError:
     return FloorLocalizerError(
-        f'{fault.filename}: is not there though another process wrote it; '
+        f'{fault.filename}: is missing although another process wrote it; '
         'use workers that see the same files under the same names'
     )

@@ -1,4 +1,4 @@
-"""One survey at a time in a folder: two would remove each other's files."""
+"""Lock a folder for one survey at a time; two surveys would remove each other's files."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 
 @contextmanager
 def alone_in(folder: Path) -> Iterator[None]:
-    """Make a folder, and let no other survey begin there meanwhile; a process that is killed lets go of it.
+    """Create a folder and lock it against other surveys; the lock of a killed process is released.
 
     Raises:
-        FloorLocalizerError: another survey is at work there.
-        OSError: the place cannot be written to.
+        FloorLocalizerError: another survey is running there.
+        OSError: the folder cannot be written to.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with (folder / 'lock').open('ab') as file:  # network file systems lock only what can be written to
+    with (folder / 'lock').open('ab') as file:  # network file systems can lock only files opened for writing
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as fault:
             raise FloorLocalizerError(
-                f'{folder}: another survey is at work there; wait for its end or choose another --out'
+                f'{folder}: another survey is running there; wait for its end or choose another --out'
             ) from fault
         yield

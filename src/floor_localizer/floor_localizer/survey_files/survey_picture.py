@@ -1,4 +1,4 @@
-"""Pictures of a survey: how often each dot was seen and where the robot drove; what the residuals look like."""
+"""Plots of a survey: observations of each dot and the path of the robot; the residuals."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 from floor_localizer.core.survey.floor_survey import SurveyResult
 from floor_localizer.survey_files.residual_statistics import LengthCounter
 
-_LONG_SIDE, _SHORT_SIDE_LEAST = 9.0, 3.5  # of the floor in the picture [inch]
+_LONG_SIDE, _SHORT_SIDE_LEAST = 9.0, 3.5  # size of the floor in the plot [inch]
 _MOST_COUNTED = 8
 _CELLS = 24
 
 
 def draw_survey(file: BinaryIO, result: SurveyResult) -> None:
-    """Write a PNG of the map: the dots by how often they were seen, and the drive."""
+    """Write a PNG of the map: dots coloured by their number of observations, and the path of the robot."""
     points = result.dot_map.points
     size = np.maximum(np.ptp(points, axis=0), 1e-3)
     width, height = np.maximum(_LONG_SIDE * size / size.max(), _SHORT_SIDE_LEAST)
@@ -34,17 +34,22 @@ def draw_survey(file: BinaryIO, result: SurveyResult) -> None:
         linewidths=0,
     )
     axes.plot(
-        *result.states[:, :2].T, '-', color='tab:red', linewidth=0.6, alpha=0.7, label='base of the robot'
+        *result.states[:, :2].T,
+        '-',
+        color='tab:red',
+        linewidth=0.6,
+        alpha=0.7,
+        label='path of the robot base',
     )
     figure.colorbar(
-        shades, ax=axes, label=f'images that saw the dot ({_MOST_COUNTED} or more: yellow)', shrink=0.7
+        shades, ax=axes, label=f'observations per dot ({_MOST_COUNTED} or more: yellow)', shrink=0.7
     )
     figure.legend(loc='outside lower center')
     figure.savefig(file, format='png', dpi=110)
 
 
 def draw_residuals(file: BinaryIO, result: SurveyResult) -> None:
-    """Write a PNG of the residuals: their mean over the floor as arrows, and how large they are."""
+    """Write a PNG of the residuals: their rms by position of the robot, and their histogram."""
     points = result.dot_map.points
     figure = Figure(figsize=(11.0, 5.0), layout='constrained')
     left, right = figure.subplots(1, 2)
@@ -61,7 +66,7 @@ def draw_residuals(file: BinaryIO, result: SurveyResult) -> None:
     shown = np.where(number > 0, rms, np.nan).reshape(_CELLS, _CELLS).T
     extent = (lower[0], lower[0] + size.max(), lower[1], lower[1] + size.max())
     shades = left.imshow(shown, origin='lower', extent=extent, cmap='magma', vmin=0.0)
-    left.set(title='rms residual an axis, by place of the robot', xlabel='x [m]', ylabel='y [m]')
+    left.set(title='rms residual per axis, by position of the robot', xlabel='x [m]', ylabel='y [m]')
     left.set_xlim(points[:, 0].min(), max(points[:, 0].max(), extent[1]))
     left.set_ylim(points[:, 1].min(), max(points[:, 1].max(), extent[3]))
     figure.colorbar(shades, ax=left, label='mm', shrink=0.8)
@@ -72,6 +77,6 @@ def draw_residuals(file: BinaryIO, result: SurveyResult) -> None:
             each[k] += np.histogram(1e3 * residuals[:, k], bins)[0]
     for k, name in enumerate('xy'):
         right.stairs(each[k], bins, label=name)
-    right.set(title='residuals', xlabel='mm', ylabel='sightings')
+    right.set(title='residuals', xlabel='mm', ylabel='observations')
     right.legend()
     figure.savefig(file, format='png', dpi=100)

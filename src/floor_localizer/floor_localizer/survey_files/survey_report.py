@@ -1,4 +1,4 @@
-"""What a survey tells in lines of text, and as tables."""
+"""Report and tables of a survey."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ _MOST_LISTED = 10
 
 
 def survey_report(run: SurveyRun, scale: float | None) -> str:
-    """Return the figures of a survey as lines of text.
+    """Return the statistics of a survey as text.
 
     Args:
         run: the survey.
-        scale: by which it was made larger for a known length, None without one.
+        scale: scale factor from the known length, None without one.
     """
     result = run.result
     lengths = LengthCounter()
     for _, residuals in result.residuals:
         lengths.add(np.hypot(*residuals.T))
-    counts = result.counts[result.old_dots :]
+    counts = result.counts[result.existing_count :]
     sway = 100.0 * result.states[:, 3], np.degrees(result.states[:, 4]), np.degrees(result.states[:, 5])
     scale_text = 'from the height of the camera'
     if scale is not None:
         scale_text = f'from the known length, {100.0 * (scale - 1.0):+.3f} %'
-    left_over = f'{1e3 * lengths.rms / math.sqrt(2.0):.4f} mm rms an axis'
-    left_over += f', {1e3 * lengths.below(0.95):.4f} mm for 95 %, {1e3 * lengths.most:.3f} mm at most'
+    left_over = f'{1e3 * lengths.rms / math.sqrt(2.0):.4f} mm rms per axis'
+    left_over += f', {1e3 * lengths.below(0.95):.4f} mm for 95 %, {1e3 * lengths.most:.3f} mm max'
     camera = f'height {sway[0].mean():+.2f} % ± {sway[0].std():.2f} %'
     for name, angles in (('roll', sway[1]), ('pitch', sway[2])):
         camera += f', {name} {angles.mean():+.2f}° ± {angles.std():.2f}°'
@@ -45,28 +45,28 @@ def survey_report(run: SurveyRun, scale: float | None) -> str:
         ),
         (
             'dots',
-            f'{len(result.dot_map)}, {len(counts)} of them new; {result.dirt} more were dropped as dirt',
+            f'{len(result.dot_map)}, {len(counts)} of them new; {result.dirt} more were dropped as spurious',
         ),
-        ('sightings', f'{lengths.number}, {np.mean(counts) if len(counts) else 0.0:.1f} a new dot'),
-        ('loops', f'{result.loops} links between parts of the drive that do not follow each other'),
+        ('observed', f'{lengths.number} times, {np.mean(counts) if len(counts) else 0.0:.1f} per new dot'),
+        ('loops', f'{result.loops} loop closures between submaps that are not consecutive'),
         ('residuals', left_over),
-        ('camera', f'{camera} beside the mount'),
+        ('camera', f'{camera} relative to the mount'),
         ('scale', scale_text),
     ]
     lines = [f'{name:<12}{text}' for name, text in rows]
     if len(result.left_out):
         names = [run.images.frames[index].name for index in result.left_out[:_MOST_LISTED]]
         more = ' ...' if len(result.left_out) > _MOST_LISTED else ''
-        lines.append(f'linked to no others: {", ".join(names)}{more}')
+        lines.append(f'not connected to the map: {", ".join(names)}{more}')
     lines += [f'could not be used: {fault}' for fault in run.faults[:_MOST_LISTED]]
     return '\n'.join(lines)
 
 
 def save_sightings(path: Path, result: SurveyResult) -> None:
-    """Write each dot with the number of images that saw it.
+    """Write each dot with the number of images that observed it.
 
     Raises:
-        OSError: the place cannot be written to.
+        OSError: the file cannot be written.
     """
     dots = result.dot_map
     with written_beside(path) as file:
@@ -77,10 +77,10 @@ def save_sightings(path: Path, result: SurveyResult) -> None:
 
 
 def save_image_poses(path: Path, run: SurveyRun) -> None:
-    """Write where each image was taken.
+    """Write the state of each image on the map.
 
     Raises:
-        OSError: the place cannot be written to.
+        OSError: the file cannot be written.
     """
     text = io.StringIO()
     table = csv.writer(text, lineterminator='\n')

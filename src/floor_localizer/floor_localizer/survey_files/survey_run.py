@@ -1,4 +1,4 @@
-"""A survey from its images to the map, with checkpoints and progress."""
+"""A survey from images to map, with checkpoints and progress bars."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ from shirube_geometry import CameraMount
 
 IMAGES_A_CHUNK = 40
 _USABLE = 0.5
-"""Of the images, at least."""
+"""Smallest fraction of the images that must be usable."""
 
 
 @dataclass(frozen=True)
 class SurveyRun:
-    """What came of a survey.
+    """A finished survey.
 
     Attributes:
-        result: the map and all poses.
-        images: that were looked at.
-        faults: lines about images that could not be used.
+        result: the map and the states of its images.
+        images: the usable images.
+        faults: one-line messages about images that could not be used.
     """
 
     result: SurveyResult
@@ -49,7 +49,7 @@ class SurveyRun:
 def survey_key(
     source: FolderSource | BagSource, mount: CameraMount, settings: SurveySettings, existing: DotMap | None
 ) -> dict[str, object]:
-    """Return everything that the results of a survey depend on besides the code, by names for people."""
+    """Return everything besides the code that the results depend on, by human-readable names."""
     poses = [
         (frame.name, frame.T_odom_base.x, frame.T_odom_base.y, frame.T_odom_base.yaw)
         for frame in source.frames
@@ -77,14 +77,18 @@ def run_survey(
     runner: TaskRunner,
     existing: DotMap | None = None,
 ) -> SurveyRun:
-    """Make the map; what a checkpoint holds is not done again, and it is the same whatever the tasks run on.
+    """Make the map; finished steps are taken from the checkpoint, and the runner does not change the map.
 
     Raises:
-        FloorLocalizerError: images that do not overlap, or too few that can be used.
+        FloorLocalizerError: the images do not overlap, or too few can be used.
         OSError: a checkpoint cannot be written.
     """
     images, spans, faults = put_images_together(source, mount, settings, checkpoint, runner)
-    outline, position, shelf = view_outline(source.camera, mount), np.array(mount.xyz), checkpoint.shelf()
+    outline, position, shelf = (
+        view_outline(source.camera, mount),
+        np.array(mount.xyz),
+        checkpoint.create_store(),
+    )
     pieces = _pieces(checkpoint, spans)
     linked = link_images(images, pieces, settings, shelf, existing, checkpoint)
     with tqdm(total=ADJUSTMENTS, desc='adjustments', disable=None) as bar:
@@ -102,14 +106,14 @@ def put_images_together(
     checkpoint: Checkpoint,
     runner: TaskRunner,
 ) -> tuple[PackedImages, int, list[str]]:
-    """Find dots and make pieces: what runs in parallel.
+    """Detect dots and build submaps in parallel tasks.
 
     Returns:
-        the images that can be used, the number of spans whose pieces are in the checkpoint, and lines about images
-        that cannot be used.
+        the usable images, the number of spans whose submaps are in the checkpoint, and one-line messages about the
+        images that cannot be used.
 
     Raises:
-        FloorLocalizerError: too few images that can be used.
+        FloorLocalizerError: too few images can be used.
         OSError: a checkpoint cannot be written.
     """
     width = view_outline(source.camera, mount).width
@@ -123,21 +127,21 @@ def put_images_together(
         )
     if len(images) < 2:
         raise FloorLocalizerError(
-            f'{len(images)} image of the drive shows new floor, at least 2 are needed; drive on'
+            f'{len(images)} image of the drive shows new floor, at least 2 are needed; drive farther'
         )
     spans = cut_pieces([frame.T_odom_base for frame in images.frames], width, settings)
     tasks = [
         (checkpoint, number, images[first : last + 1], first, np.array(mount.xyz), settings)
         for number, (first, last) in enumerate(spans)
     ]
-    _stage(runner, 'pieces', put_together, tasks, checkpoint.load_pieces)
+    _stage(runner, 'submaps', put_together, tasks, checkpoint.load_pieces)
     return images, len(spans), faults
 
 
 def _pieces(checkpoint: Checkpoint, spans: int) -> Iterator[Piece]:
-    """Yield the pieces while they are linked."""
+    """Yield all submaps with a progress bar."""
     total = sum(checkpoint.count_pieces(span) for span in range(spans))
-    with tqdm(total=total, desc='links of pieces', disable=None) as bar:
+    with tqdm(total=total, desc='pose graph', disable=None) as bar:
         for span in range(spans):
             for piece in checkpoint.load_pieces(span) or ():
                 yield piece
@@ -145,7 +149,7 @@ def _pieces(checkpoint: Checkpoint, spans: int) -> Iterator[Piece]:
 
 
 def _detect(source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint, runner: TaskRunner) -> int:
-    """Find the dots of the chosen images; return the number of chunks that are in the checkpoint."""
+    """Detect the dots of the keyframes; return the number of chunks in the checkpoint."""
     chunks = [chosen[start : start + IMAGES_A_CHUNK] for start in range(0, len(chosen), IMAGES_A_CHUNK)]
     tasks = [
         (checkpoint, number, source.part(chunk), [source.frames[index].name for index in chunk])
@@ -158,7 +162,7 @@ def _detect(source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint,
 def _usable_images(
     source: SurveySource, mount: CameraMount, checkpoint: Checkpoint, chunks: int, faults: list[str]
 ) -> Iterator[SurveyImage]:
-    """Yield the images that can be used; what is wrong with the others is added to ``faults``."""
+    """Yield the usable images; messages about the others are appended to ``faults``."""
     for chunk in range(chunks):
         for index, dots in (checkpoint.load_dots(chunk) or {}).items():
             if isinstance(dots, str):
@@ -175,7 +179,7 @@ def _stage(
     tasks: Sequence[tuple[Any, ...]],
     load: Callable[[int], object | None],
 ) -> None:
-    """Run the tasks of a stage that are not done yet; what they found is in the checkpoint then."""
+    """Run the unfinished tasks of a stage; they write their results to the checkpoint."""
     missing = [number for number in range(len(tasks)) if load(number) is None]
     with tqdm(total=len(tasks), initial=len(tasks) - len(missing), desc=name, disable=None) as bar:
         for _ in runner.run(function, [tasks[number] for number in missing]):
@@ -183,6 +187,6 @@ def _stage(
     lost = sum(load(number) is None for number in missing)
     if lost:
         raise FloorLocalizerError(
-            f'{lost} parts of what the workers found are not in the checkpoint; '
+            f'{lost} results of the workers are missing in the checkpoint; '
             'use workers that see the same files under the same names'
         )

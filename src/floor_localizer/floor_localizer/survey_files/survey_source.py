@@ -1,4 +1,4 @@
-"""The images of a survey with their odometry: a folder with a file of poses, or a bag."""
+"""Images of a survey with their odometry: a folder with a pose file, or a bag."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ _NANOSECONDS = 1_000_000_000
 
 @dataclass(frozen=True)
 class Frame:
-    """An image before it is read.
+    """Reference to an image that is not read yet.
 
     Attributes:
-        name: for people.
-        T_odom_base: where odometry puts the robot.
+        name: human-readable name.
+        T_odom_base: pose of the robot by odometry.
     """
 
     name: str
@@ -42,18 +42,18 @@ class Frame:
 
 
 class SurveySource(Protocol):
-    """Images in their order.
+    """Images in order.
 
     Attributes:
-        frames: all of them.
-        camera: that took them.
+        frames: all images.
+        camera: camera that took them.
     """
 
     frames: list[Frame]
     camera: PinholeCamera
 
     def part(self, wanted: Sequence[int]) -> ImagePart:
-        """Return the wanted images, rising indices, to be read anywhere."""
+        """Return the images of ascending indices as a batch that any process can read."""
         ...
 
 
@@ -61,9 +61,9 @@ class FolderSource:
     """Images in a folder.
 
     Attributes:
-        files: of the images.
-        frames: all of them.
-        camera: that took them.
+        files: paths of the images.
+        frames: all images.
+        camera: camera that took them.
     """
 
     def __init__(self, folder: Path, calibration: Path, odometry: Path) -> None:
@@ -79,7 +79,7 @@ class FolderSource:
         self.frames = [Frame(path.name, pose) for path, pose in zip(self.files, poses, strict=True)]
 
     def part(self, wanted: Sequence[int]) -> FilePart:
-        """Return the wanted images, rising indices, to be read anywhere."""
+        """Return the images of ascending indices as a batch that any process can read."""
         return FilePart(tuple((index, self.files[index].absolute()) for index in wanted), self.camera)
 
 
@@ -87,16 +87,16 @@ class BagSource:
     """The images of a bag, with its odometry and camera_info.
 
     Attributes:
-        files: of the bag.
+        files: files of the bag.
         frames: all images.
-        camera: that took them.
+        camera: camera that took them.
     """
 
     def __init__(self, path: Path, image: str | None, camera_info: str | None, odometry: str | None) -> None:
         """Read all stamps and poses.
 
         Raises:
-            FloorLocalizerError: odometry is missing or runs backwards, or no image can be used.
+            FloorLocalizerError: odometry is missing or its stamps run backwards, or there is no usable camera_info.
             BagError: the bag or a topic is missing.
         """
         self._path = path
@@ -115,7 +115,7 @@ class BagSource:
         ]
 
     def part(self, wanted: Sequence[int]) -> BagPart:
-        """Return the wanted images, rising indices, to be read anywhere."""
+        """Return the images of ascending indices as a batch that any process can read."""
         begin, end = self._received[wanted[0]], self._received[wanted[-1]]
         first = bisect_left(self._received, begin)
         return BagPart(
@@ -134,7 +134,7 @@ def _read_trail(bag: BagReader, topic: str) -> OdometryTrail:
 
 
 def _read_stamps(bag: BagReader, topics: RecordingTopics) -> tuple[PinholeCamera, list[int], list[int]]:
-    """Return the first usable calibration, and when each image was taken and received [ns]."""
+    """Return the first usable calibration, and the stamp and receive time of each image [ns]."""
     camera, taken, received = None, [], []
     image, camera_info = topics.images[0], topics.camera_infos[0]
     for raw in bag.messages([image, camera_info]):
@@ -143,8 +143,8 @@ def _read_stamps(bag: BagReader, topics: RecordingTopics) -> tuple[PinholeCamera
             taken.append(stamp.sec * _NANOSECONDS + stamp.nanosec)
             received.append(raw.stamp_ns)
         elif camera is None:
-            with suppress(MessageError):  # a later one may do
+            with suppress(MessageError):  # a later message may be valid
                 camera = camera_from_camera_info(bag.decode(raw), camera_info)
     if camera is None:
-        raise FloorLocalizerError(f'{image}: no image comes with a calibration; record camera_info, too')
+        raise FloorLocalizerError(f'{image}: has no valid calibration; record camera_info as well')
     return camera, taken, received

@@ -1,4 +1,4 @@
-"""The tasks of a survey. Each writes what it found to the checkpoint, so that it can run anywhere and again."""
+"""The tasks of a survey. Each writes its result to the checkpoint, so it can run in any process and be repeated."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _LEAST_DOTS = 8
 
 
 def find_dots(checkpoint: Checkpoint, chunk: int, part: ImagePart, names: Sequence[str]) -> None:
-    """Find the dots of a chunk of images.
+    """Detect the dots of a chunk of images.
 
     Args:
-        checkpoint: of the survey.
-        chunk: its number.
-        part: its images.
-        names: of these, for messages.
+        checkpoint: checkpoint of the survey.
+        chunk: number of the chunk.
+        part: images of the chunk.
+        names: names of the images, for messages.
     """
     detector = DotDetector()
     found: dict[int, Found] = {}
@@ -35,7 +35,7 @@ def find_dots(checkpoint: Checkpoint, chunk: int, part: ImagePart, names: Sequen
 
 
 def _dots_of(detector: DotDetector, pixels: NDArray[np.uint8], name: str) -> Found:
-    """Return the dots of an image, or that it shows too few to be laid on any other."""
+    """Return the dots of an image, or a message that they are too few to match another image."""
     dots = detector.detect(pixels)
     if len(dots) < _LEAST_DOTS:
         return f'{name}: shows {len(dots)} dots, at least {_LEAST_DOTS} are needed'
@@ -50,15 +50,15 @@ def put_together(
     position: NDArray[np.float64],
     settings: SurveySettings,
 ) -> None:
-    """Put the images of a span together to pieces: one, or several where the chain is torn.
+    """Build the submaps of a span of images: one, or several where consecutive images do not match.
 
     Args:
-        checkpoint: of the survey.
-        span: its number; each but the first begins with the image that the one before ends with.
-        packed: the images of the span.
-        first: index in the survey of the first of them.
-        position: of the optical centre, shape (3,) [m].
-        settings: of the survey.
+        checkpoint: checkpoint of the survey.
+        span: number of the span; consecutive spans share an image.
+        packed: images of the span.
+        first: index in the survey of the first image.
+        position: optical centre in the base frame, shape (3,) [m].
+        settings: survey settings.
     """
     images, pieces = list(packed), list[Piece]()
     begin, last, is_linked = 0, len(images) - 1, span > 0

@@ -1,4 +1,4 @@
-"""A map built in parts is the map built at once, to the last byte, whatever happens on the way."""
+"""A map built in parts equals the map built at once, byte for byte, even after crashes and a full disk."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ def at_once(source: Path) -> bytes:
 
 
 class Backwards:
-    """Runs tasks in the opposite order, as a cluster might."""
+    """Runs tasks in reverse order, as a cluster might."""
 
     def run(self, function: Callable[..., Any], arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
         return OwnProcess().run(function, arguments[::-1])
 
 
 class Dying:
-    """Dies after some tasks, without a word."""
+    """Exits after some tasks."""
 
     def __init__(self, tasks: int) -> None:
         self.left = tasks
@@ -161,7 +161,7 @@ def test_a_malformed_line_is_named(source, tmp_path, old, new, part):
     path = tmp_path / 'bad.csv'
     content = source.read_bytes()
     path.write_bytes(content.replace(old, new) if old else content + new)
-    if part == 'dots':  # a dot far away is no fault
+    if part == 'dots':  # a distant dot is valid
         IndexBuild([path], tmp_path / 'map', OwnProcess(), SMALL).run()
         return
     with pytest.raises(FloorLocalizerError, match=part) as caught:
@@ -174,7 +174,7 @@ def test_a_dot_that_stands_twice_is_named(source, tmp_path):
     path = tmp_path / 'twice.csv'
     content = source.read_bytes()
     path.write_bytes(content + content.splitlines(keepends=True)[40])
-    with pytest.raises(FloorLocalizerError, match='stands in the map twice'):
+    with pytest.raises(FloorLocalizerError, match='is in the map twice'):
         IndexBuild([path], tmp_path / 'map', OwnProcess(), SMALL).run()
 
 

@@ -15,7 +15,7 @@ SETTINGS = MatSettings(width=0.3, height=0.2)
 
 
 def looks_alike(mat: Mat, other: Mat) -> bool:
-    """Whether the middle of one is found anywhere on the other, by trying all pairs."""
+    """Return whether the centre of one mat is found anywhere on the other, by trying all pairs."""
     middle = mat.points[np.abs(mat.points - (0.15, 0.1)).max(axis=1) < 0.05]
     floor = index_map(other.dot_map)
     view = make_view(middle, 0.0001, 0.0, 0.05, floor.density)

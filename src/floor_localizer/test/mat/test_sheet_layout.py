@@ -10,7 +10,7 @@ def test_one_sheet_holds_the_mat_that_fills_it(paper: str) -> None:
     width, height = mat_of_one_sheet(paper, SheetSettings())
     layout = lay_out(MatSettings(width=width, height=height), paper, SheetSettings())
     assert len(layout.sheets) == 1
-    assert layout.page == PAPERS[paper]
+    assert layout.page_size == PAPERS[paper]
 
 
 @pytest.mark.parametrize('size', [(0.5, 0.3), (1.2, 0.9), (0.19, 0.8)])
@@ -30,4 +30,4 @@ def test_sheets_cover_the_mat_and_overlap(size: tuple[float, float]) -> None:
 def test_a_wide_mat_turns_the_paper() -> None:
     layout = lay_out(MatSettings(width=0.27, height=0.18), 'A4', SheetSettings())
     assert len(layout.sheets) == 1
-    assert layout.page == (0.297, 0.21)
+    assert layout.page_size == (0.297, 0.21)

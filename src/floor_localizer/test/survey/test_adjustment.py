@@ -17,7 +17,7 @@ def rays(rng: np.random.Generator, count: int) -> np.ndarray:
 
 
 def scene(noise: float, sway: float = 0.0, images: int = 12, dots: int = 300):
-    """Images in a row over random dots; directions from the inverse of the model, by Newton's steps."""
+    """A row of images over random dots; directions from the inverse of the model, by Newton's method."""
     rng = np.random.default_rng(5)
     points = rng.uniform((-0.06, -0.06), (0.03 * images + 0.06, 0.06), (dots, 2))
     states = np.zeros((images, 6))

@@ -1,4 +1,4 @@
-"""A survey in many blocks against the same all at once, by dense algebra and by one block."""
+"""A survey in many blocks against one block and against dense linear algebra."""
 
 import errno
 import os
@@ -49,9 +49,12 @@ def cut(
 
 
 def dots_by_rows(blocks: SightingBlocks) -> set[frozenset[tuple[float, ...]]]:
-    """Each dot as the set of its sightings."""
+    """Return each dot as the set of its observations."""
     return {
-        frozenset((k, *d) for k, d in zip(block.seen.image[rows].tolist(), block.seen.directions[rows].tolist()))
+        frozenset(
+            (k, *d)
+            for k, d in zip(block.seen.image[rows].tolist(), block.seen.directions[rows].tolist())
+        )
         for block in blocks
         for rows in (np.flatnonzero(block.seen.dot == dot) for dot in range(len(block.fixed_dots)))
     }  # fmt: skip
@@ -59,7 +62,7 @@ def dots_by_rows(blocks: SightingBlocks) -> set[frozenset[tuple[float, ...]]]:
 
 @pytest.mark.parametrize('reach', [REACH, 0.0035])
 def test_dots_are_those_of_all_sightings_at_once(drive: Drive, states: np.ndarray, reach: float) -> None:
-    # With the larger reach, chains run over several tiles before they are parted.
+    # With the larger merge distance, clusters span several tiles before they are split.
     seen = sightings_of(drive.images, np.arange(len(states)), SETTINGS.dot_sigma)
     dot = merge_sightings(placed(seen, states, POSITION).points, seen.image, reach)
     rows = [[] for _ in range(dot.max() + 1)]
@@ -80,7 +83,7 @@ def test_many_blocks_are_adjusted_as_one(drive: Drive, states: np.ndarray, tmp_p
 
 
 def test_a_step_is_that_of_dense_equations_with_all_dots(drive: Drive, states: np.ndarray) -> None:
-    """Few images and no outlier beyond Huber's bound: then the weights are those of the sigmas."""
+    """Few images and no residual beyond the Huber threshold, so that the weights follow from the sigmas."""
     few = Drive(drive.floor, drive.images[:14], drive.truth[:14])
     blocks, start = cut(few, states[:14], 4), states[:14]
     for number, block in enumerate(blocks):
@@ -135,7 +138,7 @@ def some_dots(states: np.ndarray, blocks: SightingBlocks) -> np.ndarray:
 
 
 def views_of_a_dot_each(points: np.ndarray) -> list[SurveyImage]:
-    """Images from the map's origin."""
+    """Return images of one dot each, all from the map's origin."""
     directions = np.column_stack([points - POSITION[:2], np.full(len(points), -POSITION[2])])
     one, home = np.full(1, 0.0001), PlanarPose(0.0, 0.0, 0.0)
     return [

@@ -8,7 +8,7 @@ from floor_localizer.core.survey.shelf import MemoryShelf
 
 
 def parts_of(count: int, images: int, rng: np.random.Generator) -> list[Equations]:
-    """Each part knows images near its number; one knows two from far apart, one knows none."""
+    """Each part contains images near its number; one contains two distant images, one contains none."""
     parts = []
     for number in range(count):
         own = np.unique(np.clip(number * images // count + np.arange(-3, 15), 0, images - 1))

@@ -43,7 +43,7 @@ def test_lanes_become_one_map(drive: Drive) -> None:
 
 
 def test_short_pieces_are_linked_to_those_of_the_lane_beside(drive: Drive) -> None:
-    # With pieces of a whole lane each, as above, lanes side by side follow each other and there is no loop.
+    # With submaps of a whole lane each, as above, neighbouring lanes are consecutive and there is no loop closure.
     settings = SurveySettings(piece_length=2.0)
     pieces = pieces_of(drive.images, settings)
     result = survey_floor(drive.images, pieces, OUTLINE, POSITION, settings, MemoryShelf())
@@ -54,7 +54,7 @@ def test_short_pieces_are_linked_to_those_of_the_lane_beside(drive: Drive) -> No
 
 def test_dirt_that_was_seen_once_is_dropped(drive: Drive) -> None:
     result = survey(drive)
-    # One false dot an image; those in the outer strip, which one image sees, stay.
+    # One false dot per image; those in the outer strip, which only one image sees, are kept.
     assert result.dirt > 0.5 * len(drive.images)
     assert len(compare(drive.floor, result.dot_map).extra) < 0.2 * len(drive.images)
     assert (result.counts[result.counts > 1]).size > 0.8 * len(result.dot_map)
@@ -115,10 +115,10 @@ def test_an_extended_map_keeps_its_dots(drive: Drive) -> None:
     np.testing.assert_array_equal(result.dot_map.points[: old.sum()], existing.points)
     new = result.dot_map.points[old.sum() :]
     distance, which = cKDTree(drive.floor.points).query(new)
-    # A fifth of the new floor is in no image; all that is in one is on the map.
+    # A fifth of the new floor is in no image; all dots that are in one are on the map.
     wanted = np.flatnonzero(seen_dots(drive) & ~old)
     assert np.isin(wanted, which[distance < 0.0005]).mean() > 0.99
-    # In the old map's own frame, without any motion.
+    # In the frame of the existing map, without registration.
     assert np.sqrt(np.mean(distance[distance < 0.003] ** 2)) < 0.0005
     assert np.mean(distance < 0.003) > 0.97
 
@@ -127,7 +127,7 @@ def test_images_of_different_floors_do_not_overlap(drive: Drive) -> None:
     images = [
         drive_over(small_floor(10 + k), [pose], seed=k).images[0] for k, pose in enumerate(drive.truth[:8])
     ]
-    with pytest.raises(FloorLocalizerError, match=r'no overlap: only .* fits none before it'):
+    with pytest.raises(FloorLocalizerError, match=r'no overlap: only .* matches none before it'):
         survey(Drive(drive.floor, images, drive.truth[:8]))
 
 

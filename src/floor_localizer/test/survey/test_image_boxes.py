@@ -1,4 +1,4 @@
-"""Images near a place: as many as a look at each finds."""
+"""Images whose boxes overlap a tile: the same as by testing each image."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from floor_localizer.core.survey.tiles import Tile, cut_tiles
 @pytest.mark.parametrize('count', [1, 31, 32, 33, 500])
 def test_all_whose_boxes_meet_a_tile_are_found_and_no_others(count: int) -> None:
     rng = np.random.default_rng(count)
-    middles = np.cumsum(rng.normal(0.0, 0.1, (count, 2)), axis=0)  # of a drive
+    middles = np.cumsum(rng.normal(0.0, 0.1, (count, 2)), axis=0)  # along a drive
     sizes = rng.uniform(0.0, 0.1, (count, 2))
     boxes = np.stack([middles - sizes, middles + sizes], axis=1)
     found = shelve_boxes(boxes, MemoryShelf())

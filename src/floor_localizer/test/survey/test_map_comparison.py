@@ -54,5 +54,5 @@ def test_dots_beyond_the_other_map_are_outside(floor: DotMap) -> None:
 
 @pytest.mark.newest_set_only
 def test_maps_of_different_floors_are_refused(floor: DotMap) -> None:
-    with pytest.raises(FloorLocalizerError, match='no floor in common'):
+    with pytest.raises(FloorLocalizerError, match='the maps do not overlap'):
         compare(floor, random_floor(9))

@@ -4,7 +4,7 @@ from floor_localizer.core.survey.piece_graph import Link, connected_parts, solve
 
 
 def ring(count: int = 12) -> tuple[np.ndarray, np.ndarray, list[Link]]:
-    """Pieces around a ring with true similarities, each linked to the next one by shared dots."""
+    """Submaps around a ring with true similarities, each with an edge of shared dots to the next one."""
     rng = np.random.default_rng(3)
     turns = np.exp(1j * rng.uniform(-3.0, 3.0, count)) * (1.0 + rng.normal(0.0, 0.0001, count))
     shifts = np.exp(1j * 2 * np.pi * np.arange(count) / count)

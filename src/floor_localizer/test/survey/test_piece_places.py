@@ -7,11 +7,11 @@ from floor_localizer.core.survey.piece_places import PiecePlaces
 
 LANE = 20
 DRIFT = 0.0005
-"""What each piece's heading is mistaken by where only the one before is known [rad]."""
+"""Yaw error of each submap relative to the previous one [rad]."""
 
 
 def lanes(count: int, seed: int = 3) -> tuple[np.ndarray, np.ndarray, list[list[Link]]]:
-    """Pieces forth and back over a floor, each linked to the one before and to that beside it, and their truth."""
+    """Submaps in lanes over a floor, their true similarities, and edges to the previous and the neighbouring one."""
     rng = np.random.default_rng(seed)
     row, along = np.divmod(np.arange(count), LANE)
     shifts = 0.5 * np.where(row % 2 == 0, along, LANE - 1 - along) + 0.1j * row
@@ -36,7 +36,7 @@ def placed(links: list[list[Link]]) -> PiecePlaces:
     places = PiecePlaces()
     for new in links:
         places.append(1.0 + 0.0j, 0.0j)
-        places.link(new)
+        places.add_edges(new)
     return places
 
 
@@ -64,7 +64,7 @@ def test_the_work_grows_with_the_number_of_pieces(monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_loop_that_was_far_off_is_mended_far_back() -> None:
-    """A ring whose drift shows only when it closes: more pieces ago than are settled by themselves."""
+    """A ring whose drift shows only when it closes, more submaps later than the sliding window."""
     count, rng = 150, np.random.default_rng(5)
     turns = np.exp(1j * rng.uniform(-3.0, 3.0, count))
     turns[0] = 1.0
@@ -76,7 +76,7 @@ def test_a_loop_that_was_far_off_is_mended_far_back() -> None:
     after = placed(links)
     assert gap(before, closing) > 0.02
     assert gap(after, closing) < 0.002
-    # All of the ring has moved, not only what came last.
+    # All of the ring has moved, not only the last submaps.
     assert np.abs(after.arrays()[1] - before.arrays()[1])[10:40].min() > 0.0005
 
 

@@ -1,4 +1,4 @@
-"""Tasks that run in other processes, in any order: the same bytes as one after the other in this one."""
+"""Tasks run in other processes and in any order give the same bytes as in this process."""
 
 import pickle
 from collections.abc import Iterator, Sequence
@@ -29,11 +29,11 @@ from floor_localizer.core.survey.survey_record import NoRecord
 from floor_localizer.survey_files.shelf_folder import ShelfFolder
 
 MOST_PICKLED = 3000
-"""What a task may weigh: it names what it needs, which lies on the shelf [B]."""
+"""Largest size of a pickled task, whose data are in the array store [B]."""
 
 
 class Elsewhere:
-    """Runs pickled copies of the tasks, the last one first, as other processes may do."""
+    """Runs pickled copies of the tasks in reverse order, as other processes may do."""
 
     def run(self, function: Task, arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
         for given in reversed(arguments):
@@ -75,7 +75,7 @@ def test_a_survey_is_the_same_from_other_processes_in_any_order(
         *((a, b) for (_, a), (_, b) in zip(here.residuals, there.residuals, strict=True)),
     ):
         np.testing.assert_array_equal(first, second)
-    assert (here.dirt, here.old_dots) == (there.dirt, there.old_dots)
+    assert (here.dirt, here.existing_count) == (there.dirt, there.existing_count)
 
 
 @pytest.mark.parametrize(('count', 'batch'), [(0, 3), (1, 3), (7, 3), (9, 3), (4, 1)])

@@ -1,1 +1,1 @@
-"""Where the belly camera sits, from an image of a known mat."""
+"""Calibrate the mount of the belly camera from an image of a known mat."""

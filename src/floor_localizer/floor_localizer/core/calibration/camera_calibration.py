@@ -1,4 +1,4 @@
-"""Height, tilt and pixel scale of the belly camera from one image of a mat, or why they cannot be told."""
+"""Height, tilt and pixel scale of the belly camera from one image of a mat."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, wrap_angle
 
 _LEAST_DOTS = 12
 _LEAST_SPREAD = 0.4
-"""Share of the image's width and height that the matched dots span at least."""
+"""Smallest fraction of the image's width and height covered by the matched dots."""
 _RESIDUAL_MAX = 1.5
 _SIGMA_TILT_MAX, _SIGMA_HEIGHT_MAX, _SIGMA_FOCAL_MAX = math.radians(0.3), 0.02, 0.03
 
 
 @dataclass(frozen=True)
 class CameraCalibration:
-    """Where the camera sits.
+    """Calibrated mount of the camera.
 
     Attributes:
-        mount: the camera in the base frame.
-        fit: what the image told.
-        tilt: between the optical axis and straight down [rad].
+        mount: pose of the camera in the base frame.
+        fit: fit of the camera over the mat.
+        tilt: angle between the optical axis and straight down [rad].
         sigma_tilt: standard deviation of the tilt about its worst axis [rad].
-        sigma_height: of the height [m].
+        sigma_height: standard deviation of the height [m].
         pixel: size of a pixel on the floor below the camera [m].
-        sigma_pixel: its standard deviation [m].
-        sigma_focal: of the focal length, as a share of it; 0 where it was given.
+        sigma_pixel: standard deviation of the pixel size [m].
+        sigma_focal: relative standard deviation of the focal length; 0 if it was given.
     """
 
     mount: CameraMount
@@ -58,19 +58,19 @@ def calibrate(
     known_height: KnownHeight | None = None,
     T_mat_base: PlanarPose | None = None,
 ) -> CameraCalibration:
-    """Tell where the camera sits on the robot.
+    """Calibrate the mount of the camera on the robot.
 
     Args:
-        dots: of the image of the mat.
-        mat: its dot map, with diameters.
-        camera: the intrinsics; only the image's size and a rough focal length count where that is not known.
-        supposed: the mount as it is supposed; x, y and heading are taken from it where the robot's pose is not given.
-        focal_length_known: whether the focal length is to be believed.
-        known_height: of the camera, if it was measured.
-        T_mat_base: where the robot stands on the mat, if that is known.
+        dots: detected dots of the image of the mat.
+        mat: dot map of the mat, with diameters.
+        camera: intrinsics; if the focal length is unknown, image size and approximate focal length.
+        supposed: initial mount; x, y and yaw are taken from it if the robot's pose is unknown.
+        focal_length_known: whether the focal length is fixed to that of ``camera``.
+        known_height: measured camera height, None if unknown.
+        T_mat_base: pose of the robot on the mat, None if unknown.
 
     Raises:
-        FloorLocalizerError: the image is too weak for what is asked; the line tells the remedy.
+        FloorLocalizerError: the image is insufficient; the message names the remedy.
     """
     if not np.isfinite(mat.diameters).all():
         raise FloorLocalizerError('--mat: has dots without a diameter; give the map that print_mat wrote')
@@ -81,7 +81,7 @@ def calibrate(
     matches = match_mat(dots, camera, mat, supposed)
     if matches is None:
         raise FloorLocalizerError(
-            f'the {len(dots)} dots of the image are not those of the mat; give the map with the seed on the sheet, '
+            f'the {len(dots)} dots of the image do not match the mat; give the map with the seed printed on the page, '
             'and --camera-rpy if the camera is tilted by more than 15 degrees'
         )
     fit = fit_mount(
@@ -109,9 +109,9 @@ def _calibration(fit: MountFit, supposed: CameraMount, T_mat_base: PlanarPose | 
 
 
 def _sigmas(covariance: NDArray[np.float64], height: float) -> tuple[float, float, float, float]:
-    """Return the standard deviations of tilt [rad], height [m], pixel and focal length, the last two as shares."""
+    """Return the standard deviations of tilt [rad], height [m], and relative ones of pixel size and focal length."""
     if not np.isfinite(covariance).all():
-        # Something cannot be told at all, and what else is uncertain with it nobody knows.
+        # The normal matrix is singular: some unknown is unobservable, and its correlations are unknown.
         return math.inf, math.inf, math.inf, math.inf
     variance_focal, variance_height = covariance[6, 6], covariance[5, 5] / height**2
     variances = (
@@ -130,7 +130,7 @@ def _heading(rotation: NDArray[np.float64]) -> float:
 
 
 def _checked(found: CameraCalibration, dots: DetectedDots) -> CameraCalibration:
-    """Refuse what is too weak to drive by."""
+    """Reject a calibration that is not accurate enough."""
     fit, camera = found.fit, found.fit.camera
     spans = np.ptp(dots.pixels[fit.used], axis=0) / (camera.width, camera.height)
     if fit.dots < _LEAST_DOTS or spans.min() < _LEAST_SPREAD:
@@ -140,18 +140,18 @@ def _checked(found: CameraCalibration, dots: DetectedDots) -> CameraCalibration:
         )
     if fit.residual > _RESIDUAL_MAX:
         raise FloorLocalizerError(
-            f'the dots are off by {fit.residual:.2f} px (rms), at most {_RESIDUAL_MAX:g} is good; '
+            f'the rms reprojection error is {fit.residual:.2f} px, at most {_RESIDUAL_MAX:g} px is allowed; '
             'flatten the mat, check its scale bar, and give the calibration of this camera'
         )
     if found.sigma_focal > _SIGMA_FOCAL_MAX:
         spread = f' (± {found.sigma_focal:.0%})' if found.sigma_focal < 1.0 else ''
         raise FloorLocalizerError(
-            f'focal length and height cannot both be told from this view{spread}, only the pixel: '
+            f'focal length and height are not both observable in this view{spread}, only the pixel size: '
             f'{1e3 * found.pixel:.4f} mm; give --calibration, or --height from floor to lens, or tilt the robot'
         )
     if found.sigma_tilt > _SIGMA_TILT_MAX or found.sigma_height > _SIGMA_HEIGHT_MAX * found.mount.xyz[2]:
         raise FloorLocalizerError(
-            f'the tilt is certain to {math.degrees(found.sigma_tilt):.2f}° and the height to '
-            f'{1e3 * found.sigma_height:.1f} mm only; use a denser mat or a sharper image'
+            f'the tilt is known only to ± {math.degrees(found.sigma_tilt):.2f}° and the height to '
+            f'± {1e3 * found.sigma_height:.1f} mm; use a denser mat or a sharper image'
         )
     return found

@@ -1,7 +1,7 @@
-"""Which dot of an image is which dot of a mat, when neither height nor tilt of the camera is known.
+"""Match the dots of an image to those of a mat when neither height nor tilt of the camera is known.
 
-The dots' size tells the scale: the printed diameter over the diameter in the image. The image is rectified for a
-few tilts around the supposed one; under the right one its dots match the mat by a similarity.
+The scale is the printed diameter of the dots over their diameter in the image. The image is rectified for a grid of
+tilts around the initial one; for the right tilt its dots match the mat by a similarity.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.survey.dot_matching import DotField, Matched, Tolerances
 from shirube_geometry import CameraMount, PinholeCamera, matrix_from_rpy
 
-# Tilts to try about both axes [rad]: in between, the rest of the tilt bends the view by less than dots are apart.
+# Tilts to try about both axes [rad]; the error from tilts in between is smaller than the dot spacing.
 _TILTS = tuple(math.radians(degrees) for degrees in (0.0, -5.0, 5.0, -10.0, 10.0, -15.0, 15.0))
 _SCALE = 0.12
-"""The dots' size may tell the scale so badly: ink spreads, edges blur."""
+"""Relative error of the scale estimated from dot diameters, as ink spreads and edges blur."""
 _SIGMA = 0.0004
 _CHANCE = 1e-6
 _ENOUGH = 0.8
-"""No better tilt is looked for when this share of the dots matches."""
+"""Fraction of matched dots at which the search over tilts stops."""
 
 
 def match_mat(
     dots: DetectedDots, camera: PinholeCamera, mat: DotMap, supposed: CameraMount
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
-    """Return the indices of the matched dots of the image and of those of the mat.
+    """Return the indices of the matched dots in the image and in the mat.
 
-    None where no tilt within 15 degrees of the supposed one makes them match.
+    None if they match at no tilt within 15 degrees of the initial mount.
     """
     field = DotField(mat.points)
     height = (

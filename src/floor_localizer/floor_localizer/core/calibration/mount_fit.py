@@ -1,12 +1,12 @@
-"""The camera's pose over a mat by least squares on its dots in the image.
+"""Pose of the camera over a mat by least squares on the reprojection errors of its dots.
 
-With the mat's dots m_i (z = 0), the camera's rotation R and position c in the mat's frame and its lens project(),
+With the mat's dots m_i (z = 0), the camera's rotation R and position c in the mat frame and its projection project(),
 
     u_i = project(R^T (m_i - c)) + noise,
 
-the six unknowns of R and c, and the focal length where it is not known, minimise the squared residuals with a robust
-loss. From a camera that looks straight down, height and focal length cannot both be told: only their ratio, the
-scale of the pixels. Then the height must be given with its accuracy, or the tilt be large.
+the six unknowns of R and c, and the focal length if it is unknown, minimise the reprojection errors with a robust
+loss. For a camera that looks straight down, only the ratio of height and focal length, the pixel scale, is
+observable. Then the height must be given with its accuracy, or the tilt must be large.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ _ROUNDS = 3
 
 @dataclass(frozen=True)
 class MountFit:
-    """Camera over a mat.
+    """Fitted pose of the camera over a mat.
 
     Attributes:
-        camera: the intrinsics, with the focal length that was fitted or given.
-        rotation: shape (3, 3), ``R_mat_camera``.
-        position: shape (3,), optical centre in the mat's frame [m].
-        covariance: shape (7, 7), of three small turns about the mat's axes [rad], the position [m] and the logarithm of
-            the focal length; the last is 0 where it was given.
-        residual: rms distance of the dots from where the fit puts them [px].
-        used: indices of the image's dots that took part.
-        dots: number of them that agree.
+        camera: intrinsics with the fitted or given focal length.
+        rotation: rotation matrix ``R_mat_camera``, shape (3, 3).
+        position: optical centre in the mat frame, shape (3,) [m].
+        covariance: covariance of the small rotations about the mat's axes [rad], the position [m] and the logarithm of
+            the focal length, shape (7, 7); the last is 0 if it was given.
+        residual: rms reprojection error [px].
+        used: indices of the inlier dots of the image.
+        dots: number of inliers.
     """
 
     camera: PinholeCamera
@@ -51,13 +51,13 @@ class MountFit:
 
     @property
     def dots(self) -> int:
-        """Number of dots that took part."""
+        """Number of inliers."""
         return len(self.used)
 
 
 @dataclass(frozen=True)
 class KnownHeight:
-    """A height that was measured: its value and standard deviation [m]."""
+    """Measured camera height and its standard deviation [m]."""
 
     height: float
     sigma: float
@@ -72,15 +72,15 @@ def fit_mount(
     fit_focal_length: bool,
     known_height: KnownHeight | None = None,
 ) -> MountFit:
-    """Fit the camera's pose to matched dots; those that do not agree are left out.
+    """Fit the camera's pose to matched dots and reject outliers.
 
     Args:
-        dots: of the image.
-        mat: the mat.
-        matches: indices of the image's dots and of the mat's.
-        camera: the lens, with a guess of the focal length where that is fitted.
-        fit_focal_length: whether it is.
-        known_height: of the optical centre, if it was measured.
+        dots: detected dots of the image.
+        mat: dot map of the mat.
+        matches: indices of matched dots in the image and in the mat.
+        camera: intrinsics, with an initial focal length if it is fitted.
+        fit_focal_length: whether the focal length is fitted.
+        known_height: measured height of the optical centre, None if unknown.
     """
     seen, printed = matches
     state = _start(camera, dots.pixels[seen], mat.points[printed])
@@ -114,7 +114,7 @@ def fit_mount(
 def _covariance(
     jacobian: NDArray[np.float64], residuals: NDArray[np.float64], fit_focal_length: bool
 ) -> NDArray[np.float64]:
-    """Return the inverse normal matrix, larger where the residuals exceed the dots' standard deviations."""
+    """Return the inverse normal matrix, scaled by the reduced chi-square if that is above 1."""
     unknowns = 7 if fit_focal_length else 6
     normal = jacobian[:, :unknowns].T @ jacobian[:, :unknowns]
     freedom = max(len(residuals) - 7, 1)
@@ -130,7 +130,7 @@ def _covariance(
 def _start(
     camera: PinholeCamera, pixels: NDArray[np.float64], points: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Return rotation, position and a change of the focal length of 0 from the homography of the dots."""
+    """Return initial rotation and position from the homography of the dots, and 0 as the log focal length change."""
     rays = camera.rays_from_pixels(pixels)
     middle = points.mean(axis=0)
     rows = []
@@ -166,10 +166,10 @@ class _Problem:
 
     def pixel_errors(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         rotation, position, log_focal = self.state(x)
-        seen = (np.column_stack([self.points, np.zeros(len(self.points))]) - position) @ rotation
+        points = (np.column_stack([self.points, np.zeros(len(self.points))]) - position) @ rotation
         scale = math.exp(log_focal) if self.fit_focal_length else 1.0
         camera = replace(self.camera, fx=scale * self.camera.fx, fy=scale * self.camera.fy)
-        return camera.pixels_from_points(seen) - self.pixels
+        return camera.pixels_from_points(points) - self.pixels
 
     def residuals(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         parts = [(self.pixel_errors(x) / self.sigmas[:, None]).ravel()]

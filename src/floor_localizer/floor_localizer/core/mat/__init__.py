@@ -1,1 +1,1 @@
-"""Mats with random dots to print."""
+"""Printable random-dot mats (calibration targets and small maps)."""

@@ -1,4 +1,4 @@
-"""The dots of a mat: random, never nearer to each other than the wanted spacing, the same for the same seed."""
+"""Generate the random dots of a mat with a minimum spacing, reproducible by a seed."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.mat.mat_settings import MatSettings
 
-# Share of a floor that random discs of the least spacing fill before redrawing hardly ends.
+# Largest fraction of the area covered by discs of the minimum spacing; above it, redrawing hardly terminates.
 _FILLABLE = 0.4
-# A map file holds micrometres, and so do the seeds of a mat's parameters.
+# Resolution of map files, and of the settings that enter the seed.
 _MICROMETRES = 1e6
 SEED_MAX = 2**32 - 1
 """A seed is an integer from 0 to this."""
@@ -26,9 +26,9 @@ class Mat:
     """A mat whose frame has its origin in the lower left corner, x to the right and y up.
 
     Attributes:
-        settings: what it was made by; width and height are not 0.
-        seed: the same seed and settings make the same mat.
-        points: shape (n, 2), centres of the dots [m], in whole micrometres.
+        settings: settings of the mat; width and height are not 0.
+        seed: seed of the random dots; the same seed and settings give the same mat.
+        points: centres of the dots, rounded to micrometres, shape (n, 2) [m].
     """
 
     settings: MatSettings
@@ -42,20 +42,20 @@ class Mat:
 
 
 def lay_mat(settings: MatSettings, seed: int, trial: int = 0) -> Mat:
-    """Lay the dots of a mat at random.
+    """Generate the random dots of a mat.
 
     Args:
-        settings: what the mat is like, width and height above 0.
-        seed: another seed lays entirely other dots, and so do other settings.
-        trial: another one lays other dots, too; for a mat that was not unique enough.
+        settings: settings of the mat, width and height above 0.
+        seed: seed; different seeds or settings give entirely different dots.
+        trial: number of the attempt, which also changes the dots; for a mat that was not unique.
 
     Raises:
-        FloorLocalizerError: a seed out of range, dots that would overlap, or more dots than fit.
+        FloorLocalizerError: the seed is out of range, dots would overlap, or the density is too high or too low.
     """
     _check(settings, seed)
     rng = np.random.default_rng([seed, trial, *_fingerprint(settings)])
     count = round(settings.density * settings.width * settings.height)
-    # Dots are not cut by the border of the mat.
+    # No dot crosses the border of the mat.
     lower = np.full(2, 0.5 * settings.diameter)
     upper = np.array([settings.width, settings.height]) - lower
     points = rng.uniform(lower, upper, (count, 2))

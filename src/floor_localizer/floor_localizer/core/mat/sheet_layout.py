@@ -1,6 +1,6 @@
-"""Which part of a mat each sheet of paper shows.
+"""Layout of a mat on pages of paper.
 
-A sheet shows a rectangle of the mat, and neighbours show the same strip of ``overlap``: the sheet to the right (or
+A page shows a rectangle of the mat, and neighbouring pages share a strip of ``overlap``: the page to the right (or
 above) is trimmed along its left (lower) border and glued onto that strip.
 """
 
@@ -19,25 +19,25 @@ PAPERS = {
     'A1': (0.594, 0.841),
     'A0': (0.841, 1.189),
 }
-"""Width and height of upright sheets (ISO 216) [m]."""
+"""Width and height of pages in portrait format (ISO 216) [m]."""
 
 ROLL = 'roll'
-# A PDF page ends at 14400 points.
+# The largest PDF page has 14400 points.
 _LONGEST_PAGE = 14400 / 72 * 0.0254
 _SHEETS_MAX = 1000
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """One sheet of paper.
+    """One page and the rectangle of the mat it shows.
 
     Attributes:
-        row: counted from the lowest.
-        column: counted from the left.
-        x0: left border of what it shows, on the mat [m].
-        y0: lower border [m].
-        width: of what it shows [m].
-        height: of what it shows [m].
+        row: row, counted from the bottom.
+        column: column, counted from the left.
+        x0: left border of the rectangle on the mat [m].
+        y0: lower border of the rectangle on the mat [m].
+        width: width of the rectangle [m].
+        height: height of the rectangle [m].
     """
 
     row: int
@@ -50,19 +50,19 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Layout:
-    """All sheets of a mat.
+    """All pages of a mat.
 
     Attributes:
-        paper: name of the paper.
-        page: width and height of a page [m].
+        paper: name of the paper format.
+        page_size: width and height of a page [m].
         settings: margin and overlap.
         rows: number of rows.
         columns: number of columns.
-        sheets: row by row from the lowest, from left to right.
+        sheets: pages, row by row from the bottom, left to right.
     """
 
     paper: str
-    page: tuple[float, float]
+    page_size: tuple[float, float]
     settings: SheetSettings
     rows: int
     columns: int
@@ -70,42 +70,42 @@ class Layout:
 
 
 def mat_of_one_sheet(paper: str, settings: SheetSettings) -> tuple[float, float]:
-    """Return width and height of the mat that fills one sheet [m]; a roll's is square."""
+    """Return width and height of the mat that fills one page [m]; on a roll it is a square."""
     width, height = PAPERS.get(paper, (settings.roll_width, settings.roll_width))
     return round(width - 2.0 * settings.margin, 6), round(height - 2.0 * settings.margin, 6)
 
 
 def lay_out(mat: MatSettings, paper: str, settings: SheetSettings) -> Layout:
-    """Divide a mat into sheets, upright or turned, whichever takes fewer.
+    """Divide a mat into pages, in portrait or landscape, whichever needs fewer.
 
     Args:
-        mat: its width and height count.
+        mat: mat settings, of which width and height are used.
         paper: one of `PAPERS`, or `ROLL`.
         settings: margin, overlap and the width of a roll.
 
     Raises:
-        FloorLocalizerError: a mat that is too wide or long for the roll, or takes too many sheets.
+        FloorLocalizerError: the mat is too wide or long for the roll, or needs too many pages.
     """
     if paper == ROLL:
-        page = (settings.roll_width, mat.height + 2.0 * settings.margin)
-        if mat.width > settings.roll_width - 2.0 * settings.margin + 1e-9 or page[1] > _LONGEST_PAGE:
+        page_size = (settings.roll_width, mat.height + 2.0 * settings.margin)
+        if mat.width > settings.roll_width - 2.0 * settings.margin + 1e-9 or page_size[1] > _LONGEST_PAGE:
             raise FloorLocalizerError(
                 f'--paper: a mat of {mat.width:g} x {mat.height:g} m does not fit a roll of '
-                f'{settings.roll_width:g} m (a PDF page ends at {_LONGEST_PAGE:.2f} m); print several mats or sheets'
+                f'{settings.roll_width:g} m (a PDF page ends at {_LONGEST_PAGE:.2f} m); print several mats or pages'
             )
-        return _divided(mat, paper, page, settings)
+        return _divided(mat, paper, page_size, settings)
     upright = PAPERS[paper]
-    layouts = [_divided(mat, paper, page, settings) for page in (upright, (upright[1], upright[0]))]
+    layouts = [_divided(mat, paper, page_size, settings) for page_size in (upright, (upright[1], upright[0]))]
     best = min(layouts, key=lambda layout: layout.rows * layout.columns)
     if best.rows * best.columns > _SHEETS_MAX:
         raise FloorLocalizerError(
-            f'--paper: the mat takes {best.rows * best.columns} sheets of {paper}; choose larger paper or a roll'
+            f'--paper: the mat needs {best.rows * best.columns} pages of {paper}; choose larger paper or a roll'
         )
     return best
 
 
-def _divided(mat: MatSettings, paper: str, page: tuple[float, float], settings: SheetSettings) -> Layout:
-    shown = (page[0] - 2.0 * settings.margin, page[1] - 2.0 * settings.margin)
+def _divided(mat: MatSettings, paper: str, page_size: tuple[float, float], settings: SheetSettings) -> Layout:
+    shown = (page_size[0] - 2.0 * settings.margin, page_size[1] - 2.0 * settings.margin)
     columns = _starts(mat.width, shown[0], settings.overlap)
     rows = _starts(mat.height, shown[1], settings.overlap)
     sheets = tuple(
@@ -113,11 +113,11 @@ def _divided(mat: MatSettings, paper: str, page: tuple[float, float], settings: 
         for row, y0 in enumerate(rows)
         for column, x0 in enumerate(columns)
     )
-    return Layout(paper, page, settings, len(rows), len(columns), sheets)
+    return Layout(paper, page_size, settings, len(rows), len(columns), sheets)
 
 
 def _starts(length: float, shown: float, overlap: float) -> list[float]:
-    """Return where the sheets along one side begin [m]."""
+    """Return the start positions of the pages along one side [m]."""
     if shown >= length - 1e-9:
         return [0.0]
     number = math.ceil((length - overlap) / (shown - overlap) - 1e-9)

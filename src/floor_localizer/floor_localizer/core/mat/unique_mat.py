@@ -1,4 +1,4 @@
-"""A mat of which every view is unlike every other, checked with the search that the robot will use."""
+"""Generate a mat on which every view is unique, checked with the search of the localizer."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ _TRIALS = 5
 
 
 def lay_unique_mat(settings: MatSettings, seed: int, view: ViewSettings) -> tuple[Mat, list[Place]]:
-    """Lay a mat whose views are all unique, and tell what was found at each place.
+    """Generate a mat whose views are all unique; return it with the inspected places.
 
     Args:
-        settings: what the mat is like.
-        seed: the same seed lays the same mat.
-        view: how much of the floor the camera sees, and how well.
+        settings: settings of the mat.
+        seed: seed; the same seed gives the same mat.
+        view: size and quality of the camera's view.
 
     Raises:
-        FloorLocalizerError: no such mat was found; the line tells what to change.
+        FloorLocalizerError: no such mat was found; the message names the option to change.
     """
     for trial in range(_TRIALS):
         mat = lay_mat(settings, seed, trial)

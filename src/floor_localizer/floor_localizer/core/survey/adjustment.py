@@ -1,13 +1,13 @@
-"""All poses and all dots at once: sparse least squares (a bundle adjustment on a plane), block by block.
+"""Bundle adjustment of all image poses and dots on a plane: sparse least squares, block by block.
 
-Each image k has the six unknowns of `pose_fit`, each dot j its place m_j. With the rays d_i of the sightings i,
+Each image k has the six unknowns of `pose_fit`, each dot j its position m_j. With the rays d_i of the observations i,
 
     residual_i = p(state_k(i), d_i) - m_j(i),
 
-the squared residuals over their variances, robust against false sightings (Huber), plus scale and tilts over theirs,
-are least. As m_j enters with the unit matrix, the dots leave the normal equations by their weighted means (Schur):
-what is left has six unknowns an image. All sightings of a dot are in one block, so a block is worked on without the
-others, in any process that sees the shelf; `elimination` needs no more than what its images have to do with each other.
+the sum of the squared residuals over their variances (Huber loss), plus scale and tilts over theirs, is minimised.
+The Jacobian by m_j is the identity, so the Schur complement replaces each dot by the weighted mean of its
+observations and six unknowns per image remain. All observations of a dot are in one block, so any process that can
+read the array store can build the equations of a block; `elimination` solves their sum.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ from floor_localizer.core.survey.sighting_blocks import SightingBlock, SightingB
 
 _ITERATIONS = 8
 _CONVERGED = 1e-6
-# Fixes what the sightings leave open where nothing else is fixed, and keeps the matrix from being singular.
+# Fixes the gauge where no dot is fixed, and keeps the matrix from being singular.
 _GAUGE_SIGMA, _WEAKEST = 1e-7, 1e-3
 
 
 @dataclass(frozen=True)
 class Adjusted:
-    """The result.
+    """Result of a bundle adjustment.
 
     Attributes:
         states: shape (k, 6), x, y [m], yaw [rad], scale, roll, pitch [rad] of each image.
-        dots: shape (m, 2) [m].
-        residuals: shape (n, 2), of the sightings [m].
+        dots: positions of the dots, shape (m, 2) [m].
+        residuals: residuals of the observations, shape (n, 2) [m].
     """
 
     states: NDArray[np.float64]
@@ -48,12 +48,12 @@ class Adjusted:
 
 @dataclass(frozen=True)
 class BodyPriors:
-    """How much the robot moves on its wheels: standard deviations, and where the camera is.
+    """Standard deviations of the robot body on its suspension, and the position of the camera.
 
     Attributes:
-        position: of the optical centre in the base frame, shape (3,) [m].
-        scale: of the height as a share of it.
-        tilt: of roll and pitch [rad].
+        position: optical centre in the base frame, shape (3,) [m].
+        scale: standard deviation of the camera height, relative to it.
+        tilt: standard deviation of roll and pitch [rad].
     """
 
     position: NDArray[np.float64]
@@ -68,7 +68,7 @@ def adjust(
     priors: BodyPriors,
     iterations: int = _ITERATIONS,
 ) -> Adjusted:
-    """Adjust images and dots that are few enough for one block; arguments as of `adjust_blocks`."""
+    """Adjust images and dots that fit into one block; arguments as for `adjust_blocks`."""
     blocks, block = SightingBlocks(MemoryShelf(), 1), SightingBlock(sightings, fixed_dots)
     blocks.put(0, block)
     states = adjust_blocks(blocks, states, priors, OwnProcess(), iterations)
@@ -85,14 +85,14 @@ def adjust_blocks(
     """Adjust all images and dots.
 
     Args:
-        blocks: what was seen; every image sees something.
-        states: shape (k, 6), start; without fixed dots the first image stays where it is.
-        priors: of the robot's body.
-        runner: of tasks that see the blocks' shelf; the result is the same whatever it is.
-        iterations: at most.
+        blocks: the observations; every image observes at least one dot.
+        states: initial states, shape (k, 6); without fixed dots the first image keeps its pose.
+        priors: priors of the robot body.
+        runner: runs the tasks; they must see the blocks' array store. It does not change the result.
+        iterations: maximum number of iterations.
 
     Returns:
-        the adjusted states, shape (k, 6); `place_dots` tells the dots.
+        the adjusted states, shape (k, 6); `place_dots` computes the dots from them.
     """
     elimination = Elimination(len(states), len(blocks), blocks.shelf, runner)
     spans, is_held = _spans(blocks, len(states))
@@ -100,7 +100,7 @@ def adjust_blocks(
     part = _BlockWithPriors(blocks, priors, is_held)
     for _ in range(iterations):
         blocks.shelf.put('states', 0, states)
-        step = -elimination.solve(part)  # of Gauss and Newton
+        step = -elimination.solve(part)  # Gauss-Newton step
         states = states + step
         if np.abs(step[:, :3]).max() < _CONVERGED:
             break
@@ -120,7 +120,7 @@ def _spans(blocks: SightingBlocks, images: int) -> tuple[NDArray[np.int64], bool
 
 @dataclass(frozen=True)
 class _BlockWithPriors:
-    """Tells the equations of a block for the states on the shelf."""
+    """Returns the normal equations of a block, linearised at the states in the array store."""
 
     blocks: SightingBlocks
     priors: BodyPriors
@@ -129,7 +129,7 @@ class _BlockWithPriors:
     def __call__(self, number: int) -> Equations:
         states = self.blocks.shelf.look_up('states')
         part = block_equations(self.blocks[number], states, self.priors.position)
-        # What is known of an image's body beforehand counts once.
+        # The prior of an image is added once, with the first block that observes it.
         new = np.flatnonzero(self.blocks.shelf.look_up('spans')[part.images, 0] == number)
         diagonal, pull = self._prior_terms(part.images[new], states)
         rows = unknowns_of(new)

@@ -1,4 +1,4 @@
-"""The images and dots adjusted several times, for what is one dot shows better each time, and how the robot sways."""
+"""Repeated bundle adjustment: each round merges observations into dots more strictly and re-estimates the priors."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from floor_localizer.core.survey.sighting_blocks import SightingBlocks
 from floor_localizer.core.survey.survey_record import SurveyRecord
 from floor_localizer.core.survey.survey_settings import SurveySettings
 
-# Pieces lie right to about this many times what makes two sightings one dot, adjusted ones to less.
+# Merge distance of each round, in units of the setting; submaps are less accurate than adjusted images.
 _REACHES = (1.6, 1.0, 0.8)
 ADJUSTMENTS = 2 * len(_REACHES)
-"""With outliers and without them, for each reach."""
-# No robot is taken for stiffer than this: share of its height, and tilt [rad].
+"""Two for each merge distance: with outliers, then without."""
+# Lower bound of the prior standard deviations: relative height, and tilt [rad].
 _STIFFEST = 3e-5
 
 
 @dataclass(frozen=True)
 class AdjustmentRounds:
-    """Adjusts all images; adjustments that are on record are not done again.
+    """Adjusts all images; adjustments found in the checkpoint are not repeated.
 
     Attributes:
-        cutter: of the sightings into blocks.
-        old_dots: of the map that is extended.
-        position: of the optical centre in the base frame [m].
-        settings: of the survey.
-        runner: of tasks that see the cutter's shelf.
-        record: of the adjustments.
-        progress: is told how many of `ADJUSTMENTS` are done.
+        cutter: partitions the observations into blocks.
+        old_dots: dots of the map to extend.
+        position: optical centre in the base frame, shape (3,) [m].
+        settings: survey settings.
+        runner: runs the tasks; they must see the cutter's array store.
+        record: checkpoint of the adjustments.
+        progress: callback with the number of finished `ADJUSTMENTS`.
     """
 
     cutter: BlockCutter
@@ -49,10 +49,10 @@ class AdjustmentRounds:
     progress: Callable[[int], None]
 
     def run(self, states: NDArray[np.float64]) -> tuple[SightingBlocks, NDArray[np.float64]]:
-        """Return the sightings of each dot, without outliers, and the adjusted states.
+        """Return the observations of each dot, without outliers, and the adjusted states.
 
         Args:
-            states: shape (k, 6), start.
+            states: initial states, shape (k, 6).
         """
         priors = BodyPriors(self.position, self.settings.scale_sigma, self.settings.tilt_sigma)
         for number, reach in enumerate(_REACHES):
@@ -90,15 +90,15 @@ class AdjustmentRounds:
 def learned_priors(
     states: NDArray[np.float64], position: NDArray[np.float64], settings: SurveySettings
 ) -> BodyPriors:
-    """Return priors as wide as the robot was found to sway, at most as wide as the settings allow.
+    """Return priors with the standard deviations found in the adjusted states, limited by the settings.
 
-    Heights and tilts that a stiff robot might have had, but did not, would bend the map: a hundred images in a row can
-    share a tilt that no single one of them tells from none.
+    Priors that are too wide for a stiff robot would let the map bend: a hundred consecutive images can share a tilt
+    that is not significant in any single one of them.
 
     Args:
-        states: shape (k, 6), of all images.
-        position: of the optical centre in the base frame [m].
-        settings: of the survey.
+        states: states of all images, shape (k, 6).
+        position: optical centre in the base frame, shape (3,) [m].
+        settings: survey settings.
     """
     scale, roll, pitch = np.sqrt(np.mean(states[:, 3:] ** 2, axis=0))
     tilt = np.hypot(roll, pitch) / np.sqrt(2.0)

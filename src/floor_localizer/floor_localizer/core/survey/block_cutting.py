@@ -1,4 +1,4 @@
-"""Sightings of all images put into blocks, tile by tile: never more in memory than a tile and its surroundings."""
+"""Partition the observations of all images into blocks, tile by tile; only a tile and its halo are in memory."""
 
 from __future__ import annotations
 
@@ -19,37 +19,37 @@ from floor_localizer.core.survey.survey_image import SurveyImage
 from floor_localizer.core.survey.tiles import Tile, cut_tiles
 
 _IMAGES_A_TILE = 64
-# How far around a tile its dots are looked for at first: in reaches.
+# First width of the halo around a tile, in merge distances.
 _HALO = 8.0
 _GROUPS_A_TASK = 8
 
 
 class BlockCutter:
-    """Cuts the sightings of a survey into blocks."""
+    """Partitions the observations of a survey into blocks."""
 
     def __init__(
         self, images: Sequence[SurveyImage], position: NDArray[np.float64], dot_sigma: float, shelf: Shelf,
         runner: TaskRunner, images_a_tile: int = _IMAGES_A_TILE,
     ) -> None:  # fmt: skip
-        """Begin.
+        """Write the observations to the array store.
 
         Args:
-            images: those that are on the map.
-            position: of the optical centre [m].
-            dot_sigma: accuracy of a dot on the floor besides noise [m].
-            shelf: for the blocks.
-            runner: of tasks that see the shelf.
-            images_a_tile: at most.
+            images: the images that are on the map.
+            position: optical centre in the base frame, shape (3,) [m].
+            dot_sigma: standard deviation of a dot on the floor, in addition to image noise [m].
+            shelf: array store of the blocks.
+            runner: runs the tasks; they must see the array store.
+            images_a_tile: maximum number of images per tile.
         """
         self._shelved = shelve_sightings(images, dot_sigma, shelf)
         self._position, self._runner, self._images_a_tile = position, runner, images_a_tile
 
     def cut(self, states: NDArray[np.float64], reach: float) -> SightingBlocks:
-        """Return all sightings, those within reach of each other as one dot (see `merge_sightings`).
+        """Return all observations in blocks, merged into dots by `merge_sightings`.
 
         Args:
-            states: shape (k, 6), of all images.
-            reach: of the same dot [m].
+            states: states of all images, shape (k, 6).
+            reach: merge distance of observations of one dot [m].
         """
         shelf, groups = self._shelved.shelf, self._shelved.groups
         shelf.put('states', 0, states)
@@ -65,7 +65,7 @@ class BlockCutter:
 
 @dataclass(frozen=True)
 class _Extents:
-    """Puts the corners of what each image shows on the shelf, shape (k, 2, 2) [m]; of nothing for one without dots."""
+    """Stores the bounding box of the dots of each image, shape (k, 2, 2) [m]; zeros for an image without dots."""
 
     shelved: ShelvedSightings
     position: NDArray[np.float64]
@@ -83,7 +83,7 @@ class _Extents:
 
 @dataclass(frozen=True)
 class _Cutting:
-    """Puts the sightings of the dots whose first sighting lies in a tile on the shelf."""
+    """Stores the block of a tile: the dots whose first observation is in the tile."""
 
     shelved: ShelvedSightings
     boxes: ImageBoxes
@@ -107,7 +107,7 @@ class _Cutting:
 
 
 def _is_whole(sightings: Placed, tile: Tile, safe: Tile, reach: float) -> bool:
-    """Tell whether no chain that comes into the tile may go on beyond what is there."""
+    """Return whether every cluster that reaches into the tile is completely inside the halo."""
     chain = chains(sightings.points, sightings.seen.image, reach)
     inside = np.zeros(len(chain) + 1, dtype=np.bool_)
     inside[chain[tile.contains(sightings.points)]] = True

@@ -1,6 +1,6 @@
-"""The normal equations of the images of a block, without its dots.
+"""The normal equations of the images of a block; its dots are eliminated (Schur complement).
 
-As a dot's place enters its residuals with the unit matrix, dots leave the equations by their weighted means (Schur).
+The Jacobian of a residual by its dot is the identity, so each dot is the weighted mean of its observations.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ _STEP = 1e-6
 def block_equations(
     block: SightingBlock, states: NDArray[np.float64], position: NDArray[np.float64]
 ) -> Equations:
-    """Return the equations.
+    """Return the normal equations of a block, without its dots.
 
     Args:
-        block: of sightings.
-        states: shape (k, 6), of all images.
-        position: of the optical centre [m].
+        block: the observations.
+        states: states of all images, shape (k, 6).
+        position: optical centre in the base frame, shape (3,) [m].
     """
     seen, number = block.seen, len(block.fixed_dots)
     images, image = np.unique(seen.image, return_inverse=True)
@@ -33,8 +33,8 @@ def block_equations(
     weights = huber_weights(block, points)
     residuals = points - weighted_dots(block, points, weights)[seen.dot]
     jacobian = _jacobian(seen.directions, position, points, each)
-    # Noise is in the image: from higher up it is larger on the floor. Without this term the map would shrink to
-    # make its residuals small.
+    # The noise is in the image, so it grows on the floor with the camera height. Without this term the map would
+    # shrink to reduce its residuals.
     jacobian[:, :, 3] -= residuals
     weighted = (jacobian * weights[:, None, None]).ravel()
     columns = np.repeat(unknowns_of(image).reshape(-1, 1, UNKNOWNS), 2, axis=1).ravel()
@@ -47,7 +47,7 @@ def block_equations(
     total = np.bincount(seen.dot, weights, number)
     free = np.where(block.is_fixed | (total == 0.0), 0.0, 1.0 / np.maximum(total, 1e-30))
     normal = J.T @ WJ - M.T @ sparse.diags(np.repeat(free, 2)) @ M
-    # Of free dots the residuals' weighted sum is 0: the gradient needs no term of the dots.
+    # The weighted residuals of a free dot sum to 0, so the gradient needs no term for the dots.
     return Equations(images, normal.toarray(), np.asarray(WJ.T @ residuals.ravel()))
 
 
@@ -57,7 +57,7 @@ def _jacobian(
     points: NDArray[np.float64],
     each: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return the derivatives of the points by their image's state, shape (n, 2, 6)."""
+    """Return the derivatives of the points by the state of their image, shape (n, 2, 6), by finite differences."""
     jacobian = np.empty((len(points), 2, UNKNOWNS))
     for unknown in range(UNKNOWNS):
         ahead = each.copy()

@@ -1,6 +1,6 @@
-"""Lay one set of dots on another: near an expected pose, or anywhere; taken only when it cannot be chance.
+"""Register one set of dots to another, near an expected pose or anywhere; chance matches are rejected.
 
-The searches are those of the localizer, and so is the test (see `acceptance`).
+The searches and the acceptance test are those of the localizer (see `acceptance`).
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from shirube_geometry import PlanarPose
 _LEAST_DOTS = 5
 _NEAR_PAIRS = 40
 _CELLS = 40_000
-# Laying dots on others that they overlap only in part matches few of them; chance alone decides.
+# Two sets may overlap only in part, so few dots match; the test against chance decides.
 _SHARE = 0.02
-# Dots nearer than this many standard deviations are the same.
+# Two dots within this many standard deviations match.
 _SAME_DOT = 4.0
 
 
@@ -35,10 +35,10 @@ class Tolerances:
     """How far two sets of the same dots may differ.
 
     Attributes:
-        sigma: standard deviation of a dot's place along each axis, in both together [m].
-        scale: share by which one set may be larger.
-        bend: shift of a dot over the square of its distance [1/m].
-        chance: a match is taken when fewer as good are expected by chance.
+        sigma: standard deviation of the distance between matched dots along each axis [m].
+        scale: largest relative difference in scale.
+        bend: largest shift of a dot, divided by its squared distance from the origin [1/m].
+        chance: largest expected number of equally good matches by chance.
     """
 
     sigma: float
@@ -49,14 +49,14 @@ class Tolerances:
 
 @dataclass(frozen=True)
 class Matched:
-    """One set of dots laid on another.
+    """Registration of a source set of dots to a target set.
 
     Attributes:
-        turn: complex; a dot z of the laid set lies at ``turn * z + shift``, so its magnitude is the scale.
-        shift: complex [m].
-        laid: shape (k,), indices of the matched dots in the laid set.
-        under: shape (k,), indices of the dots they lie on.
-        log_chance: logarithm of how many matches as good are expected by chance.
+        turn: complex rotation and scale; a source dot z maps to ``rotation * z + translation``.
+        shift: complex translation [m].
+        laid: indices of the matched dots in the source set, shape (k,).
+        under: indices of the matched dots in the target set, shape (k,).
+        log_chance: logarithm of the expected number of equally good matches by chance.
     """
 
     turn: complex
@@ -67,45 +67,53 @@ class Matched:
 
     @property
     def pose(self) -> PlanarPose:
-        """The laid set's frame in the other's, without the scale."""
+        """Pose of the source frame in the target frame, without the scale."""
         return PlanarPose(self.shift.real, self.shift.imag, math.atan2(self.turn.imag, self.turn.real))
 
 
 class DotField:
-    """Dots that others are laid on."""
+    """Matches sets of dots against a target set."""
 
     def __init__(self, points: NDArray[np.float64]) -> None:
-        """Sort the dots, shape (n, 2) [m], n >= 1."""
+        """Build the grid of the target dots, shape (n, 2) [m], n >= 1."""
         self.points = points
         self.grid, _ = build_dot_grid(points)
         self.density = pair_density(self.grid)
         self._floor: IndexedMap | None = None
 
     def match_near(
-        self, points: NDArray[np.float64], expected: PlanarPose, radius: float, turn: float, by: Tolerances
+        self,
+        points: NDArray[np.float64],
+        expected: PlanarPose,
+        radius: float,
+        yaw_tolerance: float,
+        by: Tolerances,
     ) -> Matched | None:
-        """Lay dots, shape (m, 2) [m], where they are expected.
+        """Match dots near an expected pose; return None if there is no match.
 
         Args:
-            points: the dots, about the origin of their frame.
-            expected: of that frame.
-            radius: how far it may be from there [m].
-            turn: how far it may be turned from there [rad].
-            by: what counts as the same dot.
+            points: source dots around the origin of their frame, shape (m, 2) [m].
+            expected: expected pose of the source frame in the target frame.
+            radius: search radius around the expected position [m].
+            yaw_tolerance: largest difference from the expected yaw [rad].
+            by: tolerances of the match.
         """
         if len(points) < _LEAST_DOTS or len(self.points) < _LEAST_DOTS:
             return None
         view = make_view(_contiguous(points), by.sigma, by.bend, by.scale, self.density)
         around = (
-            self.density * math.pi * (radius + 2.0 * self.grid.cell) ** 2 * min(turn / math.pi + 0.1, 1.0)
+            self.density
+            * math.pi
+            * (radius + 2.0 * self.grid.cell) ** 2
+            * min(yaw_tolerance / math.pi + 0.1, 1.0)
         )
         search = new_search(len(points), max(min(around, float(len(self.points))), 1.0), by.chance, _SHARE)
         pose = np.array([expected.x, expected.y, expected.yaw])
-        found = search_near(self.grid, view, search, pose, radius, turn, _NEAR_PAIRS)
+        found = search_near(self.grid, view, search, pose, radius, yaw_tolerance, _NEAR_PAIRS)
         return self._matched(view, search) if found else None
 
     def match_anywhere(self, points: NDArray[np.float64], by: Tolerances) -> Matched | None:
-        """Lay dots, shape (m, 2) [m], wherever they fit; None where they fit nowhere or at two places alike."""
+        """Match dots, shape (m, 2) [m], at any pose; return None if there is no match or it is ambiguous."""
         if len(points) < _LEAST_DOTS or len(self.points) < _LEAST_DOTS:
             return None
         if self._floor is None:
@@ -119,7 +127,7 @@ class DotField:
         return self._matched(view, search)
 
     def _matched(self, view: ViewDots, search: Search) -> Matched:
-        """Return the best pose with its matches, each dot once."""
+        """Return the best pose with its one-to-one matches."""
         best = search.best
         a, b = complex(best[1], best[2]), complex(best[3], best[4])
         places = a * view.z + b
@@ -129,22 +137,22 @@ class DotField:
 
 
 def _contiguous(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the points in rows: the compiled search knows one layout."""
+    """Return the points in C order, as the compiled kernels expect."""
     return np.ascontiguousarray(points, dtype=np.float64)
 
 
 def nearest_pairs(
     dots: NDArray[np.float64], places: NDArray[np.float64], reach: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return pairs of places and dots: each place's nearest dot within reach, each dot once.
+    """Return one-to-one pairs of points and their nearest dots within a distance.
 
     Args:
-        dots: shape (n, 2) [m].
-        places: shape (m, 2) [m].
-        reach: a pair is no farther apart than this [m].
+        dots: positions of the dots, shape (n, 2) [m].
+        places: points to match, shape (m, 2) [m].
+        reach: largest distance of a pair [m].
 
     Returns:
-        indices of the places, rising, and of their dots.
+        indices of the matched points, ascending, and of their dots.
     """
     found = cKDTree(dots).query(places, distance_upper_bound=reach)
     distance, nearest = np.asarray(found[0]), np.asarray(found[1], dtype=np.int64)

@@ -1,13 +1,12 @@
-"""Normal equations that are too many for memory: solved by eliminating images as soon as nothing more is said of them.
+"""Out-of-core multifrontal solver of the normal equations (nested dissection).
 
-The equations come in parts, one for each block of dots, and each knows only the images that see its dots. Parts that
-lie side by side are joined two and two, then the pairs, and so on; an image that no other part sees leaves at once by
+The equations come in parts, one for each block of dots, over the images that observe its dots. Neighbouring parts are
+merged in pairs up a binary tree (see `elimination_tree`), and an image that is in no other part is eliminated at once:
 
     U^T U = A_11,   X = U^-T A_12,   y = U^-T g_1,   A_22 - X^T X,   g_2 - X^T y
 
-(nested dissection, with the blocks as its leaves; see `elimination_tree`). What has left lies on the shelf until the
-way back, x_1 = U^-1 (y - X x_2). So memory holds the images along the edge of what is joined, not those within.
-What lies below different branches of the tree does not depend on each other: those are tasks.
+The factors U, X, y are kept in the array store until back substitution, x_1 = U^-1 (y - X x_2). Memory holds only the
+front, the images along the boundary of the merged parts. Different branches of the tree are independent tasks.
 """
 
 from __future__ import annotations
@@ -25,18 +24,18 @@ from floor_localizer.core.survey.equations import UNKNOWNS, Equations
 from floor_localizer.core.survey.shelf import Shelf
 
 _BRANCH = 3
-"""So many levels of the tree are one task, eight parts: it takes longer than to hand it out."""
+"""Levels of the tree in one task, so eight parts: large enough to hide the overhead of scheduling."""
 
 
 @dataclass(frozen=True)
 class Elimination:
-    """Solves equations whose parts are always of the same images.
+    """Solves normal equations whose parts always contain the same images.
 
     Attributes:
         images: number of all images.
-        parts: number of the parts.
-        shelf: for what has left; the tasks see it.
-        runner: of the tasks.
+        parts: number of parts.
+        shelf: array store of the factors; the tasks must see it.
+        runner: runs the tasks.
     """
 
     images: int
@@ -45,14 +44,14 @@ class Elimination:
     runner: TaskRunner
 
     def begin(self, spans: NDArray[np.int64]) -> None:
-        """Tell the numbers of the first and the last part that each image is in, shape (n, 2)."""
+        """Store the first and the last part that contain each image, shape (n, 2)."""
         self.shelf.put('spans', 0, spans)
 
     def solve(self, part: Callable[[int], Equations]) -> NDArray[np.float64]:
         """Return the solution, shape (n, 6); 0 for an image that is in no part.
 
         Args:
-            part: tells the equations of a part, also in another process; their sum is positive definite.
+            part: returns the equations of a part, also in another process; their sum is positive definite.
         """
         tree, top = EliminationTree(self.parts, self.shelf), _BRANCH
         branches = tree.width(_BRANCH)

@@ -1,4 +1,4 @@
-"""The tree by which equations are joined: below a node of level k are 2^k parts side by side."""
+"""Binary elimination tree: a node of level k merges 2^k neighbouring parts of the normal equations."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from floor_localizer.core.survey.shelf import Shelf
 
 @dataclass(frozen=True)
 class Known:
-    """Unknowns that have been found.
+    """Solved unknowns of some images.
 
     Attributes:
-        images: shape (k,), indices of their images, rising.
-        values: shape (k, 6).
+        images: indices of the images, ascending, shape (k,).
+        values: solved unknowns, shape (k, 6).
     """
 
     images: NDArray[np.int64]
     values: NDArray[np.float64]
 
     def with_more(self, other: Known) -> Known:
-        """Return these and others, of other images."""
+        """Return the union with the solution of other images."""
         images = np.concatenate([self.images, other.images])
         order = np.argsort(images)
         return Known(images[order], np.concatenate([self.values, other.values])[order])
 
     def of(self, images: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the unknowns of images that are known, shape (6 j,)."""
+        """Return the solved unknowns of some images, shape (6 j,)."""
         return self.values[np.searchsorted(self.images, images)].ravel()
 
 
@@ -41,11 +41,11 @@ NOTHING = Known(np.empty(0, dtype=np.int64), np.empty((0, UNKNOWNS)))
 
 @dataclass(frozen=True)
 class EliminationTree:
-    """What lies at the nodes of the tree, on a shelf on which the spans of the images are.
+    """Elimination tree; factors and Schur complements of its nodes are in an array store.
 
     Attributes:
-        parts: number of the parts.
-        shelf: of what has left and of what is left.
+        parts: number of parts.
+        shelf: array store of the factors, the Schur complements and the spans of the images.
     """
 
     parts: int
@@ -56,38 +56,38 @@ class EliminationTree:
         return -(-self.parts >> level)
 
     def children(self, level: int, index: int) -> range:
-        """Return the nodes of the level below that lie below a node: two, at the end perhaps one."""
+        """Return the children of a node: two, or one at the end of a level."""
         return range(2 * index, min(2 * index + 2, self.width(level - 1))) if level else range(0)
 
     def rest_below(self, level: int, index: int, part: Callable[[int], Equations]) -> Equations:
-        """Return what is left of the parts below a node when all images have left that are in no others."""
+        """Return the Schur complement of a node after eliminating its whole subtree."""
         if level == 0:
             return self._eliminate(level, index, part(index))
         return self.join(level, index, lambda child: self.rest_below(level - 1, child, part))
 
     def join(self, level: int, index: int, rest: Callable[[int], Equations]) -> Equations:
-        """Return what is left at a node of what is left at its children, which are asked for when they are needed."""
+        """Return the Schur complement of a node from those of its children, which are loaded when needed."""
         below = self.children(level, index)
         if len(below) == 1:
             return rest(below[0])
-        # Nothing here keeps the children's or their sum in memory while images leave.
+        # No reference keeps the children or their sum in memory during the elimination.
         return self._eliminate(level, index, rest(below[0]) + rest(below[1]))
 
     def put_rest(self, level: int, index: int, rest: Equations) -> None:
-        """Put away what is left at a node."""
+        """Store the Schur complement of a node."""
         self.shelf.put(f'rest{level}', index, rest.images, rest.normal, rest.gradient)
 
     def get_rest(self, level: int, index: int) -> Equations:
-        """Return what is left at a node."""
+        """Load the Schur complement of a node."""
         return Equations(*self.shelf.get(f'rest{level}', index))
 
     def solve(self, level: int, index: int, known: Known) -> Known:
-        """Return the unknowns of the images that have left at a node.
+        """Return the unknowns of the images eliminated at a node, by back substitution.
 
         Args:
-            level: of the node.
-            index: its number there.
-            known: those of all images that have left above it.
+            level: level of the node.
+            index: index of the node in its level.
+            known: solution of all images eliminated above the node.
         """
         if level and len(self.children(level, index)) == 1:
             return NOTHING
@@ -95,14 +95,14 @@ class EliminationTree:
         return Known(images, way_back(upper, y, known.of(others)).reshape(-1, UNKNOWNS))
 
     def solve_below(self, level: int, index: int, known: Known) -> list[Known]:
-        """Return the unknowns of the images that have left at a node or below it; arguments as of `solve`."""
+        """Return the unknowns of the images eliminated at a node and below it; arguments as for `solve`."""
         found = self.solve(level, index, known)
         known = known.with_more(found)
         below = [self.solve_below(level - 1, child, known) for child in self.children(level, index)]
         return [found, *(each for several in below for each in several)]
 
     def _eliminate(self, level: int, index: int, part: Equations) -> Equations:
-        """Return the equations without the images that are in no part but those below the node."""
+        """Eliminate the images that are only in parts below the node; store their factor, return the complement."""
         all_images, spans = part.images, self.shelf.look_up('spans')[part.images]
         leaves = (spans[:, 0] >= index << level) & (spans[:, 1] < (index + 1) << level)
         order = np.argsort(~leaves, kind='stable')

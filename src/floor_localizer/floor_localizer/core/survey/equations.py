@@ -1,4 +1,4 @@
-"""Normal equations of some of a survey's images."""
+"""Normal equations of some images of a survey."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class Equations:
     """Normal equations of some images, with six unknowns each.
 
     Attributes:
-        images: shape (k,), indices of the images, rising.
-        normal: shape (6 k, 6 k), symmetric.
-        gradient: shape (6 k,).
+        images: indices of the images, ascending, shape (k,).
+        normal: symmetric normal matrix, shape (6 k, 6 k).
+        gradient: gradient, shape (6 k,).
     """
 
     images: NDArray[np.int64]
@@ -25,7 +25,7 @@ class Equations:
     gradient: NDArray[np.float64]
 
     def __add__(self, other: Equations) -> Equations:
-        """Return the sum of both."""
+        """Return the sum of both, over the union of their images."""
         images = np.union1d(self.images, other.images)
         total = Equations(
             images,

@@ -1,4 +1,4 @@
-"""Which dots of a survey are those of the map that is extended, and stay there."""
+"""Identify the dots of a survey that are in the map to extend; they keep their position."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ def fix_dots(
     reach: float,
     runner: TaskRunner,
 ) -> None:
-    """Fix the dots that lie on dots of a map, each on another one; of several the nearest.
+    """Fix the dots that match dots of the existing map, one to one; the nearest dot wins.
 
     Args:
-        blocks: without fixed dots; written anew.
-        states: shape (k, 6), of all images.
-        position: of the optical centre [m].
-        old: the dots of the map.
-        reach: a dot is no farther from the one it is [m].
-        runner: of tasks that see the blocks' shelf.
+        blocks: blocks without fixed dots; overwritten.
+        states: states of all images, shape (k, 6).
+        position: optical centre in the base frame, shape (3,) [m].
+        old: dots of the existing map.
+        reach: largest distance of a match [m].
+        runner: runs the tasks; they must see the blocks' array store.
     """
     shelf = blocks.shelf
     shelf.put('states', 0, states)
@@ -49,7 +49,7 @@ def fix_dots(
 
 @dataclass(frozen=True)
 class _Pairing:
-    """Puts the pairs of a block's dots and old ones on the shelf: which old ones they are, and how far apart."""
+    """Stores the pairs of dots of a block and of the existing map: index in the map, and distance."""
 
     blocks: SightingBlocks
     position: NDArray[np.float64]
@@ -60,20 +60,20 @@ class _Pairing:
         shelf = self.blocks.shelf
         dots, _ = place_dots(self.blocks[number], shelf.look_up('states'), self.position)
         which, points = self.old.around(dots, self.reach)
-        seen, near = nearest_pairs(points, dots, self.reach)
-        shelf.put('pairs', number, which[near], np.hypot(*(dots[seen] - points[near]).T))
-        shelf.put('paired', number, seen, points[near])
+        dot_indices, near = nearest_pairs(points, dots, self.reach)
+        shelf.put('pairs', number, which[near], np.hypot(*(dots[dot_indices] - points[near]).T))
+        shelf.put('paired', number, dot_indices, points[near])
 
 
 @dataclass(frozen=True)
 class _Fixing:
-    """Fixes those dots of a block that are nearer to the old one than any of another block."""
+    """Fixes the dots of a block that are the nearest to their dot of the existing map among all blocks."""
 
     blocks: SightingBlocks
 
     def __call__(self, number: int) -> None:
         shelf, block = self.blocks.shelf, self.blocks[number]
-        (is_nearest,), (seen, points) = shelf.get('nearest', number), shelf.get('paired', number)
+        (is_nearest,), (dot_indices, points) = shelf.get('nearest', number), shelf.get('paired', number)
         fixed = block.fixed_dots.copy()
-        fixed[seen[is_nearest]] = points[is_nearest]
+        fixed[dot_indices[is_nearest]] = points[is_nearest]
         self.blocks.put(number, SightingBlock(block.seen, fixed))

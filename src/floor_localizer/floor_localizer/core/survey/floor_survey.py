@@ -1,4 +1,4 @@
-"""From pieces to one map: place them, adjust all images and dots at once, drop dirt."""
+"""From submaps to one map: optimise the pose graph, adjust all images and dots, drop spurious dots."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ class SurveyResult:
     """A surveyed floor.
 
     Attributes:
-        dot_map: the dots; those of the map that was extended come first, as they were.
-        counts: shape (n,), how many images saw each dot; 0 for dots of the old map that none saw.
-        images: indices of the images that were used.
-        states: shape (k, 6), of these: x, y [m], yaw [rad], scale, roll, pitch [rad].
-        blocks: the sightings; their images are indices of ``images``.
-        residuals: of the sightings, block by block.
-        loops: number of links between pieces that do not follow each other.
-        dirt: number of dots that were dropped.
-        left_out: indices of images that are linked to no others.
-        old_dots: number of dots of the map that was extended.
+        dot_map: the dots; those of the extended map come first, unchanged.
+        counts: number of images that observed each dot, shape (n,); 0 for dots of the existing map that none observed.
+        images: indices of the images on the map, shape (k,).
+        states: x, y [m], yaw [rad], scale, roll, pitch [rad] of these images, shape (k, 6).
+        blocks: the observations; their image numbers are indices into ``images``.
+        residuals: residuals of the observations, block by block.
+        loops: number of loop closures.
+        dirt: number of spurious dots that were dropped.
+        left_out: indices of images that are not connected to the map.
+        existing_count: number of dots of the extended map.
     """
 
     dot_map: DotMap
@@ -49,7 +49,7 @@ class SurveyResult:
     loops: int
     dirt: int
     left_out: NDArray[np.int64]
-    old_dots: int
+    existing_count: int
 
 
 def survey_floor(
@@ -61,7 +61,7 @@ def survey_floor(
     shelf: Shelf,
     existing: DotMap | None = None,
 ) -> SurveyResult:
-    """Make one map in this process; pieces in their order, other arguments as of `adjust_survey`.
+    """Make a map in this process from submaps in order; other arguments as for `adjust_survey`.
 
     Raises:
         FloorLocalizerError: the images do not overlap.
@@ -83,19 +83,19 @@ def adjust_survey(
     record: SurveyRecord,
     progress: Callable[[int], None] = lambda _: None,
 ) -> SurveyResult:
-    """Make the map of images that are linked.
+    """Make the map of connected images.
 
     Args:
         images: all images of the survey.
-        linked: those of them that are on the map.
-        outline: what an image shows.
-        position: of the optical centre in the base frame [m].
-        settings: of the survey.
-        shelf: for what does not fit into memory; the result needs it further on.
-        existing: a map that is extended; its dots stay where they are.
-        runner: of tasks that see the shelf; the map is the same whatever it is.
-        record: of the adjustments; those that are in it are not done again.
-        progress: is told how many of `adjustment_rounds.ADJUSTMENTS` are done.
+        linked: the connected images and their initial states.
+        outline: outline of a view.
+        position: optical centre in the base frame, shape (3,) [m].
+        settings: survey settings.
+        shelf: array store for what does not fit into memory; the result still reads from it.
+        existing: map to extend, None for a new one; its dots keep their position.
+        runner: runs the tasks; they must see the array store. It does not change the map.
+        record: checkpoint of the adjustments; those found in it are not repeated.
+        progress: callback with the number of finished `adjustment_rounds.ADJUSTMENTS`.
     """
     old = DotMap(np.empty((0, 2)), np.empty(0)) if existing is None else existing
     chosen = ImageSelection(images, linked.images)
@@ -105,6 +105,6 @@ def adjust_survey(
     blocks, states = rounds.run(linked.states)
     dots = gather_dots(blocks, states, position, outline, old, old_dots, runner)
     return SurveyResult(
-        dots.dot_map, dots.counts, linked.images, states, blocks, Residuals(blocks), linked.loops, dots.dirt,
-        np.setdiff1d(np.arange(len(images)), linked.images), dots.old_dots,
+        dots.dot_map, dots.counts, linked.images, states, blocks, Residuals(blocks), linked.loops,
+        dots.dirt, np.setdiff1d(np.arange(len(images)), linked.images), dots.existing_count,
     )  # fmt: skip

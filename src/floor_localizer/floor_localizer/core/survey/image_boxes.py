@@ -1,4 +1,4 @@
-"""Boxes around what images show, on a shelf: those of a place are found without a look at each."""
+"""Bounding boxes of images in an array store; a two-level search finds those that overlap a tile."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from floor_localizer.core.survey.shelf import Shelf
 from floor_localizer.core.survey.tiles import Tile
 
 _TOGETHER = 32
-"""Images that follow each other in the drive have a box around theirs, which is looked at first."""
+"""Number of consecutive images with a common bounding box, which is tested first."""
 
 
 @dataclass(frozen=True)
 class ImageBoxes:
-    """Boxes of all images.
+    """Bounding boxes of all images.
 
     Attributes:
-        shelf: where they are.
+        shelf: array store of the boxes.
     """
 
     shelf: Shelf
 
     def meeting(self, tile: Tile) -> NDArray[np.int64]:
-        """Return the images whose boxes meet a tile, shape (k,), rising."""
+        """Return the images whose boxes overlap a tile, ascending, shape (k,)."""
         groups = np.flatnonzero(_meets(self.shelf.look_up('boxes_together'), tile))
         boxes = self.shelf.look_up('boxes')
         images = (_TOGETHER * groups[:, None] + np.arange(_TOGETHER)).ravel()
@@ -34,11 +34,11 @@ class ImageBoxes:
 
 
 def shelve_boxes(boxes: NDArray[np.float64], shelf: Shelf) -> ImageBoxes:
-    """Put boxes on a shelf, in the place of those before.
+    """Store boxes; they replace the previous ones.
 
     Args:
-        boxes: shape (k, 2, 2), lower left and upper right corner of each image's [m].
-        shelf: for them.
+        boxes: lower left and upper right corner of the box of each image, shape (k, 2, 2) [m].
+        shelf: array store.
     """
     first = np.arange(0, len(boxes), _TOGETHER)
     together = [np.minimum.reduceat(boxes[:, 0], first), np.maximum.reduceat(boxes[:, 1], first)]

@@ -1,4 +1,4 @@
-"""The scale of a map from one length that was measured."""
+"""Scale a map by one measured length."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.survey.floor_survey import SurveyResult
 
-# A dot is where it is said to be within this [m].
+# Search radius around the given position of a dot [m].
 _REACH = 0.01
-# A tape does not disagree with the camera's calibration by more than this share.
+# Largest relative difference between the tape and the camera's calibration.
 _DISAGREEMENT = 0.1
 
 
@@ -22,9 +22,9 @@ class KnownLength:
     """A measured distance.
 
     Attributes:
-        first: place of a dot on the map as it is without this length, shape (2,) [m].
-        second: place of the other dot, shape (2,) [m].
-        length: between the middles of both [m].
+        first: position of a dot on the map before scaling, shape (2,) [m].
+        second: position of the other dot, shape (2,) [m].
+        length: measured distance between their centres [m].
     """
 
     first: NDArray[np.float64]
@@ -33,16 +33,16 @@ class KnownLength:
 
 
 def scale_survey(result: SurveyResult, known: KnownLength) -> tuple[SurveyResult, float]:
-    """Return the survey at the scale of a known length, and by how much it is larger.
+    """Return the survey scaled to a known length, and the scale factor.
 
     Raises:
-        FloorLocalizerError: there is no dot, or the length cannot be right.
+        FloorLocalizerError: no dot is at a given position, or the length is implausible.
     """
     ends = np.array([_dot_at(result.dot_map, place) for place in (known.first, known.second)])
     mapped = float(np.hypot(*(ends[1] - ends[0])))
     if mapped < 2.0 * _REACH or not abs(known.length / mapped - 1.0) < _DISAGREEMENT:
         raise FloorLocalizerError(
-            f'--known-length: {known.length:g} m lie between dots that are {mapped:.4f} m apart on the map; '
+            f'--known-length: is {known.length:g} m, but the dots are {mapped:.4f} m apart on the map; '
             'check which dots were measured, and camera_xyz'
         )
     scale = known.length / mapped
@@ -60,6 +60,6 @@ def _dot_at(dot_map: DotMap, place: NDArray[np.float64]) -> NDArray[np.float64]:
     if distances[nearest] > _REACH:
         raise FloorLocalizerError(
             f'--known-length: ({place[0]:g}, {place[1]:g}) m has no dot within {1e3 * _REACH:.0f} mm; '
-            'give the places of two dots as they are in the map without --known-length'
+            'give the positions of two dots as they are in the map without --known-length'
         )
     return dot_map.points[nearest]

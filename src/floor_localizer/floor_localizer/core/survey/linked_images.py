@@ -1,4 +1,4 @@
-"""Which images are on the map, and where they lie when their pieces are linked, before they are adjusted."""
+"""Build the pose graph of the submaps; return the connected images with their initial states."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from floor_localizer.core.survey.survey_record import SurveyRecord
 from floor_localizer.core.survey.survey_settings import SurveySettings
 
 _LEAST_PART = 0.5
-"""Of the images that are linked to each other, at least."""
+"""Smallest fraction of the images that must be connected."""
 
 
 @dataclass(frozen=True)
 class LinkedImages:
-    """Images that are linked to each other.
+    """Images that are connected by the pose graph.
 
     Attributes:
-        images: shape (k,), their indices.
-        states: shape (k, 6), x, y [m], yaw [rad], scale, roll, pitch [rad] of each.
-        loops: number of links between pieces that do not follow each other.
+        images: indices of the images, shape (k,).
+        states: x, y [m], yaw [rad], scale, roll, pitch [rad] of each, shape (k, 6).
+        loops: number of loop closures.
     """
 
     images: NDArray[np.int64]
@@ -45,15 +45,15 @@ def link_images(
     existing: DotMap | None,
     record: SurveyRecord,
 ) -> LinkedImages:
-    """Place the pieces, unless that is on record; return the images of those that are linked.
+    """Build and optimise the pose graph, unless the checkpoint has it; return the images of its main component.
 
     Args:
         images: all images of the survey.
-        pieces: into which they were put together, in their order.
-        settings: of the survey.
-        shelf: for the dots of the pieces.
-        existing: a map that is extended.
-        record: of this step.
+        pieces: submaps of the images, in order.
+        settings: survey settings.
+        shelf: array store of the submaps' dots.
+        existing: map to extend, None for a new one.
+        record: checkpoint of this step.
 
     Raises:
         FloorLocalizerError: the images do not overlap.
@@ -74,7 +74,7 @@ def link_images(
 
 
 def _main_part(linker: PieceLinker, first: int, images: Sequence[SurveyImage]) -> NDArray[np.int64]:
-    """Return the linker's numbers of the pieces that are linked to the old map, or else to most others."""
+    """Return the submaps that are connected to the existing map, or those of the largest component."""
     pieces = linker.pieces
     parts = connected_parts(len(pieces), linker.places.links)
     sizes = np.array([len(piece.images) for piece in pieces])
@@ -88,8 +88,9 @@ def _main_part(linker: PieceLinker, first: int, images: Sequence[SurveyImage]) -
     if share < _LEAST_PART:
         torn = next(pieces[k] for k in range(first + 1, len(pieces)) if parts[k] != parts[k - 1])
         raise FloorLocalizerError(
-            f'no overlap: only {share:.0%} of the images are linked to each other, {images[torn.images[0]].name} '
-            'fits none before it; drive slower or in narrower lanes, and check camera_xyz, camera_rpy and the odometry'
+            f'no overlap: only {share:.0%} of the images are connected, '
+            f'{images[torn.images[0]].name} matches none before it; drive slower or in narrower lanes, '
+            'and check camera_xyz, camera_rpy and the odometry'
         )
     return chosen
 
@@ -97,7 +98,7 @@ def _main_part(linker: PieceLinker, first: int, images: Sequence[SurveyImage]) -
 def _global_states(
     pieces: Sequence[Piece], turns: NDArray[np.complex128], shifts: NDArray[np.complex128]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the images of pieces, each once, and their states on the map."""
+    """Return the images of submaps, each once, and their states on the map."""
     used: dict[int, NDArray[np.float64]] = {}
     for piece, a, b in zip(pieces, turns, shifts, strict=True):
         places = a * (piece.states[:, :2] @ (1.0, 1j)) + b

@@ -1,7 +1,7 @@
-"""How two dot maps of one floor differ: the rigid motion between them, what is left, what is missing or new.
+"""Compare two dot maps of one floor: the rigid motion between them, residuals, missing and extra dots.
 
-Patches of one map are looked up on the other by constellations, wherever it has its origin; patches that agree on the
-motion vote for it, and all dots refine it.
+Patches of one map are matched in the other by constellations, independent of the origins; the patch whose motion
+matches most dots gives the first estimate, and all dots refine it.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ from shirube_geometry import PlanarPose
 _PATCH_DOTS, _PATCHES = 60, 25
 _SIGMA, _SCALE, _CHANCE = 0.0003, 0.05, 1e-6
 _ROUNDS = 20
-# Maps of one floor differ by less than this share of the dots' spacing, once they lie on each other.
+# Largest distance of matched dots after registration, as a fraction of the dot spacing.
 _NEAR = 0.35
 _LEAST_MATCHED = 10
 _CROP = 1.0
-"""Beyond the other map's dots by more than this many spacings, a dot is outside, not missing."""
+"""A dot farther than this many spacings beyond the other map's dots is outside, not missing."""
 
 
 @dataclass(frozen=True)
 class MapComparison:
-    """What two maps have in common.
+    """Result of comparing two maps.
 
     Attributes:
-        T_first_second: the second map's frame in the first one's.
-        scale: of the second map over the first, by the similarity that fits best.
-        pairs: shape (k, 2), indices of dots of the first and of the second that are the same.
-        residuals: shape (k, 2), dots of the second after the rigid motion minus those of the first [m].
-        missing: indices of dots of the first, within the second's floor, that it lacks.
-        extra: indices of dots of the second, within the first's floor, that the first lacks.
-        outside: number of dots of either map where the other has no floor.
+        T_first_second: pose of the second map's frame in the first one's.
+        scale: scale of the second map relative to the first, from the best similarity.
+        pairs: indices of matched dots of the first and the second map, shape (k, 2).
+        residuals: dots of the second map after the rigid motion minus those of the first, shape (k, 2) [m].
+        missing: indices of dots of the first map that are missing in the second, within its area.
+        extra: indices of dots of the second map that are missing in the first, within its area.
+        outside: number of dots of either map outside the area of the other.
     """
 
     T_first_second: PlanarPose
@@ -54,31 +54,31 @@ class MapComparison:
 
     @property
     def rms(self) -> float:
-        """Root mean square distance of common dots [m]."""
+        """Root mean square distance of matched dots [m]."""
         return float(np.sqrt(np.mean(np.sum(self.residuals**2, axis=1))))
 
     @property
     def largest(self) -> float:
-        """Largest distance of common dots [m]."""
+        """Largest distance of matched dots [m]."""
         return float(np.hypot(*self.residuals.T).max())
 
 
 def compare(first: DotMap, second: DotMap) -> MapComparison:
-    """Lay the second map on the first and compare them.
+    """Register the second map to the first and compare them.
 
     Raises:
-        FloorLocalizerError: they have no floor in common.
+        FloorLocalizerError: the maps do not overlap.
     """
     start = _start(DotField(first.points), second.points)
     if start is None:
         raise FloorLocalizerError(
-            'the maps have no floor in common: no part of the second fits the first; compare maps of the same floor'
+            'the maps do not overlap: no part of the second matches the first; compare maps of the same floor'
         )
     reach = _NEAR * typical_spacing(first.points)
     pose, scale = start, 1.0
     laid, under, before = np.empty(0, np.int64), np.empty(0, np.int64), -1
     for _ in range(_ROUNDS):
-        # Pairs are sought under the scale, too: else, far out, a dot would be taken for its neighbour.
+        # Pairs are matched with the scale applied; without it, a distant dot would be matched to its neighbour.
         laid, under = nearest_pairs(first.points, pose.transform(second.points / scale), reach)
         if len(laid) < _LEAST_MATCHED:
             raise FloorLocalizerError('the maps have too few dots in common; compare maps of the same floor')
@@ -98,14 +98,14 @@ def compare(first: DotMap, second: DotMap) -> MapComparison:
 
 
 def _scale(laid: NDArray[np.float64], under: NDArray[np.float64]) -> float:
-    """Return how many times larger dots, shape (k, 2), are than those they belong on, by the best similarity."""
+    """Return the scale of source dots, shape (k, 2), relative to their target dots, by the best similarity."""
     z, m = laid @ (1.0, 1j), under @ (1.0, 1j)
     z, m = z - z.mean(), m - m.mean()
     return float(abs(np.vdot(z, m)) / np.vdot(m, m).real)
 
 
 def _start(field: DotField, points: NDArray[np.float64]) -> PlanarPose | None:
-    """Return the motion that the patch with the most matched dots asks for."""
+    """Return the motion of the patch with the most matched dots."""
     tree, best = cKDTree(points), None
     by = Tolerances(_SIGMA, _SCALE, 0.0, _CHANCE)
     seeds = np.linspace(0, len(points) - 1, min(_PATCHES, len(points))).astype(int)
@@ -130,12 +130,12 @@ def _about_origin(found: Matched, middle: NDArray[np.float64]) -> PlanarPose:
 def _unmatched(
     points: NDArray[np.float64], matched: NDArray[np.int64], others: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], int]:
-    """Return the dots without a partner that lie among the others, and how many lie outside."""
+    """Return the unmatched dots within the area of the others, and the number outside it."""
     alone = np.setdiff1d(np.arange(len(points)), matched)
     if len(alone) == 0:
         return alone, 0
     spacing = typical_spacing(others)
-    # Among others are those with others on all sides: the middle of the nearest six is not far.
+    # Inside the area the six nearest dots surround a dot, so their centroid is near it.
     count = min(6, len(others))
     _, nearest = cKDTree(others).query(points[alone], k=count)
     off = np.hypot(*(others[nearest].mean(axis=1) - points[alone]).T)

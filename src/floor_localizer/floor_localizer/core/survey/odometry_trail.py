@@ -1,4 +1,4 @@
-"""Where odometry says the robot was at the time of an image."""
+"""Odometry interpolated at the stamp of an image."""
 
 from __future__ import annotations
 
@@ -8,28 +8,28 @@ from numpy.typing import NDArray
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from shirube_geometry import PlanarPose, wrap_angle
 
-# Odometry that is older than this beside an image says nothing about it [s].
+# Largest time between an image and the nearest odometry [s].
 _STALE = 0.25
 _NANOSECONDS = 1e9
 
 
 class OdometryTrail:
-    """Odometry in the order of time, interpolated."""
+    """Odometry in order of time, interpolated linearly."""
 
     def __init__(self, stamps_ns: NDArray[np.int64], poses: NDArray[np.float64], source: str) -> None:
-        """Check and keep it.
+        """Check and store the odometry.
 
         Args:
-            stamps_ns: shape (n,) [ns].
-            poses: shape (n, 3), x, y [m] and yaw [rad].
-            source: its topic or file, for messages.
+            stamps_ns: stamps, shape (n,) [ns].
+            poses: x, y [m] and yaw [rad], shape (n, 3).
+            source: topic or file, for error messages.
 
         Raises:
-            FloorLocalizerError: there is none, or its stamps do not rise.
+            FloorLocalizerError: there is no odometry, or its stamps do not increase.
         """
         if len(stamps_ns) < 2:
             raise FloorLocalizerError(
-                f'{source}: holds no odometry; a survey needs it from the first to the last image'
+                f'{source}: contains no odometry; a survey needs it from the first to the last image'
             )
         back = np.flatnonzero(np.diff(stamps_ns) <= 0)
         if len(back):
@@ -42,10 +42,10 @@ class OdometryTrail:
         self._xy, self._yaw = poses[:, :2], np.unwrap(poses[:, 2])
 
     def pose_at(self, stamp_ns: int, name: str) -> PlanarPose:
-        """Return ``T_odom_base`` at a time.
+        """Return ``T_odom_base`` at a stamp; ``name`` is the image, for error messages.
 
         Raises:
-            FloorLocalizerError: there is no odometry near.
+            FloorLocalizerError: there is no odometry near this stamp.
         """
         time = (stamp_ns - self._start) / _NANOSECONDS
         after = int(np.searchsorted(self._seconds, time))

@@ -1,4 +1,4 @@
-"""The dots of a map that is extended, on a shelf, from which only those are read that lie somewhere."""
+"""The dots of a map to extend, in an array store from which only a region is read."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from floor_localizer.core.survey.shelf import Shelf
 
 @dataclass(frozen=True)
 class OldDots:
-    """Dots on a shelf in the order of x.
+    """Dots of the existing map, sorted by x.
 
     Attributes:
-        shelf: where they are.
-        count: their number.
+        shelf: array store of the dots.
+        count: number of dots.
     """
 
     shelf: Shelf
@@ -25,14 +25,14 @@ class OldDots:
     def around(
         self, places: NDArray[np.float64], reach: float
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return all dots that are within reach of any of some places, and others near there.
+        """Return all dots within a distance of the bounding box of some points.
 
         Args:
-            places: shape (m, 2) [m].
-            reach: of a place [m].
+            places: points, shape (m, 2) [m].
+            reach: distance [m].
 
         Returns:
-            their indices, rising, shape (k,), and the dots, shape (k, 2) [m].
+            the indices, ascending, shape (k,), and the dots, shape (k, 2) [m].
         """
         if len(places) == 0 or self.count == 0:
             return np.empty(0, dtype=np.int64), np.empty((0, 2))
@@ -47,7 +47,7 @@ class OldDots:
 
 
 def shelve_dots(points: NDArray[np.float64], shelf: Shelf) -> OldDots:
-    """Put dots, shape (n, 2) [m], on a shelf."""
+    """Store the dots of the existing map, shape (n, 2) [m]."""
     order = np.argsort(points[:, 0], kind='stable')
     shelf.put('old', 0, points[order])
     shelf.put('old_indices', 0, order)

@@ -1,4 +1,4 @@
-"""Sightings that are of no dot of the map, dropped when it is adjusted."""
+"""Reject outlier observations after an adjustment."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _GATE = 8.0
 def drop_outliers(
     blocks: SightingBlocks, states: NDArray[np.float64], position: NDArray[np.float64], runner: TaskRunner
 ) -> None:
-    """Drop sightings whose residual is too large.
+    """Drop observations whose residual exceeds the gate.
 
     Args:
-        blocks: of sightings; written anew.
-        states: shape (k, 6), of all images.
-        position: of the optical centre [m].
-        runner: of tasks that see the blocks' shelf.
+        blocks: the observations; overwritten.
+        states: states of all images, shape (k, 6).
+        position: optical centre in the base frame, shape (3,) [m].
+        runner: runs the tasks; they must see the blocks' array store.
     """
     blocks.shelf.put('states', 0, states)
     run_numbered(runner, _Dropping(blocks, position), len(blocks), BLOCKS_A_TASK)

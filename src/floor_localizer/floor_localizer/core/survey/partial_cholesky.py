@@ -1,7 +1,7 @@
-"""The first unknowns of normal equations eliminated, in tiles that BLAS does with one thread.
+"""Partial Cholesky factorisation of normal equations, in tiles small enough that BLAS uses a single thread.
 
-So the bits are the same in a worker that may use one thread and in a process that may use all, and no thread waits
-for another one on a busy computer: from about 80 unknowns on that takes longer than the work.
+The result is then bitwise the same in a worker with one thread and in a process with many, and no thread waits for
+another on a busy computer, which from about 80 unknowns on takes longer than the work.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky
 from scipy.linalg.lapack import dtrtri
 
-# OpenBLAS takes more threads from 64 rows of a factor and from 64 * 64 * 64 products on.
+# OpenBLAS uses several threads from 64 rows of a factor and from 64 * 64 * 64 products on.
 _TILE = 60
 
 
@@ -19,15 +19,16 @@ def eliminate_first(normal: NDArray[np.float64], gradient: NDArray[np.float64], 
     """Eliminate the first unknowns, in place.
 
     Args:
-        normal: shape (n, n), symmetric; of it, only the upper triangle is used and written: above, the rows of U with
-            U^T U = A_11, whose tiles on the diagonal are inverted, and of X = U^-T A_12; below, A_22 - X^T X.
-        gradient: shape (n,); becomes y = U^-T g_1 and g_2 - X^T y.
-        count: number of the unknowns that are eliminated.
+        normal: symmetric normal matrix, shape (n, n); only the upper triangle is used and overwritten: the upper rows
+            with U, where U^T U = A_11 (its diagonal tiles inverted), and X = U^-T A_12; the lower rows with the Schur
+            complement A_22 - X^T X.
+        gradient: gradient, shape (n,); overwritten with y = U^-T g_1 and g_2 - X^T y.
+        count: number of unknowns to eliminate.
     """
     size = len(normal)
     for begin in range(0, count, _TILE):
         own = slice(begin, min(begin + _TILE, count))
-        # With the inverse of a tile in its place all the rest are products.
+        # With the inverse of the diagonal tile, all remaining steps are matrix products.
         normal[own, own], _ = dtrtri(cholesky(normal[own, own], check_finite=False))
         inverse = normal[own, own].T.copy()
         gradient[own] = inverse @ gradient[own]
@@ -47,9 +48,9 @@ def way_back(
     """Return the eliminated unknowns, shape (count,).
 
     Args:
-        upper: shape (count, n), the first rows of what `eliminate_first` has left of the normal equations.
-        y: shape (count,), of its gradient.
-        known: shape (n - count,), the other unknowns.
+        upper: first rows of the matrix written by `eliminate_first`, shape (count, n).
+        y: first rows of the gradient written by it, shape (count,).
+        known: the other unknowns, shape (n - count,).
     """
     count = len(y)
     found = y - np.einsum('ij,j->i', upper[:, count:], known)

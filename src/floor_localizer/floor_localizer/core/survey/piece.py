@@ -1,4 +1,4 @@
-"""A piece of floor from some images in a row: matched one after the other, then adjusted together."""
+"""A submap of consecutive images: registered one after the other, then adjusted together."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ _BACK = 3
 
 @dataclass(frozen=True)
 class Piece:
-    """Images in a row that belong together.
+    """Submap of consecutive images.
 
     Attributes:
-        images: indices of the images.
-        states: shape (k, 6), of each image, as in `adjustment`; the frame is the base of the first one.
-        dots: shape (m, 2), in that frame [m].
-        counts: shape (m,), how many images saw each.
-        is_linked: whether the first image is also the last one of the piece before.
+        images: indices of the images, shape (k,).
+        states: states of the images as in the adjustment, shape (k, 6); the frame is the base of the first image.
+        dots: positions of the dots in that frame, shape (m, 2) [m].
+        counts: number of images that observed each dot, shape (m,).
+        is_linked: whether the first image is also the last one of the previous submap.
     """
 
     images: NDArray[np.int64]
@@ -45,15 +45,15 @@ def build_piece(
     images: Sequence[SurveyImage], first: int, last: int, position: NDArray[np.float64], settings: SurveySettings,
     *, is_linked: bool,
 ) -> Piece:  # fmt: skip
-    """Put images together as far as they overlap.
+    """Build a submap from consecutive images as long as they overlap.
 
     Args:
         images: all images of the survey.
-        first: index of the first one.
-        last: index of the last one at most; the piece ends earlier where an image matches none before it.
-        position: of the optical centre, shape (3,) [m].
-        settings: of the survey.
-        is_linked: whether the first image is also the last one of the piece before.
+        first: index of the first image.
+        last: index of the last image; the submap ends earlier where an image matches none before it.
+        position: optical centre in the base frame, shape (3,) [m].
+        settings: survey settings.
+        is_linked: whether the first image is also the last one of the previous submap.
     """
     poses = [PlanarPose(0.0, 0.0, 0.0)]
     for index in range(first + 1, last + 1):
@@ -69,8 +69,8 @@ def build_piece(
         return Piece(numbers, states, chosen[0].points, np.ones(len(chosen[0]), dtype=np.int64), is_linked)
     priors = BodyPriors(position, settings.scale_sigma, settings.tilt_sigma)
     seen = sightings_of(chosen, np.arange(len(chosen)), settings.dot_sigma)
-    for reach in (_FIRST_REACH * settings.same_dot, settings.same_dot):
-        dot = merge_sightings(placed(seen, states, position).points, seen.image, reach)
+    for merge_distance in (_FIRST_REACH * settings.same_dot, settings.same_dot):
+        dot = merge_sightings(placed(seen, states, position).points, seen.image, merge_distance)
         counts = np.bincount(dot)
         adjusted = adjust(replace(seen, dot=dot), states, np.full((len(counts), 2), np.nan), priors)
         states = adjusted.states
@@ -85,7 +85,7 @@ def _beside(
     height: float,
     settings: SurveySettings,
 ) -> PlanarPose | None:
-    """Return the pose of an image that is laid on one of those shortly before it, None where it fits none."""
+    """Register an image to one of the previous images; return its pose, None if it matches none."""
     image = images[index]
     for before in range(index - 1, max(index - 1 - _BACK, first - 1), -1):
         expected = images[before].T_odom_base.inverse() @ image.T_odom_base
@@ -98,19 +98,19 @@ def _beside(
 def match_images(
     under: SurveyImage, laid: SurveyImage, expected: PlanarPose, height: float, settings: SurveySettings
 ) -> PlanarPose | None:
-    """Lay one image on another near where the odometry expects it.
+    """Register one image to another near the pose expected from odometry; None if they do not match.
 
     Args:
-        under: the image it is laid on.
-        laid: the other one.
-        expected: its base in the base of the first.
-        height: of the camera [m].
-        settings: of the survey.
+        under: target image.
+        laid: source image.
+        expected: expected pose of the source base in the target base.
+        height: camera height [m].
+        settings: survey settings.
     """
     way = float(np.hypot(expected.x, expected.y))
     radius = settings.odometry_radius + settings.odometry_error * way
-    turn = settings.odometry_turn + settings.odometry_error * (way + abs(expected.yaw))
-    # Only dots that may be seen by both can match.
+    yaw_tolerance = settings.odometry_turn + settings.odometry_error * (way + abs(expected.yaw))
+    # Only dots in the possible overlap of both images can match.
     spacing = (
         3.0 * float(np.sqrt(np.prod(np.ptp(under.points, axis=0)) / max(len(under), 1)))
         if len(under)
@@ -126,14 +126,14 @@ def match_images(
     )
     if len(laid_points) == 0 or len(under) == 0:
         return None
-    found = DotField(under.points).match_near(laid_points, expected, radius, turn, by)
+    found = DotField(under.points).match_near(laid_points, expected, radius, yaw_tolerance, by)
     if found is None:
         return None
     return rigid_pose(laid_points[found.laid], under.points[found.under])
 
 
 def rigid_pose(laid: NDArray[np.float64], under: NDArray[np.float64]) -> PlanarPose:
-    """Return the rigid motion that best lays dots, shape (k, 2), on others."""
+    """Return the least-squares rigid motion from source dots, shape (k, 2), to their target dots."""
     z, m = laid @ (1.0, 1j), under @ (1.0, 1j)
     turn = np.vdot(z - z.mean(), m - m.mean())
     turn /= abs(turn)
@@ -144,7 +144,7 @@ def rigid_pose(laid: NDArray[np.float64], under: NDArray[np.float64]) -> PlanarP
 def overlapping(
     points: NDArray[np.float64], others: NDArray[np.float64], expected: PlanarPose, reach: float
 ) -> NDArray[np.float64]:
-    """Return the points, shape (n, 2), that have one of the others within reach where they are expected [m]."""
+    """Return the points, shape (n, 2), within ``reach`` [m] of one of the others at the expected pose."""
     if len(points) == 0 or len(others) == 0:
         return points[:0]
     distance, _ = cKDTree(others).query(expected.transform(points), distance_upper_bound=reach)

@@ -1,11 +1,11 @@
-"""Where all pieces lie: similarities a z + b of the plane whose links agree best.
+"""Pose graph of the submaps: least squares over similarities a z + b of the plane.
 
-A link between two pieces is a set of dots they share, z in one and w in the other, and asks for
+An edge between two submaps is a set of shared dots, z in one and w in the other, with the constraint
 
     a_i z + b_i = a_j w + b_j,
 
-which is linear in the complex a and b. The magnitude of a, the piece's scale, stays near 1: w |a - a/|a||^2 is added
-and renewed. One piece, or the dots of a map that is extended, is fixed.
+which is linear in the complex a and b. A prior w |a - a/|a||^2, relinearised each iteration, keeps |a|, the scale of a
+submap, near 1. One submap, or the map to extend, is fixed.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from scipy.sparse.linalg import SuperLU, splu
 
 _ROUNDS = 4
 _MOST_DOTS = 30
-# A piece may be larger or smaller by about this share: the scales of its images, averaged.
+# Standard deviation of the scale of a submap, the average over its images.
 _SCALE_SIGMA = 0.005
 
 
 @dataclass(frozen=True)
 class Link:
-    """Dots that two pieces share.
+    """Edge of the pose graph: dots shared by two submaps.
 
     Attributes:
-        first: index of a piece.
-        second: index of another one.
-        in_first: shape (k,) complex, the dots in the first piece [m].
-        in_second: shape (k,) complex, the same dots in the second one [m].
-        is_loop: whether the pieces do not follow each other.
+        first: index of the first submap.
+        second: index of the second submap.
+        in_first: shared dots in the frame of the first submap, complex, shape (k,) [m].
+        in_second: the same dots in the frame of the second submap, complex, shape (k,) [m].
+        is_loop: whether the edge is a loop closure: the submaps are not consecutive.
     """
 
     first: int
@@ -44,7 +44,7 @@ class Link:
     is_loop: bool
 
     def thinned(self) -> Link:
-        """Return the link with no more dots than `solve_graph` takes."""
+        """Return the edge with at most as many dots as `solve_graph` uses."""
         if len(self.in_first) <= _MOST_DOTS:
             return self
         chosen = np.linspace(0, len(self.in_first) - 1, min(len(self.in_first), _MOST_DOTS)).astype(int)
@@ -59,15 +59,15 @@ def solve_graph(
     free: NDArray[np.bool_],
     sigma: float,
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """Return the similarities of pieces.
+    """Return the optimised similarities of submaps.
 
     Args:
-        turns: shape (n,), start of a.
-        shifts: shape (n,), start of b [m].
-        pieces: shape (n,), their indices, rising.
-        links: between them.
-        free: shape (n,), which of them are placed; the others stay.
-        sigma: of a shared dot [m].
+        turns: initial values of a, shape (n,).
+        shifts: initial values of b, shape (n,) [m].
+        pieces: indices of the submaps, ascending, shape (n,).
+        links: edges between them.
+        free: whether each submap is optimised, shape (n,); the others are fixed.
+        sigma: standard deviation of a shared dot [m].
     """
     A = _differences(pieces, links) / sigma
     state = np.column_stack([turns, shifts]).ravel()
@@ -84,7 +84,7 @@ def solve_graph(
 
 
 def _differences(pieces: NDArray[np.int64], links: Sequence[Link]) -> sparse.csr_matrix:
-    """Return the matrix that takes all a, b to how far each shared dot is apart in the pieces that share it."""
+    """Return the Jacobian of the differences between shared dots by all a, b."""
     thin = [link.thinned() for link in links]
     counts = [len(link.in_first) for link in thin]
     first, second = (
@@ -102,12 +102,12 @@ def _differences(pieces: NDArray[np.int64], links: Sequence[Link]) -> sparse.csr
 
 
 def connected_parts(count: int, links: Sequence[Link]) -> NDArray[np.int64]:
-    """Return the number of the part that each piece belongs to, shape (count,)."""
+    """Return the label of the connected component of each submap, shape (count,)."""
     ends = np.array([(link.first, link.second) for link in links], dtype=np.int64).reshape(-1, 2)
     matrix = sparse.coo_matrix((np.ones(len(ends)), ends.T), shape=(count, count))
     return connected_components(matrix, directed=False)[1].astype(np.int64)
 
 
 def _factorise(normal: sparse.csc_matrix) -> SuperLU:
-    """Return the factors of a sparse matrix that is Hermitian and positive definite."""
+    """Factorise a sparse matrix that is Hermitian and positive definite."""
     return splu(normal, permc_spec='MMD_AT_PLUS_A', diag_pivot_thresh=0.0, options={'SymmetricMode': True})

@@ -1,7 +1,8 @@
-"""Which pieces share dots: those that follow each other, those that lie side by side, and loops that close.
+"""Build the pose graph: edges between consecutive submaps, neighbouring lanes, and loop closures.
 
-Piece after piece is placed by the odometry of its first image and laid on the pieces that may lie there; where it may
-be anywhere by now, it is looked for on all the dots so far by constellations. What could be chance is no link.
+Each new submap is placed by the odometry of its first image and registered to the submaps it may overlap. If the drift
+since the last loop closure is too large, it is searched in all earlier dots by constellations. Matches that may be
+chance are rejected.
 """
 
 from __future__ import annotations
@@ -24,26 +25,26 @@ from shirube_geometry import PlanarPose
 
 _SCALE = 0.02
 _LEAST_SHARED = 6
-# The chain of images drifts by this share of the way, odometry by another; the search area ends at the widest [m, rad].
+# Drift of the image chain and of odometry per distance driven; largest search radius [m] and yaw tolerance [rad].
 _DRIFT, _ODOMETRY_DRIFT, _WIDEST, _WIDEST_TURN = 0.02, 0.1, 0.12, 0.4
-# A heading is as certain as this, and so many times less certain a metre of drift [rad, 1/m].
+# Yaw tolerance without drift [rad], and its relative growth per metre of drift [1/m].
 _TURN, _TURN_BY_DRIFT = 0.02, 20.0
-# How far a piece is from where an image puts it that another one has, too, and from where a link does [m].
+# Search radius if the position is known from a shared image, and from another edge [m].
 _BY_IMAGE, _BY_LINK = 0.003, 0.004
-# Dots are shared that are nearer to each other than so many standard deviations.
+# Two submaps share the dots that are within this many standard deviations.
 _SHARED = 5.0
-# Of a piece that is laid on another one, those dots count that may have dots of it within so many cells.
+# Margin of the possible overlap of two submaps, in grid cells.
 _CELLS_AROUND = 2.5
 _SURELY = 1e-3
-"""A link from anywhere must be surer by this."""
+"""A global match must be less likely by chance by this factor."""
 
 
 class PieceLinker:
-    """Places pieces one after the other.
+    """Adds submaps to the pose graph one after the other.
 
     Attributes:
-        pieces: those so far without their dots, which are on the shelf.
-        places: where each lies, and the links between them.
+        pieces: submaps so far, without their dots, which are in the array store.
+        places: poses of the submaps, and the edges between them.
     """
 
     def __init__(
@@ -53,13 +54,13 @@ class PieceLinker:
         existing: NDArray[np.float64] | None,
         shelf: Shelf,
     ) -> None:
-        """Begin.
+        """Begin with an empty graph, or with the existing map as submap 0.
 
         Args:
-            images: of the survey.
-            settings: of the survey.
-            existing: shape (n, 2), dots of a map that is extended [m]; it becomes piece 0, without images.
-            shelf: for the dots.
+            images: all images of the survey.
+            settings: survey settings.
+            existing: dots of the map to extend, shape (n, 2) [m]; they become submap 0, without images.
+            shelf: array store of the dots.
         """
         self._images, self._settings = images, settings
         self.pieces: list[Piece] = []
@@ -74,7 +75,7 @@ class PieceLinker:
             self._append(old, 1.0 + 0.0j, 0.0j, 0.0)
 
     def add(self, piece: Piece) -> None:
-        """Place the next piece."""
+        """Add the next submap and its edges."""
         index = len(self.pieces)
         turn, shift, drift = self._expected(piece)
         self._append(piece, turn, shift, drift)
@@ -85,7 +86,7 @@ class PieceLinker:
             new += self._links_anywhere(index)
         if any(link.is_loop for link in new):
             self._drift[index] = 0.0
-        self.places.link(new)
+        self.places.add_edges(new)
 
     def _append(self, piece: Piece, turn: complex, shift: complex, drift: float) -> None:
         self._fields.append(piece.dots)
@@ -94,9 +95,9 @@ class PieceLinker:
         self.places.append(turn, shift)
 
     def _expected(self, piece: Piece) -> tuple[complex, complex, float]:
-        """Return where a piece is expected by the one before, and how far it may be off [m]."""
+        """Return the pose of a submap predicted from the previous one, and its drift [m]."""
         if not self.pieces or len(self.pieces[-1].images) == 0:
-            # On a map that is extended it may be anywhere.
+            # The first submap may be anywhere on the map to extend.
             return 1.0 + 0.0j, 0.0j, _WIDEST if self.pieces else 0.0
         before = self.pieces[-1]
         last = before.images[-1]
@@ -120,7 +121,7 @@ class PieceLinker:
         )
 
     def _chain_link(self, index: int) -> Iterator[Link]:
-        """Link a piece to the one before by the dots of the image that both have."""
+        """Yield the edge to the previous submap, from the dots of the image that both contain."""
         if not self.pieces[index].is_linked or len(self.pieces[index - 1].images) == 0:
             return
         found = self._lay(index, index - 1, _BY_IMAGE, _TURN)
@@ -128,51 +129,53 @@ class PieceLinker:
             yield self._link(index, index - 1, found, is_loop=False)
 
     def _links_beside(self, index: int) -> Iterator[Link]:
-        """Link a piece to those that may lie where it is expected."""
+        """Yield loop closures to the submaps around the predicted pose."""
         radius = min(self._drift[index] + _BY_IMAGE, _WIDEST)
-        turn = min(_TURN * (1.0 + _TURN_BY_DRIFT * self._drift[index]), _WIDEST_TURN)
+        yaw_tolerance = min(_TURN * (1.0 + _TURN_BY_DRIFT * self._drift[index]), _WIDEST_TURN)
         before = index - 1 if self.pieces[index].is_linked else index
         while True:
             for other in self._candidates(index, before, radius):
-                found = self._lay(index, other, radius, turn)
+                found = self._lay(index, other, radius, yaw_tolerance)
                 if found is not None:
                     link = self._link(index, other, found, is_loop=True)
                     yield link
-                    # The first link tells where the piece lies; the others must lie there, too.
+                    # The first edge fixes the pose of the submap; the others must agree with it.
                     self.places.place([link])
-                    before, radius, turn = other, _BY_LINK, _TURN
+                    before, radius, yaw_tolerance = other, _BY_LINK, _TURN
                     break
             else:
                 return
 
     def _candidates(self, index: int, before: int, radius: float) -> Iterator[int]:
-        """Yield the pieces below ``before`` that a piece may overlap, the latest first."""
+        """Yield the submaps before number ``before`` that a submap may overlap, the latest first."""
         turns, shifts = self.places.arrays()
-        near = self._fields.near(index, turns / np.abs(turns), shifts, radius)
+        near = self._fields.overlap_candidates(index, turns / np.abs(turns), shifts, radius)
         for other in near[near < before][::-1].tolist():
             pose = self._pose(other).inverse() @ self._pose(index)
             if self._fields.may_overlap(index, other, pose, radius):
                 yield other
 
-    def _lay(self, index: int, other: int, radius: float, turn: float) -> Matched | None:
-        """Lay a piece on another where it is expected."""
+    def _lay(self, index: int, other: int, radius: float, yaw_tolerance: float) -> Matched | None:
+        """Register a submap to another one near its predicted pose; None if they do not match."""
         field = self._fields[other]
         expected = self._pose(other).inverse() @ self._pose(index)
         reach = _CELLS_AROUND * field.grid.cell + radius
         points = overlapping(self._fields[index].points, field.points, expected, reach)
         if len(points) == 0:
             return None
-        # About their own middle, for what is far from the origin swings far.
+        # Relative to their centroid: far from the origin, a small rotation moves dots far.
         middle = points.mean(axis=0)
         x, y = (float(value) for value in expected.transform([middle])[0])
         about = PlanarPose(x, y, expected.yaw)
         by = Tolerances(DOT_SIGMA, _SCALE, 0.0, self._settings.chance)
-        return self._shared(index, other, field.match_near(points - middle, about, radius, turn, by), middle)
+        return self._shared(
+            index, other, field.match_near(points - middle, about, radius, yaw_tolerance, by), middle
+        )
 
     def _shared(
         self, index: int, other: int, found: Matched | None, middle: NDArray[np.float64]
     ) -> Matched | None:
-        """Return all dots that the pieces share under a match of some; None where these are too few."""
+        """Return all dots that two submaps share, given a match of some; None if they are too few."""
         if found is None:
             return None
         z = (self._fields[index].points - middle) @ (1.0, 1j)
@@ -189,7 +192,7 @@ class PieceLinker:
         return Link(other, index, _complex(theirs), _complex(mine), is_loop)
 
     def _links_anywhere(self, index: int) -> list[Link]:
-        """Look a piece up among the dots of all earlier pieces."""
+        """Search a submap among the dots of all earlier submaps; return the loop closures found."""
         others = self._earlier_dots(index)
         if others is None:
             return []
@@ -210,12 +213,12 @@ class PieceLinker:
         return links
 
     def _earlier_dots(self, index: int) -> tuple[DotField, NDArray[np.int64]] | None:
-        """Return the dots of pieces well before, and which piece each is of; renewed now and then."""
+        """Return the dots of earlier submaps and the submap of each; cached and rebuilt as the map grows."""
         until = index - 3 if len(self.pieces[0].images) else index
         if until < 1:
             return None
         if self._all_dots is None or until - self._all_dots[0] > 20 + until // 4:
-            self._all_dots = None  # before there are others: never two of them in memory
+            self._all_dots = None  # release it first: never two of them in memory
             parts, owners = [], []
             for k in range(until):
                 z = self.places.turns[k] * (self._fields.dots(k) @ (1.0, 1j)) + self.places.shifts[k]
@@ -226,7 +229,7 @@ class PieceLinker:
 
 
 def _about_origin(found: Matched, middle: NDArray[np.float64]) -> Matched:
-    """Return a match of dots about their middle, shape (2,) [m], as one about the origin."""
+    """Return a match of dots relative to their centroid, shape (2,) [m], as one relative to the origin."""
     return replace(found, shift=found.shift - found.turn * complex(*middle))
 
 

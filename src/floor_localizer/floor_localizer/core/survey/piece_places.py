@@ -1,7 +1,8 @@
-"""Where the pieces lie while they are linked: each where its links want it, all settled anew where these disagree.
+"""Incremental optimisation of the pose graph while submaps are added.
 
-What is torn a little is settled among the pieces that came last. All are settled where that does not help, where a
-loop closes that was far off, and whenever there are a share more of them: so the work grows with their number.
+A new submap is aligned to its edges. If a small residual is left, a sliding window of the last submaps is optimised.
+The whole graph is optimised if that is not enough, if the residual of a loop closure is large, and whenever the number
+of submaps has grown by a fraction, so that the total work is linear in their number.
 """
 
 from __future__ import annotations
@@ -14,25 +15,25 @@ from numpy.typing import NDArray
 from floor_localizer.core.survey.piece_graph import Link, solve_graph
 
 DOT_SIGMA = 0.0002
-"""Of a dot in a piece: pieces bend a little [m]."""
+"""Standard deviation of a dot in a submap, which may be slightly bent [m]."""
 _TORN, _FAR = 0.001, 0.005
-"""A link that is torn by more than this makes pieces be placed anew; by more than that, all of them [m]."""
+"""Residual of an edge above which the window, and above which the whole graph is optimised [m]."""
 _SETTLE_EVERY, _SETTLE_SHARE = 8, 0.1
 _LAST = 64
-"""Pieces that are settled by themselves."""
+"""Number of submaps in the sliding window."""
 
 
 class PiecePlaces:
-    """Similarities a z + b of the pieces.
+    """Similarities a z + b of the submaps in the map frame.
 
     Attributes:
-        turns: a of each.
-        shifts: b of each [m].
-        links: between them.
+        turns: complex rotation and scale a of each submap.
+        shifts: complex translation b of each submap [m].
+        links: edges between the submaps.
     """
 
     def __init__(self) -> None:
-        """Begin without a piece."""
+        """Begin without a submap."""
         self.turns: list[complex] = []
         self.shifts: list[complex] = []
         self.links: list[Link] = []
@@ -40,13 +41,13 @@ class PiecePlaces:
         self._since_settled = 0
 
     def append(self, turn: complex, shift: complex) -> None:
-        """Add a piece."""
+        """Add a submap."""
         self.turns.append(turn)
         self.shifts.append(shift)
         self._links_of.append([])
 
-    def link(self, links: Sequence[Link]) -> None:
-        """Link the last piece to others, place it where the links want it, and settle pieces if they disagree."""
+    def add_edges(self, links: Sequence[Link]) -> None:
+        """Add edges of the last submap, align it to them, and optimise the graph if a residual is left."""
         if not links:
             return
         thin = [link.thinned() for link in links]
@@ -62,7 +63,7 @@ class PiecePlaces:
             self.settle()
 
     def place(self, links: Sequence[Link]) -> float:
-        """Place the piece that links are of where they want it; return how far they are torn then [m]."""
+        """Align the second submap of some edges to them; return the largest remaining residual [m]."""
         mine = np.concatenate([link.in_second for link in links])
         theirs = np.concatenate(
             [self.turns[link.first] * link.in_first + self.shifts[link.first] for link in links]
@@ -75,7 +76,7 @@ class PiecePlaces:
         return self._tear(links)
 
     def settle(self) -> None:
-        """Place all pieces but the first where all links agree best."""
+        """Optimise all submaps but the first."""
         self._since_settled = 0
         self._settle(1)
 
@@ -84,7 +85,7 @@ class PiecePlaces:
         return np.array(self.turns), np.array(self.shifts)
 
     def _settle(self, begin: int) -> None:
-        """Settle the pieces from one on, as the others lie."""
+        """Optimise the submaps from one on; the others are fixed."""
         links = [link for several in self._links_of[begin:] for link in several]
         if not links:
             return

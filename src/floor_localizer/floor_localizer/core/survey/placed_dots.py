@@ -1,7 +1,7 @@
-"""Where sightings lie on the map, and the dots that they are of.
+"""Project observations to the map and estimate the dots from them.
 
-A ray d seen from an image whose state is x, y, yaw, scale, roll, pitch meets the floor at p(state, d). A dot lies at
-the weighted mean of its sightings, robust against false ones (Huber), or where it is fixed.
+A ray d of an image with the state x, y, yaw, scale, roll, pitch meets the floor at p(state, d). A dot is the weighted
+mean of its observations, robust against outliers (Huber), or its fixed position.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ _HUBER = 2.5
 def map_points(
     directions: NDArray[np.float64], position: NDArray[np.float64], states: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return where rays meet the floor in the map, shape (n, 2) [m].
+    """Return the intersections p(state, d) of rays with the floor in the map frame, shape (n, 2) [m].
 
     Args:
-        directions: shape (n, 3), in the base frame of the level robot.
-        position: shape (3,), optical centre of the level robot [m].
-        states: shape (n, 6), one for each ray.
+        directions: ray directions in the base frame of the level robot, shape (n, 3).
+        position: optical centre of the camera of the level robot, shape (3,) [m].
+        states: state of the image of each ray, shape (n, 6).
     """
     x, y, yaw, scale, roll, pitch = states.T
     d = _tilted(directions.T, roll, pitch)
@@ -44,7 +44,7 @@ def _tilted(
 def place_dots(
     block: SightingBlock, states: NDArray[np.float64], position: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the dots of a block, shape (m, 2), and the residuals of its sightings, shape (n, 2) [m]."""
+    """Return the dots of a block, shape (m, 2), and the residuals of its observations, shape (n, 2) [m]."""
     points = map_points(block.seen.directions, position, states[block.seen.image])
     dots = weighted_dots(block, points, huber_weights(block, points))
     return dots, points - dots[block.seen.dot]
@@ -53,7 +53,7 @@ def place_dots(
 def weighted_dots(
     block: SightingBlock, points: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the weighted means of the sightings; fixed dots stay."""
+    """Return the weighted means of the observations of each dot; fixed dots keep their position."""
     dot, number = block.seen.dot, len(block.fixed_dots)
     total = np.maximum(np.bincount(dot, weights, number), 1e-30)
     means = np.column_stack([np.bincount(dot, weights * points[:, k], number) / total for k in range(2)])
@@ -61,7 +61,7 @@ def weighted_dots(
 
 
 def huber_weights(block: SightingBlock, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return Huber's weights over the variances."""
+    """Return the Huber weights divided by the variances, shape (n,)."""
     seen = block.seen
     dots = weighted_dots(block, points, 1.0 / seen.sigmas**2)
     length = np.hypot(*(points - dots[seen.dot]).T) / seen.sigmas

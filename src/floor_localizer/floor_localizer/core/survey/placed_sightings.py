@@ -1,4 +1,4 @@
-"""What images saw, laid on the map by their states."""
+"""Observations of images, projected to the map by the states of the images."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from floor_localizer.core.survey.survey_image import SurveyImage
 
 @dataclass(frozen=True)
 class Placed:
-    """Sightings on the map, those of an image next to each other.
+    """Observations on the map, grouped by image.
 
     Attributes:
-        seen: the sightings, not yet of any dot.
-        points: shape (n, 2), where they lie [m].
+        seen: the observations, not yet assigned to dots.
+        points: projected positions in the map frame, shape (n, 2) [m].
     """
 
     seen: Sightings
     points: NDArray[np.float64]
 
     def where(self, kept: NDArray[np.bool_]) -> Placed:
-        """Return those that are kept."""
+        """Return the observations selected by a mask, shape (n,)."""
         return Placed(self.seen.where(kept), self.points[kept])
 
 
 def sightings_of(images: Sequence[SurveyImage], numbers: NDArray[np.int64], dot_sigma: float) -> Sightings:
-    """Return what images saw, not yet of any dot.
+    """Return the observations of images, not yet assigned to dots.
 
     Args:
-        images: of the survey.
-        numbers: shape (j,), of those that are wanted.
-        dot_sigma: accuracy of a dot on the floor besides noise [m].
+        images: all images of the survey.
+        numbers: indices of the wanted images, shape (j,).
+        dot_sigma: standard deviation of a dot on the floor, in addition to image noise [m].
     """
     wanted = [images[number] for number in numbers.tolist()]
     image = np.repeat(numbers, np.array([len(each) for each in wanted], dtype=np.int64))
@@ -47,11 +47,11 @@ def sightings_of(images: Sequence[SurveyImage], numbers: NDArray[np.int64], dot_
 
 
 def placed(seen: Sightings, states: NDArray[np.float64], position: NDArray[np.float64]) -> Placed:
-    """Lay sightings on the map.
+    """Project observations to the map.
 
     Args:
-        seen: the sightings.
-        states: shape (k, 6), of all images.
-        position: of the optical centre [m].
+        seen: the observations.
+        states: states of all images, shape (k, 6).
+        position: optical centre in the base frame, shape (3,) [m].
     """
     return Placed(seen, map_points(seen.directions, position, states[seen.image]))

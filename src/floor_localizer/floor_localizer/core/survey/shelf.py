@@ -1,4 +1,4 @@
-"""Where arrays are put that are too many to be kept in memory; this one keeps them all the same, for what is small."""
+"""Store of arrays that may not fit into memory, and an in-memory implementation for small surveys."""
 
 from __future__ import annotations
 
@@ -8,36 +8,36 @@ from numpy.typing import NDArray
 
 
 class Shelf(Protocol):
-    """Arrays by name and number. Tasks in other processes see what is on it."""
+    """Arrays by name and number, also visible to tasks in other processes."""
 
     def put(self, name: str, number: int, *arrays: NDArray[Any]) -> None:
-        """Put arrays away; they replace those of the same name and number."""
+        """Store arrays; they replace those of the same name and number."""
         ...
 
     def get(self, name: str, number: int) -> tuple[NDArray[Any], ...]:
-        """Return arrays that were put away."""
+        """Return stored arrays."""
         ...
 
     def look_up(self, name: str) -> NDArray[Any]:
-        """Return the first of the arrays of number 0, not to be changed; only what is asked of it gets into memory."""
+        """Return the first array of number 0, read-only; only the parts that are accessed are read."""
         ...
 
 
 class MemoryShelf:
-    """A shelf in memory."""
+    """Array store in memory, for one process."""
 
     def __init__(self) -> None:
         """Begin empty."""
         self._arrays: dict[tuple[str, int], tuple[NDArray[Any], ...]] = {}
 
     def put(self, name: str, number: int, *arrays: NDArray[Any]) -> None:
-        """Put arrays away; they replace those of the same name and number."""
+        """Store arrays; they replace those of the same name and number."""
         self._arrays[name, number] = arrays
 
     def get(self, name: str, number: int) -> tuple[NDArray[Any], ...]:
-        """Return arrays that were put away."""
+        """Return stored arrays."""
         return self._arrays[name, number]
 
     def look_up(self, name: str) -> NDArray[Any]:
-        """Return the first of the arrays of number 0."""
+        """Return the first array of number 0."""
         return self._arrays[name, 0][0]

@@ -1,4 +1,4 @@
-"""What the images of a survey saw, on a shelf, so that tasks in other processes have it without the images."""
+"""The observations of all images in an array store, for tasks in other processes."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from floor_localizer.core.survey.sighting_blocks import Sightings
 from floor_localizer.core.survey.survey_image import SurveyImage
 
 _IMAGES = 32
-"""That follow each other in the drive and are read together."""
+"""Number of consecutive images that are stored and read together."""
 _NOTHING = sightings_of((), np.empty(0, dtype=np.int64), 0.0)
 
 
 @dataclass(frozen=True)
 class ShelvedSightings:
-    """Sightings of the images, some images' together; none is of a dot yet.
+    """Observations in groups of consecutive images, not yet assigned to dots.
 
     Attributes:
-        shelf: where they are.
-        images: number of the images.
+        shelf: array store of the observations.
+        images: number of images.
     """
 
     shelf: Shelf
@@ -32,16 +32,16 @@ class ShelvedSightings:
 
     @property
     def groups(self) -> int:
-        """Number of groups of images that follow each other."""
+        """Number of groups of consecutive images."""
         return -(-self.images // _IMAGES)
 
     def of_group(self, number: int) -> tuple[NDArray[np.int64], Sightings]:
-        """Return the images of a group, rising, and what they saw, in their order."""
+        """Return the images of a group, ascending, and their observations in that order."""
         images = np.arange(number * _IMAGES, min((number + 1) * _IMAGES, self.images))
         return images, Sightings(*self.shelf.get('seen', number))
 
     def of_images(self, wanted: NDArray[np.int64]) -> Sightings:
-        """Return what images saw, shape (k,), rising, in their order."""
+        """Return the observations of images, whose indices are ascending, shape (k,), in that order."""
         found = [_NOTHING]
         for number in np.unique(wanted // _IMAGES).tolist():
             _, seen = self.of_group(number)
@@ -50,12 +50,12 @@ class ShelvedSightings:
 
 
 def shelve_sightings(images: Sequence[SurveyImage], dot_sigma: float, shelf: Shelf) -> ShelvedSightings:
-    """Put what images saw on a shelf.
+    """Store the observations of images.
 
     Args:
-        images: those that are on the map.
-        dot_sigma: accuracy of a dot on the floor besides noise [m].
-        shelf: for it.
+        images: the images that are on the map.
+        dot_sigma: standard deviation of a dot on the floor, in addition to image noise [m].
+        shelf: array store.
     """
     shelved = ShelvedSightings(shelf, len(images))
     for number in range(shelved.groups):

@@ -1,4 +1,4 @@
-"""Sightings in blocks: all sightings of a dot are in one block, so that blocks can be worked on one after the other."""
+"""Observations in blocks: all observations of a dot are in one block, so blocks can be processed independently."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from numpy.typing import NDArray
 from floor_localizer.core.survey.shelf import Shelf
 
 BLOCKS_A_TASK = 4
-"""Of tasks on blocks: it takes longer than to hand it out."""
+"""Blocks processed in one task: enough to hide the overhead of scheduling."""
 
 
 @dataclass(frozen=True)
 class Sightings:
-    """Which image saw which dot in which direction.
+    """Observations of dots in images.
 
     Attributes:
-        image: shape (n,), index of the image.
-        dot: shape (n,), index of the dot.
-        directions: shape (n, 3), in the base frame of the level robot.
-        sigmas: shape (n,), standard deviation on the floor along each axis [m].
-        diameters: shape (n,), of the dots as they were seen [m].
+        image: index of the image, shape (n,).
+        dot: index of the dot, shape (n,); -1 before observations are merged into dots.
+        directions: ray directions in the base frame of the level robot, shape (n, 3).
+        sigmas: standard deviation on the floor along each axis, shape (n,) [m].
+        diameters: observed diameters of the dots, shape (n,) [m].
     """
 
     image: NDArray[np.int64]
@@ -35,21 +35,21 @@ class Sightings:
 
     @property
     def arrays(self) -> tuple[NDArray[Any], ...]:
-        """All attributes, in their order."""
+        """All attributes, in order."""
         return self.image, self.dot, self.directions, self.sigmas, self.diameters
 
     def where(self, kept: NDArray[np.bool_]) -> Sightings:
-        """Return those sightings that are kept; the dots keep their indices."""
+        """Return the observations selected by a mask, shape (n,); the dots keep their indices."""
         return Sightings(*(array[kept] for array in self.arrays))
 
 
 @dataclass(frozen=True)
 class SightingBlock:
-    """Sightings of some dots.
+    """All observations of some dots.
 
     Attributes:
-        seen: the sightings; their dots are those of the block.
-        fixed_dots: shape (m, 2), dots of a map that must stay [m], NaN for dots that are to be found.
+        seen: the observations; their dot numbers count within the block.
+        fixed_dots: positions of fixed dots, shape (m, 2) [m]; NaN for dots to be estimated.
     """
 
     seen: Sightings
@@ -57,17 +57,17 @@ class SightingBlock:
 
     @property
     def is_fixed(self) -> NDArray[np.bool_]:
-        """Which dots must stay, shape (m,)."""
+        """Whether each dot is fixed, shape (m,)."""
         return np.isfinite(self.fixed_dots[:, 0])
 
 
 @dataclass(frozen=True)
 class SightingBlocks:
-    """Blocks on a shelf; blocks of neighbouring numbers lie side by side on the floor.
+    """Blocks in an array store; blocks with neighbouring numbers are neighbours on the floor.
 
     Attributes:
-        shelf: of the blocks.
-        count: their number; each must be put before it is asked for.
+        shelf: array store of the blocks.
+        count: number of blocks; each must be written before it is read.
     """
 
     shelf: Shelf
@@ -87,11 +87,11 @@ class SightingBlocks:
         return (self[number] for number in range(self.count))
 
     def put(self, number: int, block: SightingBlock) -> None:
-        """Write a block, or write it anew."""
+        """Write or overwrite a block."""
         self.shelf.put('block', number, *block.seen.arrays, block.fixed_dots)
         self.shelf.put('members', number, np.unique(block.seen.image), np.array(block.is_fixed.any()))
 
     def members(self, number: int) -> tuple[NDArray[np.int64], bool]:
-        """Return the images that see something of a block, rising, and whether any of its dots must stay."""
+        """Return the images that observe dots of a block, ascending, and whether any of its dots is fixed."""
         images, has_fixed = self.shelf.get('members', number)
         return images, bool(has_fixed)

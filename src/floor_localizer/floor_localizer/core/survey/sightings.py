@@ -1,4 +1,4 @@
-"""Which sightings are of the same dot, and which dots are dirt."""
+"""Merge observations into dots, and count the images that should have observed a dot."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ _HALVINGS = 4
 
 
 def merge_sightings(points: NDArray[np.float64], image: NDArray[np.int64], reach: float) -> NDArray[np.int64]:
-    """Tell which sightings are of the same dot: chains of sightings of different images within reach.
+    """Merge observations into dots: single-linkage clusters of observations from different images.
 
-    Where a chain holds two sightings of one image, which are two dots, it is parted with half the reach.
+    A cluster with two observations of one image, which are two dots, is split with half the merge distance.
 
     Args:
-        points: shape (n, 2), the sightings on the map [m].
-        image: shape (n,), of each.
-        reach: of the same dot [m].
+        points: observations on the map, shape (n, 2) [m].
+        image: image of each observation, shape (n,).
+        reach: merge distance [m].
 
     Returns:
-        shape (n,), the number of each sighting's dot, from 0 on without gaps.
+        the dot number of each observation, from 0 without gaps, shape (n,).
     """
     labels = np.arange(len(points))
     waiting = np.arange(len(points))
@@ -43,7 +43,7 @@ def merge_sightings(points: NDArray[np.float64], image: NDArray[np.int64], reach
 
 
 def chains(points: NDArray[np.float64], image: NDArray[np.int64], reach: float) -> NDArray[np.int64]:
-    """Return the number of the chain that each sighting belongs to; arguments as of `merge_sightings`."""
+    """Return the cluster number of each observation; arguments as for `merge_sightings`."""
     if len(points) == 0:
         return np.empty(0, dtype=np.int64)
     pairs = cKDTree(points).query_pairs(reach, output_type='ndarray')
@@ -53,7 +53,7 @@ def chains(points: NDArray[np.float64], image: NDArray[np.int64], reach: float) 
 
 
 def _has_twins(groups: NDArray[np.int64], image: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Tell of each sighting whether its group holds two sightings of one image."""
+    """Return for each observation whether its cluster contains two observations of one image."""
     order = np.lexsort((image, groups))
     same = (np.diff(groups[order]) == 0) & (np.diff(image[order]) == 0)
     bad = np.zeros(int(groups.max(initial=-1)) + 1, dtype=np.bool_)
@@ -64,13 +64,13 @@ def _has_twins(groups: NDArray[np.int64], image: NDArray[np.int64]) -> NDArray[n
 def count_views(
     dots: NDArray[np.float64], states: NDArray[np.float64], outline: ViewOutline, margin: float
 ) -> NDArray[np.int64]:
-    """Return how many images should have seen each dot, shape (m,).
+    """Return the number of images that should have observed each dot, shape (m,).
 
     Args:
-        dots: shape (m, 2) [m].
-        states: shape (k, 6), of all images that may have seen any.
-        outline: of a view.
-        margin: a dot nearer to the border may not be whole in the image [m].
+        dots: positions of the dots, shape (m, 2) [m].
+        states: states of all images that may have observed any of them, shape (k, 6).
+        outline: outline of a view.
+        margin: width of the border in which a dot may be cut off [m].
     """
     counts = np.zeros(len(dots), dtype=np.int64)
     if len(dots) == 0:
@@ -78,6 +78,6 @@ def count_views(
     tree = cKDTree(dots)
     for place, state in zip(outline.middles(states), states, strict=True):
         pose = PlanarPose(*(float(value) for value in state[:3]))
-        near = np.array(tree.query_ball_point(place, outline.reach), dtype=np.int64)
+        near = np.array(tree.query_ball_point(place, outline.radius), dtype=np.int64)
         counts[near[outline.contains(pose.inverse().transform(dots[near]), margin)]] += 1
     return counts

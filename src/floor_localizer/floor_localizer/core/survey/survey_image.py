@@ -1,4 +1,4 @@
-"""What one image of a survey shows."""
+"""The dots of one image of a survey."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
 @dataclass(frozen=True)
 class SurveyImage:
-    """The dots of an image, seen from the robot.
+    """The dots of an image in the base frame.
 
     Attributes:
-        name: of the image, for messages.
-        T_odom_base: where the odometry puts the robot.
-        directions: shape (n, 3), rays to the dots in the base frame of the level robot.
-        points: shape (n, 2), where they meet the floor then [m].
-        sigmas: shape (n,), standard deviation of a dot along each axis on the floor [m].
-        diameters: shape (n,), of the dots on the floor [m].
+        name: name of the image, for messages.
+        T_odom_base: pose of the robot by odometry.
+        directions: rays to the dots in the base frame of the level robot, shape (n, 3).
+        points: positions of the dots on the floor for the level robot, shape (n, 2) [m].
+        sigmas: standard deviation of a dot along each axis on the floor, shape (n,) [m].
+        diameters: diameters of the dots on the floor, shape (n,) [m].
     """
 
     name: str
@@ -40,14 +40,14 @@ class SurveyImage:
 
 
 class ImageSelection(Sequence[SurveyImage]):
-    """Some of many images."""
+    """Selected images of a sequence."""
 
     def __init__(self, images: Sequence[SurveyImage], chosen: NDArray[np.int64]) -> None:
-        """Choose images by their indices, shape (k,)."""
+        """Select images by their indices, shape (k,)."""
         self._images, self._chosen = images, chosen
 
     def __len__(self) -> int:
-        """Return the number of images that were chosen."""
+        """Return the number of selected images."""
         return len(self._chosen)
 
     @overload
@@ -55,7 +55,7 @@ class ImageSelection(Sequence[SurveyImage]):
     @overload
     def __getitem__(self, index: slice) -> ImageSelection: ...
     def __getitem__(self, index: int | slice) -> SurveyImage | ImageSelection:
-        """Return a chosen image, or a choice from the choice."""
+        """Return a selected image, or a selection from the selection."""
         if isinstance(index, slice):
             return ImageSelection(self._images, self._chosen[index])
         return self._images[int(self._chosen[index])]
@@ -64,7 +64,7 @@ class ImageSelection(Sequence[SurveyImage]):
 def survey_image(
     name: str, T_odom_base: PlanarPose, dots: DetectedDots, camera: PinholeCamera, mount: CameraMount
 ) -> SurveyImage:
-    """Return what an image tells of the floor; dots beyond the horizon are left out."""
+    """Return the dots of an image in the base frame; dots above the horizon are left out."""
     rays = camera.rays_from_pixels(dots.pixels)
     points = mount.floor_points_from_rays(rays)
     below = np.isfinite(points).all(axis=1)
@@ -81,37 +81,37 @@ def survey_image(
 
 @dataclass(frozen=True)
 class ViewOutline:
-    """What the level robot sees of the floor.
+    """Outline of the camera's view on the floor for the level robot.
 
     Attributes:
-        corners: shape (4, 2), of the view in the base frame, in turn [m].
+        corners: corners of the view in the base frame, in order around it, shape (4, 2) [m].
     """
 
     corners: NDArray[np.float64]
 
     @property
     def width(self) -> float:
-        """Side of the square as large as the view [m]."""
+        """Side length of a square with the area of the view [m]."""
         x, y = self.corners.T
         return float(np.sqrt(0.5 * abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))))
 
     @property
     def middle(self) -> NDArray[np.float64]:
-        """Middle of the view, shape (2,) [m]."""
+        """Centre of the view, shape (2,) [m]."""
         return self.corners.mean(axis=0)
 
     @property
-    def reach(self) -> float:
-        """Distance of the farthest corner from the middle [m]."""
+    def radius(self) -> float:
+        """Distance of the farthest corner from the centre [m]."""
         return float(np.hypot(*(self.corners - self.middle).T).max())
 
     def middles(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return where the middles of views lie on the map, shape (k, 2) [m], of images with states, shape (k, 6)."""
+        """Return the centres of the views in the map frame, shape (k, 2) [m], of image states, shape (k, 6)."""
         (x, y), cos, sin = self.middle, np.cos(states[:, 2]), np.sin(states[:, 2])
         return np.asarray(states[:, :2] + np.column_stack([cos * x - sin * y, sin * x + cos * y]))
 
     def contains(self, points: NDArray[np.float64], margin: float) -> NDArray[np.bool_]:
-        """Tell which points of the base frame, shape (n, 2), are in view and not near its border."""
+        """Return whether each point of the base frame, shape (n, 2), is in the view inside a margin [m]."""
         inside = np.ones(len(points), dtype=np.bool_)
         middle = self.middle
         for start, end in zip(self.corners, np.roll(self.corners, -1, axis=0), strict=True):
@@ -123,10 +123,10 @@ class ViewOutline:
 
 
 def view_outline(camera: PinholeCamera, mount: CameraMount) -> ViewOutline:
-    """Return what a camera sees of the floor.
+    """Return the outline of a camera's view on the floor.
 
     Raises:
-        FloorLocalizerError: it sees the horizon.
+        FloorLocalizerError: the camera sees the horizon.
     """
     right, lower = camera.width - 1.0, camera.height - 1.0
     pixels = np.array([[0.0, 0.0], [right, 0.0], [right, lower], [0.0, lower]])

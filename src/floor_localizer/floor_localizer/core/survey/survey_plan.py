@@ -1,4 +1,4 @@
-"""Which images of a drive are used, and how they are cut into pieces."""
+"""Select the keyframes of a drive and split them into submaps."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from itertools import pairwise
 from floor_localizer.core.survey.survey_settings import SurveySettings
 from shirube_geometry import PlanarPose
 
-# A turn by this much shows as much new floor as a step of one view [rad].
+# A rotation by this angle counts as much as a translation by one view width [rad].
 _TURN = 1.2
 
 
 def choose_images(poses: Sequence[PlanarPose], view_width: float, settings: SurveySettings) -> list[int]:
-    """Return the indices of the images that show enough new floor, by the odometry.
+    """Return the indices of the keyframes: images that show enough new floor, according to odometry.
 
     Args:
         poses: ``T_odom_base`` of all images.
-        view_width: of the floor in view [m].
-        settings: of the survey.
+        view_width: width of the view on the floor [m].
+        settings: survey settings.
     """
     chosen: list[int] = []
     for index, pose in enumerate(poses):
@@ -30,7 +30,7 @@ def choose_images(poses: Sequence[PlanarPose], view_width: float, settings: Surv
 def cut_pieces(
     poses: Sequence[PlanarPose], view_width: float, settings: SurveySettings
 ) -> list[tuple[int, int]]:
-    """Return first and last image of each piece; a piece ends with the image that the next one begins with."""
+    """Return first and last image of each submap; consecutive submaps share an image."""
     cuts, since = [0], 0.0
     for index in range(1, len(poses)):
         since += _moved(poses[index - 1], poses[index], view_width)
@@ -43,5 +43,5 @@ def cut_pieces(
 
 
 def _moved(before: PlanarPose, after: PlanarPose, view_width: float) -> float:
-    """Return how far the view has moved, in views."""
+    """Return the motion of the view, in view widths."""
     return before.distance_to(after) / view_width + abs(before.turn_to(after)) / _TURN

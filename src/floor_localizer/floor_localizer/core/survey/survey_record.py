@@ -1,4 +1,4 @@
-"""What a survey has come to so far, so that one that was stopped goes on there."""
+"""Checkpoint of the finished steps of a survey, from which an interrupted survey resumes."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from numpy.typing import NDArray
 
 
 class SurveyRecord(Protocol):
-    """Steps of one survey by their names; a step is there whole or not at all."""
+    """Results of finished steps by name; a step is complete or absent."""
 
     def recall(self, step: str) -> dict[str, NDArray[Any]] | None:
-        """Return what came of a step, None where it has not been done."""
+        """Return the results of a step, None if it is not finished."""
         ...
 
     def keep(self, step: str, **arrays: NDArray[Any]) -> None:
-        """Write down what came of a step."""
+        """Save the results of a step."""
         ...
 
 
 class NoRecord:
-    """Of a survey that is not stopped."""
+    """Saves nothing; for surveys that are not resumed."""
 
     def recall(self, step: str) -> None:  # noqa: ARG002 as the protocol has it
-        """Return that a step has not been done."""
+        """Return None."""
         return
 
     def keep(self, step: str, **arrays: NDArray[Any]) -> None:
-        """Write down nothing."""
+        """Save nothing."""

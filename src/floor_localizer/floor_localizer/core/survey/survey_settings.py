@@ -1,4 +1,4 @@
-"""How a floor is surveyed."""
+"""Settings of a floor survey."""
 
 from __future__ import annotations
 
@@ -9,40 +9,44 @@ from shirube_settings import setting
 
 @dataclass(frozen=True)
 class SurveySettings:
-    """What the odometry, the camera and the floor are like."""
+    """Accuracy of odometry, camera and floor, and how the survey is divided."""
 
     odometry_radius: float = setting(
-        0.004, 'error of the odometry from one image to the next', unit='m', minimum=0.0001, maximum=0.1
+        0.004, 'position error of odometry between two images', unit='m', minimum=0.0001, maximum=0.1
     )
-    odometry_turn: float = setting(0.03, 'the same for the heading', unit='rad', minimum=0.0001, maximum=0.5)
+    odometry_turn: float = setting(
+        0.03, 'yaw error of odometry between two images', unit='rad', minimum=0.0001, maximum=0.5
+    )
     odometry_error: float = setting(
-        0.05, 'what it grows by, as a share of the way, and in rad/m', minimum=0.0, maximum=0.5
+        0.05, 'growth of these errors per metre driven, in m/m and rad/m', minimum=0.0, maximum=0.5
     )
     image_step: float = setting(
-        0.35, 'an image is used when the view has moved by this share of its width', minimum=0.0, maximum=0.9
+        0.35, 'motion between two used images as a fraction of the view width', minimum=0.0, maximum=0.9
     )
-    piece_length: float = setting(
-        4.0, 'images are put together to pieces of so many views', minimum=2.0, maximum=20.0
-    )
+    piece_length: float = setting(4.0, 'length of a submap in view widths', minimum=2.0, maximum=20.0)
     scale_sigma: float = setting(
-        0.01, 'share by which the camera hangs higher or lower at times', minimum=0.0001, maximum=0.05
+        0.01, 'relative variation of the camera height, standard deviation', minimum=0.0001, maximum=0.05
     )
     tilt_sigma: float = setting(
-        0.01, 'tilt of the robot on its wheels', unit='rad', minimum=0.0001, maximum=0.05
+        0.01, 'tilt of the robot body, standard deviation', unit='rad', minimum=0.0001, maximum=0.05
     )
     dot_sigma: float = setting(
-        0.00003, 'accuracy of a dot on the floor besides noise', unit='m', minimum=0.0, maximum=0.001
+        0.00003,
+        'standard deviation of a dot on the floor, in addition to image noise',
+        unit='m',
+        minimum=0.0,
+        maximum=0.001,
     )
     same_dot: float = setting(
         0.0006,
-        'sightings that are nearer to each other are the same dot',
+        'observations closer than this are merged into one dot',
         unit='m',
         minimum=0.0001,
         maximum=0.005,
     )
     chance: float = setting(
         1e-6,
-        'a link between places is taken when fewer as good are expected by chance',
+        'largest expected number of equally good matches by chance, for a match to be accepted',
         minimum=1e-12,
         maximum=0.01,
     )

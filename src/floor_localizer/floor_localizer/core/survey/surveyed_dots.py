@@ -1,4 +1,4 @@
-"""The dots of adjusted blocks, without dirt, together with those of the map that was extended."""
+"""Collect the dots of adjusted blocks, without spurious ones, and those of the extended map."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from floor_localizer.core.survey.survey_image import ViewOutline
 from floor_localizer.core.survey.tiles import Tile
 
 _SEVERAL = 2
-"""A dot that was seen once though so many images should have seen it is dirt."""
+"""A dot observed once is spurious if at least this many images should have observed it."""
 
 
 @dataclass(frozen=True)
 class Residuals:
-    """What the adjustment left over, block by block.
+    """Residuals of the adjustment, block by block.
 
     Attributes:
-        blocks: the sightings they are of, on whose shelf they are.
-        scale: by which the map was made larger afterwards.
+        blocks: the observations; the residuals are in their array store.
+        scale: scale factor applied to the map after the adjustment.
     """
 
     blocks: SightingBlocks
     scale: float = 1.0
 
     def __iter__(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.float64]]]:
-        """Yield the images, shape (n,), and the residuals, shape (n, 2) [m], of the sightings of each block."""
+        """Yield for each block the images, shape (n,), and residuals, shape (n, 2) [m], of its observations."""
         for number, block in enumerate(self.blocks):
             (residuals,) = self.blocks.shelf.get('residuals', number)
             yield block.seen.image, self.scale * residuals
@@ -47,16 +47,16 @@ class SurveyedDots:
     """The dots of a survey.
 
     Attributes:
-        dot_map: those of the map that was extended, as they were, then the new ones.
-        counts: shape (n,), how many images saw each.
-        dirt: number of dots that were dropped.
-        old_dots: number of those of the old map.
+        dot_map: dots of the extended map, unchanged, then the new ones.
+        counts: number of images that observed each dot, shape (n,).
+        dirt: number of spurious dots that were dropped.
+        existing_count: number of dots of the extended map.
     """
 
     dot_map: DotMap
     counts: NDArray[np.int64]
     dirt: int
-    old_dots: int
+    existing_count: int
 
 
 def gather_dots(
@@ -68,59 +68,61 @@ def gather_dots(
     old: OldDots,
     runner: TaskRunner,
 ) -> SurveyedDots:
-    """Put dots, diameters and counts together, without dirt, and the residuals on the shelf.
+    """Collect dots, diameters and counts without spurious dots; store the residuals.
 
     Args:
-        blocks: adjusted ones.
-        states: shape (k, 6), of all images.
-        position: of the optical centre [m].
-        outline: what an image shows.
-        existing: the map that is extended.
-        old: its dots.
-        runner: of tasks that see the blocks' shelf.
+        blocks: adjusted blocks.
+        states: states of all images, shape (k, 6).
+        position: optical centre in the base frame, shape (3,) [m].
+        outline: outline of a view.
+        existing: map to extend, may be empty.
+        old: its dots in the array store.
+        runner: runs the tasks; they must see the blocks' array store.
     """
     shelf, numbers = blocks.shelf, range(len(blocks))
     shelf.put('states', 0, states)
     run_numbered(runner, _Measuring(blocks, position), len(blocks), BLOCKS_A_TASK)
-    # A dot nearer to the border of an image than its usual diameter may not be whole in it.
+    # A dot closer to the image border than the median diameter may be cut off.
     margin = float(np.median(np.concatenate([shelf.get('diameters', number)[0] for number in numbers])))
     middles = outline.middles(states)
-    boxes = shelve_boxes(np.stack([middles - outline.reach, middles + outline.reach], axis=1), shelf)
+    boxes = shelve_boxes(np.stack([middles - outline.radius, middles + outline.radius], axis=1), shelf)
     sifting = _Sifting(blocks, boxes, old, outline, margin)
     run_numbered(runner, sifting, len(blocks), BLOCKS_A_TASK)
-    again, dirt = np.zeros(len(existing), dtype=np.int64), 0
+    existing_counts, dirt = np.zeros(len(existing), dtype=np.int64), 0
     points, diameters, counts = [existing.points], [existing.diameters], list[NDArray[np.int64]]()
     for number in numbers:
-        new_points, new_diameters, seen, which, seen_again, dropped = shelf.get('dots', number)
+        new_points, new_diameters, new_counts, which, again, dropped = shelf.get('dots', number)
         points.append(new_points)
         diameters.append(new_diameters)
-        counts.append(seen)
-        again[which] += seen_again
+        counts.append(new_counts)
+        existing_counts[which] += again
         dirt += int(dropped)
     dot_map = DotMap(np.concatenate(points), np.concatenate(diameters))
-    return SurveyedDots(dot_map, np.concatenate([again, *counts]), dirt, len(existing))
+    return SurveyedDots(dot_map, np.concatenate([existing_counts, *counts]), dirt, len(existing))
 
 
 @dataclass(frozen=True)
 class _Measuring:
-    """Puts the residuals of a block's sightings, the places of its dots and their diameters on the shelf."""
+    """Stores the residuals, dot positions and dot diameters of a block."""
 
     blocks: SightingBlocks
     position: NDArray[np.float64]
 
     def __call__(self, number: int) -> None:
         shelf, block = self.blocks.shelf, self.blocks[number]
-        states, seen, count = shelf.look_up('states'), block.seen, len(block.fixed_dots)
+        states, observations, count = shelf.look_up('states'), block.seen, len(block.fixed_dots)
         dots, residuals = place_dots(block, states, self.position)
-        total = np.bincount(seen.dot, seen.diameters * (1.0 + states[seen.image, 3]), count)
+        total = np.bincount(
+            observations.dot, observations.diameters * (1.0 + states[observations.image, 3]), count
+        )
         shelf.put('residuals', number, residuals)
         shelf.put('places', number, dots)
-        shelf.put('diameters', number, total / np.maximum(np.bincount(seen.dot, minlength=count), 1))
+        shelf.put('diameters', number, total / np.maximum(np.bincount(observations.dot, minlength=count), 1))
 
 
 @dataclass(frozen=True)
 class _Sifting:
-    """Puts the new dots of a block that are no dirt on the shelf, and how often the old ones were seen."""
+    """Stores the new dots of a block without spurious ones, and the counts of the existing dots."""
 
     blocks: SightingBlocks
     boxes: ImageBoxes
@@ -131,18 +133,18 @@ class _Sifting:
     def __call__(self, number: int) -> None:
         shelf, block = self.blocks.shelf, self.blocks[number]
         (dots,), (diameters,) = shelf.get('places', number), shelf.get('diameters', number)
-        seen, fixed = np.bincount(block.seen.dot, minlength=len(dots)), block.is_fixed
+        counts, fixed = np.bincount(block.seen.dot, minlength=len(dots)), block.is_fixed
         which, points = self.old.around(dots[fixed], 0.0)
         _, same = cKDTree(points).query(dots[fixed])
-        once = np.flatnonzero(~fixed & (seen == 1))
+        once = np.flatnonzero(~fixed & (counts == 1))
         is_dirt = self._views(dots[once]) >= _SEVERAL
-        kept = ~fixed & (seen > 0)
+        kept = ~fixed & (counts > 0)
         kept[once] = ~is_dirt
-        new = dots[kept], diameters[kept], seen[kept]
-        shelf.put('dots', number, *new, which[same], seen[fixed], is_dirt.sum())
+        new = dots[kept], diameters[kept], counts[kept]
+        shelf.put('dots', number, *new, which[same], counts[fixed], is_dirt.sum())
 
     def _views(self, dots: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return how many images should have seen each dot, shape (m,)."""
+        """Return the number of images that should have observed each dot, shape (m,)."""
         place = Tile(dots.min(axis=0, initial=np.inf), dots.max(axis=0, initial=-np.inf))
         near = self.blocks.shelf.look_up('states')[self.boxes.meeting(place)]
         return count_views(dots, near, self.outline, self.margin)

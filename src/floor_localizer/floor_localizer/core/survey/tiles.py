@@ -1,4 +1,4 @@
-"""Tiles of the plane with about as many images in each."""
+"""Tiles of the plane with about the same number of images in each."""
 
 from __future__ import annotations
 
@@ -10,29 +10,29 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Tile:
-    """A rectangle, infinite where the floor ends.
+    """Axis-aligned rectangle; infinite at the border of the floor.
 
     Attributes:
-        lower: shape (2,), its lower left corner, which belongs to it [m].
-        upper: shape (2,), its upper right corner, which does not [m].
+        lower: lower left corner, inclusive, shape (2,) [m].
+        upper: upper right corner, exclusive, shape (2,) [m].
     """
 
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
 
     def contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Tell which points, shape (n, 2), lie in it."""
+        """Return whether each point, shape (n, 2), is in the tile."""
         return np.asarray(((points >= self.lower) & (points < self.upper)).all(axis=1))
 
     def grown(self, by: float) -> Tile:
-        """Return the tile with a margin [m]."""
+        """Return the tile expanded by a margin [m]."""
         return Tile(self.lower - by, self.upper + by)
 
 
 def cut_tiles(centres: NDArray[np.float64], most: int) -> list[Tile]:
-    """Halve the plane until no tile holds more than ``most`` centres, shape (n, 2) [m].
+    """Bisect the plane (k-d tree) until no tile contains more than ``most`` centres, shape (n, 2) [m].
 
-    The tiles are without gaps; those that make a larger one by twos, by fours, and so on follow each other.
+    The tiles cover the plane without gaps, in the order of the tree's leaves, so consecutive tiles are neighbours.
     """
     halvings = 0
     while len(centres) > most << halvings:
