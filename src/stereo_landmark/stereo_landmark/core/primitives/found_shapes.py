@@ -16,7 +16,7 @@ class FoundShapes(Sequence[Shape], Generic[Shape]):
 
     Args:
         centres: centres of the shapes, shape (n, 2) [px].
-        numbers: shape parameters as rows, as for the kind's parameter function, shape (n, d).
+        shape_vectors: parameters of the shapes, see the primitive's ``shape_vectors`` function, shape (n, d).
         make: factory that creates the shape of an index; called once per index.
     """
 
