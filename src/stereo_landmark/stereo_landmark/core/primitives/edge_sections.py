@@ -39,8 +39,8 @@ class BandPixels(NamedTuple):
         distances: signed distances from the outline, positive outward or to the right, shape (n,) [px].
         directions: bins of the normal's direction, see :func:`direction_bin`, shape (n,).
         values: grey levels, shape (n,).
-        inside_fractions: fraction of the inside that adjacent edges leave visible, 1 without any, shape (n,).
-        corner_corrections: covariance term at corners, per unit of the response's slope, 0 elsewhere, shape (n,).
+        visibility: fraction of the inside that adjacent edges leave visible, 1 without any, shape (n,).
+        corner_terms: covariance term at corners, per unit of the response's slope, 0 elsewhere, shape (n,).
     """
 
     sections: NDArray[np.int32]

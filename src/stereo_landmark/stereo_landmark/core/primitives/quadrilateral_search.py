@@ -26,7 +26,7 @@ class CornerGraph(NamedTuple):
         entry_positions: vertex positions along the entered segments, negative in front of them, shape (m,) [px].
         incoming: links sorted by the nodes that they enter, shape (m,).
         incoming_starts: start of the incoming links of each node, shape (2 n + 1,).
-        support_lengths: length of the edges that support each segment, shape (n,) [px].
+        support: length of the edges that support each segment, shape (n,) [px].
         side_seen_min: smallest visible fraction of each side.
         outline_seen_min: smallest visible fraction of the whole outline.
     """
@@ -70,7 +70,7 @@ def corner_graph(
     Args:
         links: pairs of end points.
         ends: end points of the line segments, shape (n, 2, 2) [px].
-        support_lengths: length of the edges that support each segment, shape (n,) [px].
+        support: length of the edges that support each segment, shape (n,) [px].
         side_seen_min: smallest visible fraction of each side.
         outline_seen_min: smallest visible fraction of the whole outline.
     """

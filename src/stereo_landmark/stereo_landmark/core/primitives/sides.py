@@ -19,7 +19,7 @@ class Sides:
 
     Attributes:
         ends: first and last point on the fitted line, shape (n, 2, 2) [px].
-        support_lengths: length of the supporting edges, without gaps, shape (n,) [px].
+        support: length of the supporting edges, without gaps, shape (n,) [px].
         variances: variances of the offset at the middle [px²] and of the direction [rad²], shape (n, 2).
     """
 
