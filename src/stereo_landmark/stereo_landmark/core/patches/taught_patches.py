@@ -59,7 +59,7 @@ class MeasuredPoints:
     Attributes:
         seen: points in both present images.
         taught: all taught points in the place frame, also those not seen.
-        compared: names of the primitives that were measured by patches; the others were measured by outlines.
+        matched_patches: names of the primitives that were measured by patches; the others were measured by outlines.
     """
 
     seen: StereoPoints
