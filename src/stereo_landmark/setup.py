@@ -19,7 +19,7 @@ setup(
     zip_safe=False,
     maintainer='The shirube engineers',
     maintainer_email='shirube@users.noreply.github.com',
-    description='Teach a place once, come back and know where you stand: two cameras, no markers.',
+    description='Stereo localization relative to taught places by natural landmarks, without markers.',
     license='Apache-2.0',
     tests_require=['pytest'],
     entry_points={

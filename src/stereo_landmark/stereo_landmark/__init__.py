@@ -1,1 +1,1 @@
-"""Teach a place once, come back and know where you stand: two cameras, no markers."""
+"""Stereo localization relative to taught places by natural landmarks, without markers."""

@@ -1,4 +1,4 @@
-"""A recorded drive through the localizer, as the node would see it, without ROS running."""
+"""Localization of a recorded bag, with the same pipeline as the node, without ROS running."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from stereo_landmark.pair_recording import pair_recording
 
 
 class BagLocalization:
-    """Feeds a bag's messages to a localizer in their order."""
+    """Feeds the messages of a bag to the localizer in recorded order."""
 
     def __init__(
         self, bag: BagReader, topics: RecordingTopics, create_stream: Callable[[], PairStream]
     ) -> None:
-        """Begin without a past.
+        """Start with a new localizer.
 
         Args:
-            bag: an open bag.
-            topics: which of its topics are used.
-            create_stream: makes the state between images, at the start and after a jump back in time.
+            bag: open bag.
+            topics: topics of the bag to use.
+            create_stream: factory of the localizer, called at the start and after a jump back in time.
         """
         self._recording = pair_recording(bag, topics)
         self._left_topic = topics.images[Side.LEFT]
@@ -37,10 +37,10 @@ class BagLocalization:
         self._stamps = StampOrder(self._start_again)
 
     def run(self) -> Iterator[LocatedFrame]:
-        """Yield pairs with their results; a bad message is no end, it becomes a result or is left out.
+        """Yield the result of each pair; a malformed image yields its error, other malformed messages are skipped.
 
         Raises:
-            BagError: the bag is damaged.
+            BagError: the bag is corrupted.
         """
         for message in self._recording.messages():
             match message:
@@ -69,7 +69,7 @@ class BagLocalization:
         try:
             stamp = self._stamps.check(message.header, message.topic)
         except MessageError:
-            return  # as in the node: a bad message is left out
+            return  # as in the node: malformed messages are skipped
         self._stream.add_tilt(stamp, *message.tilt)
 
     def _start_again(self) -> None:

@@ -1,4 +1,4 @@
-"""CameraInfo to the calibration of one camera of a pair."""
+"""Conversion of CameraInfo to the calibration of one camera of a stereo pair."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 
 def calibration_from_camera_info(message: Any, topic: str) -> CameraCalibration:
-    """Return what a sensor_msgs/CameraInfo says of the raw and of the rectified image.
+    """Return the calibration of the raw and the rectified image.
 
     Args:
-        message: of a camera of a stereo pair.
-        topic: name for error messages.
+        message: sensor_msgs/CameraInfo of a camera of a stereo pair.
+        topic: topic name for error messages.
 
     Raises:
-        CameraInfoError: the camera is not calibrated, or not as one of a pair.
+        CameraInfoError: the camera is not calibrated, or not as part of a stereo pair.
     """
     camera = camera_from_camera_info(message, topic)
     rotation, projection = (tuple(float(number) for number in field) for field in (message.r, message.p))

@@ -1,4 +1,4 @@
-"""What the node saw, drawn into the left image."""
+"""Debug image: the detected targets and the pose, drawn into the left image."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from stereo_landmark.core.procedure.sighting import TargetSighting
 _USED, _LEFT_OUT, _TEXT_COLOUR = (60, 220, 60), (0, 200, 255), (255, 255, 255)
 _SUBPIXEL_BITS = 4
 _ARM = 6.0
-"""Of the cross on a point [px]."""
+"""Arm length of the cross on a point [px]."""
 _TEXT = 0.45
 
 
 def debug_picture(located: LocatedPair) -> NDArray[np.uint8]:
-    """Draw points that the pose is made of green, others of found targets yellow, and the pose or why there is none.
+    """Draw the points used for the pose (green), the other detected points (yellow) and the pose or failure reason.
 
     Returns:
-        array, shape (h, w, 3), blue, green, red.
+        BGR image, shape (h, w, 3).
     """
     picture = np.array(cv2.cvtColor(located.left, cv2.COLOR_GRAY2BGR), dtype=np.uint8)
     answer = located.answer

@@ -1,4 +1,4 @@
-"""The displacement from a taught place as a message."""
+"""Conversion of the displacement from a taught place to a message."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from stereo_landmark.core.landmark_fix import LandmarkFix
 
 
 def displacement_message(fix: LandmarkFix, stamp: Time, base_frame: str) -> TransformStamped:
-    """Return the level base of the robot in the frame of the place, which is called like the place.
+    """Return the pose of the gravity-aligned base in the place frame, whose frame ID is the name of the place.
 
     Args:
-        fix: the robot at a place.
-        stamp: of the left image.
-        base_frame: frame of the robot.
+        fix: localization result.
+        stamp: stamp of the left image.
+        base_frame: frame ID of the robot base.
     """
     pose = fix.displacement.T_place_base
     x, y, z, w = quaternion_from_yaw(pose.yaw)

@@ -1,4 +1,4 @@
-"""The rectified pair of images that a lesson is about, from its files or its bag."""
+"""Loads the rectified stereo pair of a teach configuration from image files or a bag."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from stereo_landmark.pair_recording import choose_topics
 from stereo_landmark.recorded_pairs import recorded_pairs
 
 SeenBy = tuple[NDArray[np.uint8], CameraCalibration]
-"""An image, shape (h, w), and the calibration of its camera."""
+"""Grey image, shape (h, w), and the calibration of its camera."""
 
 
 @dataclass(frozen=True)
 class RectifiedPair:
-    """Both images and the cameras that took them.
+    """A rectified stereo pair and its cameras.
 
     Attributes:
-        images: rectified, with the robot's tilt.
-        rig: the rectified cameras.
+        images: rectified images with the tilt of the base.
+        rig: rectified cameras.
     """
 
     images: StereoImages
@@ -38,11 +38,11 @@ class RectifiedPair:
 
 
 def load_pair(lesson: Lesson) -> RectifiedPair:
-    """Return the pair, rectified if it is raw.
+    """Load the pair and rectify it if it is raw.
 
     Raises:
-        StereoLandmarkError: the calibrations are no pair's, or the images none that they belong to.
-        CameraFileError: an image or a calibration is missing, truncated or none.
+        StereoLandmarkError: the calibrations are not a stereo pair, or do not match the images.
+        CameraFileError: an image or calibration file is missing, truncated or malformed.
         BagError: the bag cannot be read.
     """
     if isinstance(lesson.source, BagMoment):
@@ -76,7 +76,7 @@ def _from_files(source: CalibratedFiles) -> tuple[SeenBy, SeenBy]:
 
 
 def _from_bag(moment: BagMoment, *, is_raw: bool) -> tuple[SeenBy, SeenBy, tuple[float, float] | None]:
-    """Return the first pair from the stamp on, and the tilt that the imu told near it."""
+    """Return the first pair from the stamp on, and the tilt that the IMU measured near it."""
     begin = None if moment.stamp is None else round(moment.stamp * 1e9)
     with BagReader(moment.path) as bag:
         topics = choose_topics(bag, moment.topics, is_raw=is_raw)
@@ -86,6 +86,6 @@ def _from_bag(moment: BagMoment, *, is_raw: bool) -> tuple[SeenBy, SeenBy, tuple
         return (grey(left.pixels), left.calibration), (grey(right.pixels), right.calibration), pair.tilt
     when = '' if moment.stamp is None else f' at or after {moment.stamp:.9g} s'
     raise StereoLandmarkError(
-        f'{moment.path}: has no pair of usable images with one stamp{when}; '
+        f'{moment.path}: no pair of valid images with matching stamps{when}; '
         'correct stamp, or set approximate_sync_tolerance_seconds'
     )

@@ -1,4 +1,4 @@
-"""What became of one pair of images when pairs are located without a running node."""
+"""Result of one stereo pair in offline localization."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from stereo_landmark.core.pair.pair_localizer import LocatedPair
 
 @dataclass(frozen=True)
 class LocatedFrame:
-    """One pair and its result.
+    """A stereo pair and its result.
 
     Attributes:
-        name: of the left image's file, or of its topic.
-        stamp_ns: when it was taken [ns]; for files their number over the rate.
-        result: what it told, or the message of the error that it raised.
+        name: file name or topic of the left image.
+        stamp_ns: stamp of the pair [ns]; for files their index divided by the rate.
+        outcome: localization result, or the error message if the pair was invalid.
     """
 
     name: str
@@ -24,14 +24,14 @@ class LocatedFrame:
 
     @property
     def fix(self) -> LandmarkFix | None:
-        """The place and the displacement, None where there is none."""
+        """Place and displacement, None without a fix."""
         if isinstance(self.result, LocatedPair) and isinstance(self.result.answer, LandmarkFix):
             return self.result.answer
         return None
 
     @property
     def failure(self) -> tuple[str, str]:
-        """Why there is no displacement and the numbers to it, empty if there is one."""
+        """Reason why there is no fix, and its details; empty strings with a fix."""
         if isinstance(self.result, str):
             return self.result, ''
         answer = self.result.answer

@@ -1,4 +1,4 @@
-"""The ROS node: pairs of images in, the displacement from a taught place and the robot's pose out."""
+"""ROS node: stereo images in, displacement from a taught place and robot pose out."""
 
 from __future__ import annotations
 
@@ -48,49 +48,49 @@ from stereo_landmark.rehearsal import rehearse
 from stereo_landmark.target_markers import target_markers
 
 _TELL_INTERVAL = 1.0
-"""Between lines about found and lost places [s]."""
+"""Minimum time between log lines about place changes [s]."""
 _NANOSECONDS = 1_000_000_000
 
 CreateStream = Callable[..., PairStream]
 
 
 class StereoLandmarkNode(Node):
-    """Publishes where the robot is at its taught places, by what both cameras see of their targets.
+    """Publishes the robot's pose relative to its taught places from stereo images of their targets.
 
     =========================  ============================  =============================================
     subscribed                 type                          use
     =========================  ============================  =============================================
-    ``left/image_rect``        Image or CompressedImage      raw ones with ``rectify``
-    ``left/camera_info``       CameraInfo                    its calibration
-    ``right/image_rect``       Image or CompressedImage      as left
-    ``right/camera_info``      CameraInfo                    its calibration; tells the baseline
+    ``left/image_rect``        Image or CompressedImage      left image; raw with ``rectify``
+    ``left/camera_info``       CameraInfo                    calibration of the left camera
+    ``right/image_rect``       Image or CompressedImage      right image; raw with ``rectify``
+    ``right/camera_info``      CameraInfo                    calibration of the right camera, baseline
     ``imu``                    Imu                           optional: tilt of ``base_frame``
     =========================  ============================  =============================================
 
     =========================  ============================  =============================================
     published                  type                          when
     =========================  ============================  =============================================
-    ``~/displacement``         TransformStamped              each fix: the robot in the place's frame
-    ``~/pose``                 PoseStamped                   each fix at a place that is in the map
-    ``~/pose_with_covariance`` PoseWithCovarianceStamped     each fix at a place that is in the map
-    ``~/targets``              MarkerArray                   while somebody listens
-    ``~/debug_image``          Image                         while somebody listens
-    ``/diagnostics``           DiagnosticArray               once a second
+    ``~/displacement``         TransformStamped              each fix: robot pose in the place frame
+    ``~/pose``                 PoseStamped                   each fix at a place with a pose in the map
+    ``~/pose_with_covariance`` PoseWithCovarianceStamped     each fix at a place with a pose in the map
+    ``~/targets``              MarkerArray                   while it has subscribers
+    ``~/debug_image``          Image                         while it has subscribers
+    ``/diagnostics``           DiagnosticArray               1 Hz
     =========================  ============================  =============================================
 
-    The service ``~/relocalize`` (std_srvs/Trigger) drops the place where the robot was last.
+    The service ``~/relocalize`` (std_srvs/Trigger) drops the prior: all places are searched again.
     """
 
     def __init__(self, create_stream: CreateStream = PairStream, **options: Any) -> None:
-        """Load the places and subscribe.
+        """Load and validate the places, then subscribe.
 
         Args:
-            create_stream: makes the state between images, at start and after a jump back in time.
-            options: passed on to ``rclpy.node.Node``.
+            create_stream: factory of the localizer, called at the start and after a jump back in time.
+            options: keyword arguments of ``rclpy.node.Node``.
 
         Raises:
-            SettingsError: a bad parameter.
-            StereoLandmarkError: a bad file.
+            SettingsError: a parameter is invalid.
+            StereoLandmarkError: a place file is invalid.
         """
         super().__init__('stereo_landmark', **options)
         self._settings = declare_parameters(self, NodeSettings)
@@ -150,7 +150,7 @@ class StereoLandmarkNode(Node):
         stamp_ns = header.stamp.sec * _NANOSECONDS + header.stamp.nanosec
         if side is Side.LEFT:
             self._left_frame = header.frame_id
-        # The tilt of this moment may wait behind older readings.
+        # The IMU reading of this stamp may still be in the queue.
         take_waiting(self._imu)
         started = perf_counter()
         located = self._stream.add_image(side, stamp_ns, grey(pixels), calibration)
@@ -163,11 +163,11 @@ class StereoLandmarkNode(Node):
     def _take_imu(self, message: Imu) -> None:
         roll, pitch = tilt_of_imu(message, 'imu')
         stamp = self._stamps.check(message.header, 'imu')
-        # Only now, for after a jump back in time there is another stream.
+        # After the stamp check, which creates a new stream after a jump back in time.
         self._stream.add_tilt(stamp, roll, pitch)
 
     def _publish(self, located: LocatedPair) -> None:
-        """Publish what a pair told, with the stamp of its left image."""
+        """Publish the result of a pair with the stamp of its left image."""
         answer, settings = located.answer, self._settings
         seconds, rest = divmod(located.stamp_ns, _NANOSECONDS)
         header = Header(frame_id=settings.base_frame)
@@ -187,7 +187,7 @@ class StereoLandmarkNode(Node):
             self._debug_image.publish(image_from_array(debug_picture(located), picture_header))
 
     def _tell_change(self, answer: LandmarkFix | NoLandmarkFix) -> None:
-        """Say a line when the robot comes to a place or leaves it; the diagnostics tell the rest."""
+        """Log a line when the robot arrives at a place or leaves it; diagnostics report the rest."""
         at = answer.place.name if isinstance(answer, LandmarkFix) else None
         if at == self._was_at:
             return
@@ -201,19 +201,19 @@ class StereoLandmarkNode(Node):
 
     def _relocalize(self) -> str:
         self._stream.forget()
-        return 'the place of late is forgotten; all are tried'
+        return 'last place dropped; searching all places'
 
     def _start_again(self) -> None:
-        self.get_logger().warning('time jumped back: images that wait and the place of late are forgotten')
+        self.get_logger().warning('clock jumped back; queued images and the last place were reset')
         self._stream = self._new_stream()
 
 
 def _check_frames(places: Sequence[TaughtPlace], settings: NodeSettings) -> None:
-    """Refuse places that are called like another frame, for each is a frame of ``~/displacement``."""
+    """Check that no place, which is a frame of ``~/displacement``, has the name of another frame."""
     for field, frame in (('map_frame', settings.map_frame), ('base_frame', settings.base_frame)):
         if frame in [place.name for place in places]:
             raise StereoLandmarkError(
-                f'a place is called {frame}, as {field} is; teach it under another name, or set {field}'
+                f'place {frame} has the same name as {field}; teach it under another name, or set {field}'
             )
 
 

@@ -1,4 +1,4 @@
-"""What a bag holds of two cameras and the robot's tilt."""
+"""Stereo images, calibrations and IMU tilt of a bag."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 
 
 def choose_topics(bag: BagReader, named: dict[str, Any], *, is_raw: bool) -> RecordingTopics:
-    """Return the topics to use, left camera first: those that are named, else the usual ones.
+    """Return the topics to use, left camera first: the requested ones, otherwise the default ones.
 
     Args:
-        bag: an open bag.
-        named: by ``left_image``, ``left_camera_info``, ``right_image``, ``right_camera_info`` and ``imu``.
-        is_raw: whether raw images are wanted, where there are both.
+        bag: open bag.
+        requested: topic names by ``left_image``, ``left_camera_info``, ``right_image``, ``right_camera_info``, ``imu``.
+        is_raw: whether to prefer raw images if the bag has both.
 
     Raises:
-        BagError: a named topic is missing or of another type, or there is none, or several, to choose from.
+        BagError: a requested topic is missing or has another type, or the choice is empty or ambiguous.
     """
     images, camera_infos = [], []
     kinds = ('image_raw', 'image_rect') if is_raw else ('image_rect', 'image_raw')
@@ -38,5 +38,5 @@ def choose_topics(bag: BagReader, named: dict[str, Any], *, is_raw: bool) -> Rec
 
 
 def pair_recording(bag: BagReader, topics: RecordingTopics) -> Recording[CameraCalibration]:
-    """Return the bag's messages, with cameras that perhaps have still to be rectified."""
+    """Return the messages of a bag with stereo calibrations; images may be raw."""
     return Recording(bag, topics, calibration_from_camera_info)

@@ -1,4 +1,4 @@
-"""The pairs of images of a bag, each with the robot's tilt: what a lesson and the teaching page choose from."""
+"""Stereo pairs of a bag with the tilt of the base, for teaching."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.pair_recording import pair_recording
 
 _QUEUE = 10
-"""Images of a camera that wait for their partner."""
+"""Queue size per camera for synchronization."""
 
 _Image = RecordedImage[CameraCalibration]
 
 
 @dataclass(frozen=True)
 class RecordedPair:
-    """Both images of a moment, perhaps raw.
+    """A stereo pair of a bag, raw or rectified.
 
     Attributes:
-        left: the left one.
-        right: the right one.
-        tilt: roll and pitch of the base that the imu told near it [rad], None where it told none.
+        left: image of the left camera.
+        right: image of the right camera.
+        tilt: roll and pitch of the base by the nearest IMU reading [rad], None without one.
     """
 
     left: _Image
@@ -39,16 +39,16 @@ class RecordedPair:
 def recorded_pairs(
     bag: BagReader, topics: RecordingTopics, tolerance: float, begin_ns: int | None = None
 ) -> Iterator[RecordedPair]:
-    """Yield the pairs of a bag; images without a partner are left out, as cameras need not start together.
+    """Yield the stereo pairs of a bag; unpaired images are skipped, as the cameras may start at different times.
 
     Args:
-        bag: an open bag.
-        topics: which of its topics are used.
-        tolerance: stamps of a pair differ by no more [s].
-        begin_ns: older images are left out [ns]; None for none.
+        bag: open bag.
+        topics: topics of the bag to use.
+        tolerance: largest stamp difference of a pair [s].
+        begin_ns: stamp of the first image to use [ns]; None for all images.
 
     Raises:
-        BagError: the bag is damaged.
+        BagError: the bag is corrupted.
     """
     waiting: StampPairing[_Image] = StampPairing(round(tolerance * 1e9), _QUEUE)
     tilts = TiltTrail()
@@ -65,7 +65,7 @@ def recorded_pairs(
                 continue
             if held is not None:
                 yield _with_tilt(held, tilts)
-            # The reading of the imu that comes after it may be nearer than the one before.
+            # Wait for the next IMU reading, which may be nearer than the previous one.
             held = pair
     if held is not None:
         yield _with_tilt(held, tilts)
@@ -75,7 +75,7 @@ def _completed(waiting: StampPairing[_Image], image: _Image) -> tuple[_Image, _I
     try:
         return waiting.add(Side(image.camera), image.stamp_ns, image)
     except StereoLandmarkError:
-        return None  # whoever gets no pair at all complains
+        return None  # the caller reports a bag without pairs
 
 
 def _with_tilt(pair: tuple[_Image, _Image], tilts: TiltTrail) -> RecordedPair:

@@ -1,4 +1,4 @@
-"""Looks for every place in its own images, before the first real pair waits for a compiler or for a weak place."""
+"""Validates places at start: each must be found in its own images. This also compiles the numba kernels."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from stereo_landmark.files.place_file import load_images, place_path
 
 
 def rehearse(folder: Path, places: Iterable[TaughtPlace], settings: LandmarkSettings) -> list[str]:
-    """Return a line for each place that is not found where it was taught.
+    """Return a warning for each place that is not found in its own taught images.
 
     Args:
-        folder: of the places.
-        places: from there.
-        settings: of the method.
+        folder: folder of the place files.
+        places: places loaded from this folder.
+        settings: settings of the search and the pose fit.
 
     Raises:
-        StereoLandmarkError: an image is missing, damaged, or of another size than the cameras.
+        StereoLandmarkError: an image is missing, corrupted or has the wrong size.
     """
     lines = []
     for place in places:

@@ -1,4 +1,4 @@
-"""The points of found targets as markers for RViz."""
+"""RViz markers of the detected targets."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from stereo_landmark.core.procedure.sighting import TargetSighting
 _POINTS = ColorRGBA(r=0.1, g=0.8, b=0.2, a=1.0)
 _NAMES = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 _DIAMETER, _TEXT_HEIGHT = 0.04, 0.12
-"""[m]"""
+"""Sizes of the markers [m]."""
 
 
 def target_markers(located: LocatedPair, header: Header) -> MarkerArray:
-    """Show each found target by its points and its name where the cameras see it now, and remove the others.
+    """Return markers with the measured points and name of each detected target; deletes the previous markers.
 
     Args:
-        located: what the pair told.
-        header: stamp of the image, base frame.
+        located: localization result of the pair.
+        header: header with the stamp of the image and the base frame.
     """
     markers = [Marker(header=header, action=Marker.DELETEALL)]
     locator = PlaceLocator(located.rig)
@@ -32,7 +32,7 @@ def target_markers(located: LocatedPair, header: Header) -> MarkerArray:
         seen = sighting.points.subset(measurable(sighting.points, located.rig))
         if not len(seen):
             continue
-        # The base frame leans as the robot does, so that its tilt is not taken out.
+        # The base frame tilts with the robot, so no tilt compensation.
         positions = locator.spatial_points(seen).positions
         points = _marker(header, 'points', number, Marker.SPHERE_LIST, _POINTS, _DIAMETER)
         points.points = [Point(x=x, y=y, z=z) for x, y, z in positions.tolist()]

@@ -1,4 +1,4 @@
-"""Lets tests import the modules that lie beside them, and gives each that wants one a ROS graph."""
+"""Makes the helper modules of this folder importable; provides an isolated ROS graph as a fixture."""
 
 from __future__ import annotations
 
@@ -15,6 +15,6 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 @pytest.fixture
 def graph() -> Iterator[IsolatedGraph]:
-    """Nodes that see only each other."""
+    """An isolated ROS graph."""
     with isolated_graph() as opened:
         yield opened

@@ -1,4 +1,4 @@
-"""A node and a robot around it that sends it messages and hears what it says."""
+"""The node under test with a fake robot that publishes its inputs and records its outputs."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SIDES = ('left', 'right')
 
 
 class FakeStream:
-    """Remembers its calls and answers what it is told to."""
+    """Records its calls and returns a preset answer."""
 
     def __init__(self) -> None:
         self.calls: list[tuple[Any, ...]] = []
@@ -43,7 +43,7 @@ class FakeStream:
 
 
 class Robot:
-    """The node under test and a robot around it."""
+    """The node under test and its publishers and subscribers."""
 
     def __init__(
         self, graph: IsolatedGraph, places: Path, *, is_real: bool = False, **parameters: Any

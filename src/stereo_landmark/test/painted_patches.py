@@ -1,4 +1,4 @@
-"""A painted plate, seen exactly through any homography: blobs of paint within a soft outline."""
+"""Renders a textured plate through any homography: blobs of paint within a blurred outline."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from scipy.special import ndtr
 SIZE = 120, 140
 """Height and width of a picture [px]."""
 CORNERS = np.array([[40.0, 35.0], [100.0, 35.0], [100.0, 85.0], [40.0, 85.0]])
-"""Of the plate in the first picture [px]."""
+"""Corners of the plate in the first picture [px]."""
 EDGE = 0.8
-"""Blur of its outline [px]."""
+"""Blur of the outline [px]."""
 
 
 def homography(scale=1.0, turn=0.0, shift=(0.0, 0.0), lean=0.0):
-    """Return the way from the first picture to another, about the plate's middle; lean makes one side smaller."""
+    """Return the homography from the first picture to another, about the plate's centre; lean is its perspective."""
     to_middle, back = np.eye(3), np.eye(3)
     to_middle[:2, 2], back[:2, 2] = -CORNERS.mean(axis=0), CORNERS.mean(axis=0) + shift
     cos, sin = scale * np.cos(turn), scale * np.sin(turn)
@@ -22,13 +22,13 @@ def homography(scale=1.0, turn=0.0, shift=(0.0, 0.0), lean=0.0):
 
 
 def moved(points, H):
-    """Return points, shape (n, 2), in another picture."""
+    """Return points mapped to another picture, shape (n, 2)."""
     projected = np.column_stack([points, np.ones(len(points))]) @ H.T
     return projected[:, :2] / projected[:, 2:]
 
 
 def light(H=None, seed=1, blobs=40, fineness=(1.5, 3.0)):
-    """Return a picture without noise, shape SIZE; more, other or finer paint by other numbers."""
+    """Return a picture without noise, shape SIZE, with random blobs of paint."""
     rng = np.random.default_rng(seed)
     H = np.eye(3) if H is None else H
     rows, columns = np.indices(SIZE)
@@ -49,7 +49,7 @@ def light(H=None, seed=1, blobs=40, fineness=(1.5, 3.0)):
 
 
 def photograph(picture, noise=2.0, rng=None):
-    """Return grey values with noise."""
+    """Return an 8 bit image with noise."""
     rng = rng or np.random.default_rng(0)
     noisy = picture + noise * rng.normal(size=picture.shape)
     return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)

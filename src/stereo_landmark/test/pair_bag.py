@@ -1,4 +1,4 @@
-"""A bag of pairs of images."""
+"""Writes a bag of stereo pairs."""
 
 from dataclasses import replace
 
@@ -21,11 +21,11 @@ def write_pairs(path, entries, calibrations, tilt=None):
     """Write images and calibrations.
 
     Args:
-        path: of the bag.
-        entries: stamp of the left image [ns], stamp of the right one, left image, right image; bytes for an image
-            are sent as they are.
-        calibrations: of the left and the right camera.
-        tilt: roll and pitch that an imu tells a little before each pair, None without one.
+        path: path of the bag.
+        entries: stamp of the left image [ns], stamp of the right one [ns], left image, right image; bytes for an image
+            are written unchanged.
+        calibrations: calibrations of the left and the right camera.
+        tilt: roll and pitch of an IMU reading before each pair [rad], None without IMU.
     """
     with BagWriter(path) as bag:
         for entry in entries:

@@ -1,4 +1,4 @@
-"""Photographs of one or more shapes, and what the steps before the detectors make of them."""
+"""Rendered images of shapes, and their segments and line segments for the detectors."""
 
 from __future__ import annotations
 
@@ -42,5 +42,5 @@ def turned_rectangle(centre, length, height, angle):
 
 
 def mahalanobis(errors, covariance):
-    """Return the mean squared error over the stated variance, 1 when that is honest."""
+    """Return the normalized estimation error squared (NEES) per coordinate; 1 for a consistent covariance."""
     return float(errors @ np.linalg.solve(covariance, errors)) / len(errors)

@@ -1,4 +1,4 @@
-"""Calibrations of stereo pairs as files and messages have them."""
+"""Calibrations of stereo pairs for tests, and their files."""
 
 import json
 import os
@@ -14,13 +14,13 @@ from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 
 
 def rectified_calibration(camera, x=0.0):
-    """Return the calibration of a camera that is rectified as it is."""
+    """Return the calibration of a camera that is already rectified."""
     projection = np.column_stack([camera.matrix, [-camera.fx * x, 0.0, 0.0]])
     return CameraCalibration(camera, tuple(np.eye(3).ravel()), tuple(projection.ravel().tolist()))
 
 
 def raw_calibrations(left, right, rotation, shift):
-    """Return both calibrations as camera_calibration would: X_right = rotation @ X_left + shift [m]."""
+    """Return both calibrations in the form of camera_calibration: X_right = rotation @ X_left + shift [m]."""
     size = (left.width, left.height)
     R_left, R_right, P_left, P_right, *_ = cv2.stereoRectify(
         *(left.matrix, np.array(left.distortion), right.matrix, np.array(right.distortion)),
@@ -56,7 +56,7 @@ def write_calibration(path, calibration):
 
 
 class RealPairs:
-    """The room of EuRoC: calibrations, and the raw pairs of both moments."""
+    """The EuRoC room: calibrations, and the raw teach and repeat pairs."""
 
     def __init__(self):
         folder = Path(os.environ.get('SHIRUBE_DATA', '')) / 'stereo_euroc'

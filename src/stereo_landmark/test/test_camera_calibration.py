@@ -56,10 +56,10 @@ def test_no_baseline_or_one_of_the_wrong_sign_is_refused(pair):
     ('rotation', 'projection', 'words'),
     [
         ((1.0,) * 8, LEFT.projection, r'8 and projection_matrix .* 12'),
-        ((0.0,) * 9, LEFT.projection, 'is no rotation'),
+        ((0.0,) * 9, LEFT.projection, 'is not a rotation'),
         (LEFT.rotation, (0.0,) * 12, 'no focal length'),
-        (LEFT.rotation, (*LEFT.projection[:3], math.nan, *LEFT.projection[4:]), 'no finite number'),
-        (LEFT.rotation, (*LEFT.projection[:7], -140.0, *LEFT.projection[8:]), 'one above the other'),
+        (LEFT.rotation, (*LEFT.projection[:3], math.nan, *LEFT.projection[4:]), 'not finite'),
+        (LEFT.rotation, (*LEFT.projection[:7], -140.0, *LEFT.projection[8:]), 'baseline must be horizontal'),
     ],
 )
 def test_what_is_no_calibration_of_a_pair_is_refused(rotation, projection, words):

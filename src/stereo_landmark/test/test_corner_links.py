@@ -13,7 +13,7 @@ def _random_sides(count):
 
 
 def _all_pairs(ends, gap_max, overshoot_max, angle_min):
-    """Return the pairs of ends that meet, each tried with each."""
+    """Return the pairs of end points that form corners, by brute force."""
     found = set()
     places = ends.reshape(-1, 2)
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)

@@ -14,7 +14,7 @@ def test_edges_of_a_disc_lie_on_its_outline_once_around():
     radii = np.hypot(*(edges.points - [50.3, 44.8]).T)
     assert np.abs(radii - 25.0).max() < 0.15
     assert radii.mean() == pytest.approx(25.0, abs=0.05)
-    # One a row where steep, one a column where flat: 4 r / sqrt(2) times 2.
+    # One per row of a steep edge, one per column of a flat edge: 4 r / sqrt(2) times 2.
     assert len(edges) == pytest.approx(8 * 25.0 / math.sqrt(2.0), abs=4)
 
 

@@ -82,7 +82,7 @@ def test_refined_centres_are_unbiased_and_their_covariance_honest():
         squares.append(mahalanobis(error, refined.covariance))
     assert np.sqrt(np.mean(np.square(errors))) < 0.012
     assert np.abs(np.mean(errors, axis=0)).max() < 0.004
-    # Blur moves the half-way level of a curved edge inward: that is corrected.
+    # Blur shifts the half-level point of a curved edge inward; refinement corrects it.
     assert np.abs(np.mean(axes_errors, axis=0)).max() < 0.006
     assert 0.7 < math.sqrt(np.mean(squares)) < 1.2
 

@@ -1,4 +1,4 @@
-"""A robot that leans and stands higher than when it was taught is where it is, whichever way its images come."""
+"""Localization of a tilted and raised robot from image files and from a bag."""
 
 import csv
 

@@ -16,11 +16,11 @@ class Clock:
 def test_silence_before_and_after_pairs_is_told():
     clock = Clock()
     report = LocalizerReport('places', clock)
-    assert (report.status().level, report.status().message[:11]) == (Level.WARN, 'no pair yet')
+    assert (report.status().level, report.status().message[:13]) == (Level.WARN, 'no image pair')
     report.add(with_fix(), 0.05)
     assert (report.status().level, report.status().message) == (Level.OK, 'at wall')
     clock.now = 3.0
-    assert (report.status().level, report.status().message[:16]) == (Level.WARN, 'pairs have stopp')
+    assert (report.status().level, report.status().message[:17]) == (Level.WARN, 'image pairs timed')
 
 
 def test_a_pair_without_a_fix_is_told_with_its_reason():
@@ -37,9 +37,9 @@ def test_a_pair_without_a_fix_is_told_with_its_reason():
 def test_an_imu_that_tells_nothing_of_the_moment_is_told():
     report = LocalizerReport('places', Clock())
     report.add(replace(with_fix(), lacks_tilt=True), 0.05)
-    assert (report.status().level, report.status().message[:24]) == (Level.WARN, 'at wall, taken for level')
+    assert (report.status().level, report.status().message[:22]) == (Level.WARN, 'at wall, assumed level')
     report.add(replace(without_fix(), lacks_tilt=True), 0.05)
-    assert report.status().values['tilt'] == 'taken for level'
+    assert report.status().values['tilt'] == 'assumed level'
 
 
 def test_a_fix_tells_its_numbers():
@@ -47,14 +47,14 @@ def test_a_fix_tells_its_numbers():
     report.add(with_fix(), 0.0521)
     values = report.status().values
     assert values['targets found'] == 'meters'
-    assert values['compared with the taught images'] == 'nothing; measured by outlines'
+    assert values['measured by patches'] == 'none; measured by outlines'
     assert values['points used'] == '3'
     assert values['x, y, yaw'] == '0.1500 m, -0.1000 m, 0.0600 rad'
     assert values['sigma x, y, yaw'] == '0.0010 m, 0.0020 m, 0.0100 rad'
-    assert values['time for the latest pair [ms]'] == '52.1'
+    assert values['processing time [ms]'] == '52.1'
 
 
 def test_what_was_compared_with_the_taught_images_is_named():
     report, located = LocalizerReport('places', Clock()), with_fix()
     report.add(replace(located, answer=replace(located.answer, compared=('panel/a', 'panel/b'))), 0.05)
-    assert report.status().values['compared with the taught images'] == 'panel/a, panel/b'
+    assert report.status().values['measured by patches'] == 'panel/a, panel/b'

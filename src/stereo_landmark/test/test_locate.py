@@ -89,7 +89,7 @@ def test_a_place_of_other_cameras_is_refused(files, capsys):
 
 def test_another_mount_is_refused(once, capsys):
     line = refusal(capsys, *once.options(), '--camera-xyz', '0', '0', '1')
-    assert 'place wall was taught with camera_xyz [0.2, 0.1, 0.6], here it is [0, 0, 1]' in line
+    assert 'place wall was taught with camera_xyz [0.2, 0.1, 0.6], now it is [0, 0, 1]' in line
 
 
 def test_a_truncated_image_is_refused(files, capsys):

@@ -1,4 +1,4 @@
-"""The node through real topics."""
+"""Tests of the node through real topics."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ def test_tilt_and_relocalize_reach_the_stream(graph: IsolatedGraph, places: Path
 
 
 def test_readings_of_the_imu_that_wait_are_heard_before_the_pair(graph: IsolatedGraph, places: Path) -> None:
-    """One reading of each pair's time would come only after many pairs, if it had to wait for its turn."""
+    """In callback order the reading at a pair's stamp would be processed many pairs later."""
     robot = Robot(graph, places)
     leaning = Quaternion(x=math.sin(0.05), w=math.cos(0.05))
     for number in range(50):

@@ -1,4 +1,4 @@
-"""What the node says of a start that cannot be."""
+"""Error messages of the node for invalid parameters and files."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stereo_landmark.node import main
         ((), 'places_dir is not set'),
         (('places_dir:={folder}/wrong',), 'wrong.yaml: format is not shirube/taught_place'),
         (('place_dir:={folder}',), 'did you mean places_dir?'),
-        (('places_dir:={folder}/right', 'map_frame:=wall'), 'a place is called wall, as map_frame is'),
+        (('places_dir:={folder}/right', 'map_frame:=wall'), 'place wall has the same name as map_frame'),
         (('places_dir:={folder}', 'queue_size:=0'), 'queue_size is 0, allowed is 1 to 1000'),
     ],
 )

@@ -9,7 +9,7 @@ IMAGE, INFO, IMU = 'sensor_msgs/msg/CompressedImage', 'sensor_msgs/msg/CameraInf
 
 
 class Bag:
-    """A bag of which only the topics are known."""
+    """A fake bag that has only topic names."""
 
     path = 'bag'
 

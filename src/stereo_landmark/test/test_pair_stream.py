@@ -1,4 +1,4 @@
-"""What is remembered from pair to pair, with a localizer that tells what it was asked."""
+"""State between pairs, tested with a localizer that records its calls."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ SECOND = 1_000_000_000
 
 @pytest.fixture
 def asked(monkeypatch):
-    """The tilt and the likely places of every question; all but the third are answered with a fix."""
+    """The tilt and the likely places of every call; all but the third return a fix."""
     questions = []
 
     def locate(self, left, right, tilt, likely):

@@ -24,7 +24,7 @@ def template_of(image):
 
 
 def derivatives(H, points):
-    """Return how points in another picture move with those in the first one, shape (8, 8)."""
+    """Return the Jacobian of points in another picture by those in the first one, shape (8, 8)."""
     whole = np.zeros((8, 8))
     for k in range(8):
         step = np.zeros(8)
@@ -48,12 +48,12 @@ def test_errors_are_as_large_as_stated(name):
         by_taught = derivatives(H, template.pixels)
         spread = found.covariance + by_taught @ found.taught_covariance @ by_taught.T
         squares.append(error @ np.linalg.solve(spread, error) / 8.0)
-    # Eight times forty squares: a mean of one within 0.08; what the model leaves for images that differ makes it less.
+    # 8 x 40 squares: mean 1 within 0.08; the model error, absent here, makes it smaller.
     assert 0.5 < np.mean(squares) < 1.25
 
 
 def test_the_error_does_not_depend_on_the_part_of_a_pixel():
-    """No part of a pixel draws a patch to itself: the mean error is nothing beside the spread."""
+    """No subpixel bias: the mean error is small compared with its standard deviation."""
     there = light()
     for shift in (0.0, 0.25, 0.5, 0.75):
         H, errors = homography(shift=(shift, 0.0)), []
@@ -70,7 +70,7 @@ def test_the_error_does_not_depend_on_the_part_of_a_pixel():
 
 @pytest.mark.parametrize(('scale', 'blur'), [(1.0, 1.0), (1.0, 1.5), (0.75, 0.7), (0.6, 0.7)])
 def test_fine_print_that_blurs_away_makes_nothing_smaller(scale, blur):
-    """Its contrast is lost before that of the outline: a gain cannot tell both."""
+    """Fine print loses contrast before the outline does, which a single gain cannot model."""
     H, growths = homography(scale=scale, shift=(0.3, -0.2)), []
     there, here = (
         cv2.GaussianBlur(light(view, blobs=90, fineness=(0.7, 1.2)), (0, 0), sigma)
@@ -117,7 +117,7 @@ def test_a_moved_needle_is_left_out():
 
 
 def test_a_print_behind_its_frame_is_not_taken_for_the_plane_of_both():
-    """Seen from aside what is a little behind moves beside its frame, by less than outlines are gated."""
+    """In an oblique view print behind its frame is shifted, by less than the gate of outlines."""
     H, behind = homography(), homography(shift=(0.17, 0.0))
     frame = np.zeros_like(light())
     frame[35:86, 40:101] = 1.0

@@ -34,7 +34,7 @@ def test_the_first_corner_plays_no_part():
 
 
 def test_differences_are_those_of_the_definition():
-    """Worked out in matrices: the size, and the corner that is farthest off once both are equally large."""
+    """Reference implementation: the size, and the largest corner distance after scaling both to the same size."""
     rng = np.random.default_rng(2)
     found, taught = (np.array([numbers(rng) for _ in range(n)]) for n in (6, 4))
     for k, row in enumerate(corner_differences(found, taught, SIZE, SHAPE)):

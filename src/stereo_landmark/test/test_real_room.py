@@ -1,4 +1,4 @@
-"""Taught on one real pair, found from another 0.3 m and 15° away: a room with a board of 36 square tags."""
+"""Localization with real images 0.3 m and 15° from the taught pair: a room with a board of 36 square tags."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ PRIMITIVES, APART, BORDER, SIZE = 16, 25.0, 45.0, np.array([752, 480])
 
 
 class Room:
-    """Both moments: images, true position [m] and roll, pitch, yaw [rad] of the base in the room."""
+    """Teach and repeat pair: images, true position [m] and roll, pitch, yaw [rad] of the base in the room."""
 
     def __init__(self):
         pairs = RealPairs()
@@ -42,7 +42,7 @@ class Room:
             ]
 
     def error(self, taught, now, fix):
-        """Return how far a displacement is off [m, rad]."""
+        """Return the error of a displacement [m, rad]."""
         yaw = self.rpy[taught][2]
         shift = Rotation.from_euler('z', -yaw).apply(self.positions[now] - self.positions[taught])
         pose = fix.T_place_base
@@ -51,7 +51,7 @@ class Room:
 
 
 def drawn(teacher, primitives, rng):
-    """Return some that both images show well inside, apart from each other, by name."""
+    """Return random measurable primitives inside both images with a minimum spacing, by name."""
     chosen = []
     for i in rng.permutation(len(primitives)):
         primitive = primitives[i]

@@ -16,11 +16,11 @@ RIGHT = PinholeCamera(752, 480, 704.0, 702.0, 380.5, 235.0, (-0.28, 0.07, -0.001
 ROTATION, SHIFT = matrix_from_rpy((0.02, -0.03, 0.01)), np.array([-0.2, 0.004, -0.002])
 """X_right = ROTATION @ X_left + SHIFT [m]."""
 SPOT = 3.0
-"""Of the spots that are drawn [px]."""
+"""Standard deviation of the drawn spots [px]."""
 
 
 def spots(camera, points):
-    """Return an image with a soft spot where each point is seen."""
+    """Return an image with a Gaussian spot at each projected point."""
     v, u = np.mgrid[: camera.height, : camera.width]
     image = np.zeros(u.shape)
     for place in camera.pixels_from_points(points):
@@ -29,7 +29,7 @@ def spots(camera, points):
 
 
 def centre(image, near):
-    """Return the centroid of the spot near a place."""
+    """Return the centroid of the spot near a position."""
     u, v = np.rint(near).astype(int)
     window = image[v - 12 : v + 13, u - 12 : u + 13].astype(float)
     rows, columns = np.mgrid[v - 12 : v + 13, u - 12 : u + 13]
@@ -43,7 +43,7 @@ def test_rectified_images_show_points_where_the_rig_says():
     rectified = np.array(
         [[x, y, 3.0 + rng.uniform()] for x in (-0.9, -0.2, 0.5, 1.1) for y in (-0.5, 0.1, 0.6)]
     )
-    # From the left rectified frame back to each camera's own.
+    # From the left rectified frame to each raw camera frame.
     R_left, R_right = (np.array(each.rotation).reshape(3, 3) for each in calibrations)
     left = rectified @ R_left
     seen = rig.projections(rectified)

@@ -1,4 +1,4 @@
-"""Four sides measured together, up to the corners and with grey levels in common, against each side alone."""
+"""Joint refinement of four sides up to the corners, compared with separate refinement of each side."""
 
 import numpy as np
 import pytest

@@ -8,7 +8,7 @@ MILLISECOND = 1_000_000
 
 
 def run(pairing, *arrivals):
-    """Return the pairs of stamps that arrivals make, given as side and milliseconds."""
+    """Return the pairs of stamps for arrivals of (side, stamp [ms])."""
     pairs = (pairing.add(side, stamp * MILLISECOND, stamp) for side, stamp in arrivals)
     return [pair for pair in pairs if pair is not None]
 
@@ -51,5 +51,5 @@ def test_sides_without_a_time_in_common_are_told():
 
 
 def test_a_camera_that_is_silent_is_told():
-    with pytest.raises(StereoLandmarkError, match='right images come without left ones'):
+    with pytest.raises(StereoLandmarkError, match='right images are received, but no left images'):
         run(StampPairing(0, 3), *((1, 100 * k) for k in range(5)))

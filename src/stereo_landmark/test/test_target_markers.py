@@ -13,7 +13,7 @@ HEADER = Header(frame_id='base_link')
 
 
 def test_points_are_where_the_robot_would_reach_them():
-    """From HERE the meters on the wall are shifted and turned the other way."""
+    """In the base frame at HERE the meters have the inverse displacement."""
     _, points, name = target_markers(with_fix(), HEADER).markers
     cos, sin = np.cos(HERE[3]), np.sin(HERE[3])
     for point, meter in zip(points.points, METERS):
@@ -24,7 +24,7 @@ def test_points_are_where_the_robot_would_reach_them():
 
 
 def test_the_base_frame_leans_with_the_robot():
-    """What the cameras see in one place is in one place of the base frame, however the robot leans."""
+    """The same image points give the same markers in the base frame, for any tilt."""
     level, leaning = with_fix(), replace(with_fix(), tilt=(0.1, -0.2))
     expected = target_markers(level, HEADER).markers[1].points
     assert target_markers(leaning, HEADER).markers[1].points == expected

@@ -24,7 +24,7 @@ PRINT = tuple(
     for k, (dy, dz) in enumerate(((-0.09, 0.06), (0.08, 0.05), (-0.08, -0.06), (0.07, -0.07), (0.0, 0.0)))
 )
 WALL = Wall((*PLATES, *PRINT))
-"""Two plates with something printed on them."""
+"""Two plates with print."""
 EXACT = LandmarkSettings(place=PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0))
 STATES = tuple(
     np.array(state)
@@ -38,7 +38,7 @@ STATES = tuple(
 
 
 def seen(wall, state, noise=1.5, seed=1):
-    """Return both images through a lens, which no pixels sample too coarsely."""
+    """Return both images with lens blur, so that they are not undersampled."""
     rng = np.random.default_rng(seed)
     clear = [
         cv2.GaussianBlur(np.float64(image), (0, 0), 0.6) for image in look(wall, np.asarray(state), noise=0.0)
@@ -61,14 +61,14 @@ def place():
 
 
 def outlines(place, state, off=0.0):
-    """Return the corners where they are seen, as an outline would tell them, all off by so much."""
+    """Return the corners as measured by outlines, all with the same error."""
     points = place.coordinates
     pixels = reproject(state, points.positions, RIG).pixels + off
     return StereoPoints(points.names, pixels, np.tile(1e-4 * np.eye(4), (len(points), 1, 1)))
 
 
 def test_the_points_of_patches_are_where_the_taught_ones_are_seen(place):
-    """New points have new places in space: the pair of both agrees with the true displacement as stated."""
+    """Present points and their taught 3D points agree with the true displacement within their covariances."""
     squares = []
     for seed, state in enumerate(STATES, 10):
         measured = TaughtPatches(place, 0.0).measured(outlines(place, state), seen(WALL, state, seed=seed))
@@ -105,7 +105,7 @@ def test_a_place_without_images_is_measured_by_its_outlines(place):
 
 
 def test_taught_images_of_another_size_give_no_patches(place):
-    """Somebody replaced the files: their pixels are not those of the taught corners."""
+    """Replaced image files do not match the taught corners."""
     small = [cv2.resize(each, None, fx=0.5, fy=0.5) for each in (place.images.left, place.images.right)]
     replaced = replace(place, images=replace(place.images, left=small[0], right=small[1]))
     corners, images = outlines(place, STATES[0]), seen(WALL, STATES[0])
@@ -116,7 +116,7 @@ def test_taught_images_of_another_size_give_no_patches(place):
 
 
 def test_a_pair_leaves_no_trace(place):
-    """What is measured in one pair depends on no pair before it."""
+    """The measurement of a pair does not depend on previous pairs."""
     patches, corners = TaughtPatches(place, 0.0), outlines(place, STATES[0])
     images, others = seen(WALL, STATES[0]), seen(WALL, STATES[1])
     first = patches.measured(corners, images).seen
@@ -136,7 +136,7 @@ def test_a_patch_that_disagrees_with_its_outline_is_left_out(place):
 
 
 def test_a_plate_with_another_print_is_measured_by_its_outline(place):
-    """The other one is measured by its patch all the same, each with its own taught points."""
+    """The other plate is still measured by its patch."""
     other = Wall((*PLATES, *PRINT[:5], Plate(-0.35, 0.75, 0.3, 0.36, 120.0)))
     corners = outlines(place, STATES[0])
     measured = TaughtPatches(place, 0.0).measured(corners, seen(other, STATES[0]))
@@ -160,7 +160,7 @@ def test_points_that_were_not_seen_are_not_asked_for(place):
 
 
 def test_there_and_back_are_inverse(place):
-    """Taught here and seen from there, or the other way round: the displacements are each other's inverses."""
+    """Swapping the teach and the repeat pose inverts the displacement."""
     state = np.array([0.3, -0.2, 0.0, 0.08, 0.0, 0.0])
     back = taught(seed=3, state=state)
     ways = [

@@ -1,4 +1,4 @@
-"""Nothing is compiled any more after a warm-up."""
+"""All numba kernels are compiled in advance."""
 
 import subprocess
 import sys
@@ -23,7 +23,7 @@ print(len(outer), *[k.__name__ for k in outer if not k.signatures])
 
 @pytest.mark.newest_set_only
 def test_each_loop_was_compiled() -> None:
-    """Those that only other loops call are part of their callers."""
+    """Kernels that only other kernels call are compiled with their callers."""
     told = subprocess.run([sys.executable, '-c', PROGRAM], capture_output=True, text=True, check=True)
     count, *cold = told.stdout.split()
     assert int(count) >= 20

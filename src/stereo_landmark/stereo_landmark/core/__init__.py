@@ -1,1 +1,1 @@
-"""The method without ROS and without files: a pair of images in, the displacement from the taught pose out."""
+"""The localization method, without ROS and file access: stereo pair in, displacement from the taught pose out."""

@@ -1,4 +1,4 @@
-"""What the method takes for an image."""
+"""Type and size check of input images."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 SMALLEST_SIDE = 16
-"""An image with a side shorter than this shows no landmark [px]."""
+"""Minimum image width and height [px]."""
 
 
 def check_grey_image(image: NDArray[np.uint8]) -> None:
-    """Refuse what is no grey image.
+    """Check that an image is grey, 8 bit and large enough.
 
     Raises:
-        StereoLandmarkError: one line that names the type or shape and what is expected.
+        StereoLandmarkError: wrong type, shape or size; one line that names both it and the expected one.
     """
     if not isinstance(image, np.ndarray) or image.dtype != np.uint8:
         kind = f'{image.dtype} values' if isinstance(image, np.ndarray) else type(image).__name__

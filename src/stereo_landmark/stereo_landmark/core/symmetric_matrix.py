@@ -1,4 +1,4 @@
-"""The inverse of small symmetric matrices within compiled loops, where a call of LAPACK takes longer than the work."""
+"""Inverse of small symmetric matrices inside numba kernels, where a LAPACK call costs more than the work itself."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from numba import njit
 from numpy.typing import NDArray
 
 SINGULAR = 1e-10
-"""A row that the rows before it explain but for this share of its diagonal tells nothing new."""
+"""Smallest pivot as a fraction of the diagonal entry; smaller pivots make the matrix singular."""
 
 
 @njit(cache=True, error_model='numpy')
 def invert_symmetric(matrix: NDArray[np.float64], inverse: NDArray[np.float64]) -> bool:
-    """Write the inverse of a positive definite matrix by Cholesky's decomposition.
+    """Write the inverse of a positive definite matrix by Cholesky decomposition.
 
     Args:
-        matrix: shape (n, n).
-        inverse: shape (n, n), filled.
+        matrix: symmetric matrix, shape (n, n).
+        inverse: output, shape (n, n).
 
     Returns:
-        whether there is one; scaling rows and columns alike changes nothing of that.
+        whether the matrix is invertible; the test does not depend on the units of the rows and columns.
     """
     n = len(matrix)
     lower = np.zeros((n, n))
     if not _decompose(matrix, lower):
         return False
-    # Column by column the inverse of the lower half, in its place.
+    # Invert the lower triangle in place, column by column.
     for j in range(n):
         lower[j, j] = 1.0 / lower[j, j]
         for i in range(j + 1, n):
@@ -44,7 +44,7 @@ def invert_symmetric(matrix: NDArray[np.float64], inverse: NDArray[np.float64]) 
 
 @njit(cache=True, error_model='numpy')
 def _decompose(matrix: NDArray[np.float64], lower: NDArray[np.float64]) -> bool:
-    """Write the lower half of Cholesky's decomposition; False where there is none."""
+    """Write the lower triangle of the Cholesky decomposition; False if the matrix is not positive definite."""
     for j in range(len(matrix)):
         for i in range(j, len(matrix)):
             total = matrix[i, j]

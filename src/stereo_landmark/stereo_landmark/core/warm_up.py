@@ -1,4 +1,4 @@
-"""Teaches a drawn wall and finds it again, so that no real pair of images waits for a compiler."""
+"""Compiles all numba kernels by teaching and localizing a drawn wall, so that no real pair waits for the compiler."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _CAMERA = PinholeCamera(320, 240, 300.0, 300.0, 159.5, 119.5)
 _MOUNT = CameraMount((0.0, 0.0, 1.0), (-math.pi / 2.0, 0.0, -math.pi / 2.0))
 _RIG = StereoRig(_CAMERA, _CAMERA, 0.2, _MOUNT)
 _DISPARITY = 20
-"""Of the wall [px]."""
+"""Disparity of the wall [px]."""
 
 
 def warm_up() -> None:
-    """Run every compiled loop from the grey images to the displacement."""
+    """Run every numba kernel from the grey images to the displacement."""
     images = _drawn_wall(0), _drawn_wall(_DISPARITY)
     processing = ImageProcessing()
     view = StereoView(detect_scene(images[0], processing), detect_scene(images[1], processing), _RIG)
@@ -38,7 +38,7 @@ def warm_up() -> None:
                 parts[kind.value] = primitive
     place = teacher.teach('wall', [TargetChoice('things', parts)])
     LandmarkLocalizer([place]).locate(*images)
-    # Only a picture of thousands of sides chooses among its links.
+    # Only images with thousands of line segments reach this kernel.
     nearest_links(link_corners(np.empty((0, 2, 2)), 1.0, 1.0, 1.0), 1)
 
 
@@ -51,7 +51,11 @@ def _is_measurable(teacher: Teacher, primitive: Primitive) -> bool:
 
 
 def _drawn_wall(shift: int) -> NDArray[np.uint8]:
-    """Return a picture of a plate, two discs, a frame and a slot, shape (240, 320), with all things shifted left."""
+    """Draw plates, discs and a slot, all shifted to the left by a disparity, shape (240, 320).
+
+    Args:
+        shift: disparity [px].
+    """
     picture = np.full((_CAMERA.height, _CAMERA.width), 120, dtype=np.uint8)
     for left, top, right, bottom, level in (
         (60, 40, 130, 90, 40),

@@ -1,1 +1,1 @@
-"""Grey image to thin edges with sub-pixel positions (paper 3.3b)."""
+"""Edge detection: grey image to thin edges with subpixel positions (paper 3.3b)."""

@@ -1,4 +1,4 @@
-"""Thin edges: the points at which the gradient is largest along its own direction."""
+"""Subpixel edge detection: non-maximum suppression of the gradient magnitude."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ class Edges:
     """The edge points of an image, row by row.
 
     Attributes:
-        points: shape (n, 2), sub-pixel positions [px]; the centre of the first pixel is (0, 0).
-        gradients: shape (n, 2), of the filtered image, towards the bright side [grey levels / px].
-        index: shape (h, w), number of the edge point in each pixel, -1 where there is none.
+        points: subpixel positions, shape (n, 2) [px]; the centre of the first pixel is (0, 0).
+        gradients: image gradients, which point to the bright side, shape (n, 2) [grey levels / px].
+        index: index of the edge point in each pixel, -1 where there is none, shape (h, w).
     """
 
     points: NDArray[np.float64]
@@ -34,14 +34,14 @@ class Edges:
 
 
 def extract_edges(image: NDArray[np.uint8], settings: EdgeSettings) -> Edges:
-    """Filter, binarise and thin (paper 3.3b): every point whose gradient reaches the continuation threshold.
+    """Detect edges (paper 3.3b: filter, binarise, thin) down to the lower hysteresis threshold.
 
     Args:
-        image: shape (h, w), grey levels.
-        settings: the image processing taught for the place.
+        image: grey image, shape (h, w).
+        settings: edge detection settings that were taught for the place.
 
     Raises:
-        StereoLandmarkError: the image is of another type or shape, or too small.
+        StereoLandmarkError: the image has the wrong type or shape, or is too small.
     """
     check_grey_image(image)
     gx, gy = gaussian_gradient(image, settings.filter_sigma)
@@ -49,7 +49,7 @@ def extract_edges(image: NDArray[np.uint8], settings: EdgeSettings) -> Edges:
     marked = _mark_maxima(gx, gy, strength, np.float32(settings.continuation * settings.threshold))
     index = np.full(image.shape, -1, np.int32)
     points, gradients, beside = _gather(gx, gy, strength, marked, index)
-    # Numpy takes many logarithms at once, which compiled loops do not.
+    # numpy vectorizes the logarithm, numba kernels do not.
     _move_to_peaks(points, gradients, np.log(beside))
     return Edges(points, gradients, index)
 
@@ -58,13 +58,13 @@ def extract_edges(image: NDArray[np.uint8], settings: EdgeSettings) -> Edges:
 def _mark_maxima(
     gx: NDArray[np.float32], gy: NDArray[np.float32], strength: NDArray[np.float32], threshold: np.float32
 ) -> NDArray[np.bool_]:
-    # Maxima along the image axis that is nearer to the gradient: one point a row of a steep edge, one a
-    # column of a flat one, so that following it never has to choose between two.
+    # Maxima along the image axis nearest to the gradient: one point per row of a steep edge, one per
+    # column of a flat edge, so that edge linking never has two candidates in a row or column.
     height, width = gx.shape
     marked = np.zeros((height, width), np.bool_)
     for y in range(1, height - 1):
         for x in range(1, width - 1):
-            # Without branches, so that many pixels are looked at together.
+            # No branches, so that the compiler can vectorize the loop.
             here = strength[y, x]
             in_row = (here > strength[y, x - 1]) & (here >= strength[y, x + 1])
             in_column = (here > strength[y - 1, x]) & (here >= strength[y + 1, x])
@@ -81,9 +81,9 @@ def _gather(
     marked: NDArray[np.bool_],
     index: NDArray[np.int32],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return pixels, gradients and strengths before and after, as parts of theirs, of the marked pixels.
+    """Return pixels, gradients and the relative gradient magnitudes of both neighbours of the maxima.
 
-    Their numbers are written into the index.
+    Writes the point indices into ``index``.
     """
     height, width = gx.shape
     room = int(np.sum(marked))
@@ -109,10 +109,10 @@ def _gather(
 def _move_to_peaks(
     points: NDArray[np.float64], gradients: NDArray[np.float64], logarithms: NDArray[np.float64]
 ) -> None:
-    """Move points to the maxima of parabolas through the logarithms; exact for a Gaussian profile."""
+    """Move points to the maxima of parabolas through the log magnitudes; exact for a Gaussian profile."""
     for i in range(len(points)):
         low, high = logarithms[i, 0], logarithms[i, 1]
         bend = -low - high
-        # Less than half a pixel, so that a point rounds to the pixel it was found in.
+        # Less than half a pixel, so that a point rounds to the pixel in which it was detected.
         shift = min(max(0.5 * (high - low) / bend, -0.499), 0.499) if bend > 0.0 else 0.0
         points[i, 0 if abs(gradients[i, 0]) >= abs(gradients[i, 1]) else 1] += shift

@@ -1,4 +1,4 @@
-"""The spatial filter: derivatives of a Gaussian."""
+"""Image gradient by derivatives of a Gaussian."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def gaussian_gradient(
     """Return the derivatives along x and y of the smoothed image, each shape (h, w) [grey levels / px].
 
     Args:
-        image: shape (h, w), grey levels.
+        image: grey image, shape (h, w).
         sigma: standard deviation of the Gaussian [px].
     """
     reach = math.ceil(3.0 * sigma)
@@ -23,7 +23,7 @@ def gaussian_gradient(
     smooth = np.exp(-0.5 * (offsets / sigma) ** 2)
     smooth /= smooth.sum()
     slope = offsets * smooth
-    slope /= np.sum(offsets * slope)  # a ramp of one grey level a pixel has the gradient one
+    slope /= np.sum(offsets * slope)  # a ramp of one grey level per pixel has gradient 1
     border = cv2.BORDER_REPLICATE
     gx = cv2.sepFilter2D(image, cv2.CV_32F, slope, smooth, borderType=border)
     gy = cv2.sepFilter2D(image, cv2.CV_32F, smooth, slope, borderType=border)

@@ -1,4 +1,4 @@
-"""The image processing that is taught for a place (paper 3.3b, 4a)."""
+"""Edge detection settings, taught for each place (paper 3.3b, 4a)."""
 
 from __future__ import annotations
 
@@ -9,31 +9,31 @@ from shirube_settings import setting
 
 @dataclass(frozen=True)
 class EdgeSettings:
-    """From the grey image to segments: spatial filter, threshold, noise removal, line following.
+    """Edge detection and linking: spatial filter, hysteresis thresholds, noise removal, polylines.
 
-    The paper also teaches how often the binary image is thinned. Here an edge is the maximum of the
-    gradient along its own direction, so it is one pixel wide whatever the image.
+    The paper also teaches the number of thinning passes. Here non-maximum suppression makes every edge
+    one pixel wide, so that parameter does not exist.
     """
 
     filter_sigma: float = setting(
         1.0,
-        'standard deviation of the Gaussian whose derivative is taken',
+        'standard deviation of the Gaussian derivative filter',
         unit='px',
         minimum=0.5,
         maximum=5.0,
     )
     threshold: float = setting(
         6.0,
-        'gradient that a segment must reach somewhere, in grey levels a pixel',
+        'upper hysteresis threshold: gradient that a segment must reach at one point [grey levels / px]',
         minimum=0.5,
         maximum=200.0,
     )
     continuation: float = setting(
-        0.4, 'part of the threshold at which a segment still goes on', minimum=0.1, maximum=1.0
+        0.4, 'lower hysteresis threshold as a fraction of threshold', minimum=0.1, maximum=1.0
     )
     length_min: float = setting(
-        8.0, 'shorter segments are noise and removed', unit='px', minimum=2.0, maximum=1000.0
+        8.0, 'minimum segment length; shorter segments are noise', unit='px', minimum=2.0, maximum=1000.0
     )
     bend_tolerance: float = setting(
-        0.8, 'distance of a segment from its polyline', unit='px', minimum=0.3, maximum=10.0
+        0.8, 'tolerance of the polyline approximation (Douglas-Peucker)', unit='px', minimum=0.3, maximum=10.0
     )

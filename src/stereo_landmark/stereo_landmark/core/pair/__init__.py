@@ -1,1 +1,1 @@
-"""From what two cameras send to rectified pairs of images and what they tell."""
+"""Camera images to synchronized, rectified stereo pairs and their localization results."""

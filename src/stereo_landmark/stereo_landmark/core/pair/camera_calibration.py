@@ -1,4 +1,4 @@
-"""What the calibration of a stereo pair says of one camera: the fields of ``sensor_msgs/CameraInfo``."""
+"""Calibration of one camera of a stereo pair: the fields of ``sensor_msgs/CameraInfo``."""
 
 from __future__ import annotations
 
@@ -20,12 +20,13 @@ class CameraCalibration:
     """One camera before and after rectification.
 
     Attributes:
-        raw: intrinsics of the image as it comes.
-        rotation: nine numbers, rows of R, the camera's frame to the rectified one.
-        projection: twelve numbers, rows of P of the rectified image; P[0, 3] is -fx times the camera's x [px m].
+        raw: intrinsics of the raw image.
+        rotation: rectification matrix R, row by row, nine numbers; from the camera frame to the rectified frame.
+        projection: projection matrix P of the rectified image, row by row, twelve numbers; P[0, 3] is -fx times the
+            camera's x [px m].
 
     Raises:
-        StereoLandmarkError: R is no rotation, or P is not that of a rectified camera.
+        StereoLandmarkError: R is not a rotation, or P is not the projection matrix of a rectified camera.
     """
 
     raw: PinholeCamera
@@ -39,16 +40,16 @@ class CameraCalibration:
                 f'numbers instead of 9 and 12; {_REMEDY}'
             )
         if not all(map(math.isfinite, (*self.rotation, *self.projection))):
-            raise StereoLandmarkError(f'R or P holds what is no finite number; {_REMEDY}')
+            raise StereoLandmarkError(f'R or P contains a number that is not finite; {_REMEDY}')
         R = np.array(self.rotation).reshape(3, 3)
         if not np.allclose(R @ R.T, np.eye(3), atol=1e-3):
-            raise StereoLandmarkError(f'rectification_matrix (R) is no rotation; {_REMEDY}')
+            raise StereoLandmarkError(f'rectification_matrix (R) is not a rotation; {_REMEDY}')
         fx, _, _, _, _, fy, _, shift_y, *_ = self.projection
         if fx <= 0.0 or fy <= 0.0:
             raise StereoLandmarkError(f'projection_matrix (P) has no focal length; {_REMEDY}')
         if abs(shift_y) > 1e-6 * fy:
             raise StereoLandmarkError(
-                'P[1, 3] is not zero: the cameras must be side by side, not one above the other'
+                'P[1, 3] is not zero: the baseline must be horizontal, not one camera above the other'
             )
 
     @property
@@ -63,7 +64,7 @@ class CameraCalibration:
 
     @property
     def matrix(self) -> NDArray[np.float64]:
-        """The camera matrix of the rectified image, shape (3, 3)."""
+        """Camera matrix of the rectified image, shape (3, 3)."""
         return np.array(self.projection).reshape(3, 4)[:, :3]
 
     @property
@@ -74,17 +75,17 @@ class CameraCalibration:
 
     @property
     def x(self) -> float:
-        """Where the camera is along the rectified x axis [m]."""
+        """Camera position along the rectified x axis [m]."""
         return -self.projection[3] / self.projection[0]
 
 
 def stereo_rig(left: CameraCalibration, right: CameraCalibration, mount: CameraMount) -> StereoRig:
-    """Return the rectified pair.
+    """Return the rectified stereo rig.
 
     Args:
-        left: the left camera.
-        right: the right one.
-        mount: the left optical frame, as rectified, on the robot.
+        left: calibration of the left camera.
+        right: calibration of the right camera.
+        mount: pose of the rectified left optical frame in the base frame.
 
     Raises:
         StereoLandmarkError: the baseline is zero or negative, or the cameras were not calibrated together.

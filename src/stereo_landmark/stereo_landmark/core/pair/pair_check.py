@@ -1,4 +1,4 @@
-"""Whether two images are a rectified pair, told by points that both show."""
+"""Epipolar check: whether two images are a rectified stereo pair, by ORB matches."""
 
 from __future__ import annotations
 
@@ -12,41 +12,38 @@ from stereo_landmark.core.place.stereo_rig import StereoRig
 
 FEATURES = 600
 LEVELS = 3
-"""Of ORB's pyramid; places on higher levels are too coarse."""
+"""Levels of the ORB pyramid; keypoints of higher levels are too coarse."""
 DISTANCE_MAX = 48
-"""Bits in which the descriptors of one point differ at most."""
+"""Largest Hamming distance between matching descriptors."""
 ROWS_MAX = 60.0
-"""What is farther apart is no match [px]."""
+"""Largest row difference of a match [px]."""
 MATCHES_MIN = 25
-"""Fewer tell nothing."""
+"""Minimum number of matches for a decision."""
 ROWS_APART_MAX = 1.6
-"""Median in rectified pairs is about 0.4 [px]."""
+"""Largest median row difference of a rectified pair [px]; about 0.4 px is usual."""
 BEHIND_SHARE_MAX = 0.7
-"""Of points with the disparity of things behind the cameras."""
+"""Largest fraction of matches with a negative disparity."""
 BEHIND = -1.0
-"""[px]"""
+"""Matches with a smaller disparity count as negative [px]."""
 
 
 class PairFault(Enum):
-    """What is wrong with a pair, and what to do."""
+    """Fault of a stereo pair and its remedy."""
 
     NOT_RECTIFIED = (
-        'the same things are in other rows of the left and the right image, so they are not rectified; '
+        'matching points are in different rows of the left and the right image, so they are not rectified; '
         'give rectified images, or raw ones with rectify, or calibrate the pair again'
     )
-    SWAPPED = (
-        'things are farther right in the right image than in the left one, so left and right are swapped; '
-        'swap the two cameras'
-    )
+    SWAPPED = 'disparities are negative, so left and right are swapped; swap the two cameras'
 
 
 def pair_fault(left: NDArray[np.uint8], right: NDArray[np.uint8], rig: StereoRig) -> PairFault | None:
-    """Return what is wrong with a pair, None where nothing is, or where too little is to be seen.
+    """Return the fault of a stereo pair, None if it has none or the images have too few features.
 
     Args:
-        left: shape (h, w), grey.
-        right: the same of the right camera.
-        rig: the cameras that the images are said to be of.
+        left: rectified grey image of the left camera, shape (h, w).
+        right: rectified grey image of the right camera, shape (h, w).
+        rig: rectified cameras.
     """
     here, there = _matches(left, right)
     rows_apart = np.abs(here[:, 1] - there[:, 1])
@@ -62,7 +59,7 @@ def pair_fault(left: NDArray[np.uint8], right: NDArray[np.uint8], rig: StereoRig
 def _matches(
     left: NDArray[np.uint8], right: NDArray[np.uint8]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return places of the same things in both images, each of shape (n, 2) [px]."""
+    """Return matching ORB keypoints in both images, each of shape (n, 2) [px]."""
     detector = cv2.ORB.create(FEATURES, nlevels=LEVELS)
     (points, bits), (other_points, other_bits) = (detector.detectAndCompute(i, None) for i in (left, right))
     if bits is None or other_bits is None:

@@ -1,4 +1,4 @@
-"""Pairs of images, one after another, to where the robot is."""
+"""Localization of consecutive stereo pairs."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 REMEMBERED = 10.0
-"""A robot that was at a place so lately is probably still there [s]."""
+"""How long the last place is searched first [s]."""
 
 CHECK_INTERVAL = 2.0
-"""Cameras that were a rectified pair so lately still are one [s]."""
+"""Time between two epipolar checks of the cameras [s]."""
 
 
 @dataclass(frozen=True)
 class LocatedPair:
-    """What a pair of images told.
+    """Localization result of a stereo pair.
 
     Attributes:
-        stamp_ns: of the left image [ns].
-        left: shape (h, w), grey, rectified.
-        answer: the place and the displacement, or why there is none.
-        tilt: roll and pitch of the base that were taken for known [rad].
-        rig: the cameras.
-        lacks_tilt: whether the base was taken for level though there is an imu, which told nothing near the images.
+        stamp_ns: stamp of the left image [ns].
+        left: rectified grey image of the left camera, shape (h, w).
+        result: place and displacement, or the reason why there is no fix.
+        tilt: assumed roll and pitch of the base [rad].
+        rig: rectified cameras.
+        is_tilt_missing: whether the base was assumed level because the IMU has no reading near the stamp.
     """
 
     stamp_ns: int
@@ -47,13 +47,13 @@ class LocatedPair:
 
 
 class PairLocalizer:
-    """Finds the robot by its taught places.
+    """Localizes the robot relative to its taught places; remembers the last place.
 
     Args:
-        places: all of them.
-        rig: the rectified cameras.
-        settings: of the method.
-        raw: calibrations of the left and the right camera if their images come raw, None if they come rectified.
+        places: all taught places.
+        rig: rectified cameras.
+        settings: settings of the search and the pose fit.
+        raw: calibrations of the left and the right camera for raw input images, None for rectified ones.
 
     Raises:
         StereoLandmarkError: there is no place, or one was taught with other cameras.
@@ -72,10 +72,10 @@ class PairLocalizer:
         self._localizer = LandmarkLocalizer(places, settings)
         self._rectifiers = None if raw is None else (Rectifier(raw[0]), Rectifier(raw[1]))
         self._latest: tuple[int, str] | None = None
-        self._faultless: int | None = None  # the last stamp at which the cameras were known to be a pair [ns]
+        self._faultless: int | None = None  # last stamp with a valid rectified pair [ns]
 
     def forget(self) -> None:
-        """Drop the place where the robot was last."""
+        """Drop the prior: search all places in the next pair."""
         self._latest = None
 
     def locate(
@@ -88,13 +88,13 @@ class PairLocalizer:
         """Find the place and the displacement from it.
 
         Args:
-            stamp_ns: when both images were taken [ns].
-            left: shape (h, w), grey.
-            right: the same of the right camera.
+            stamp_ns: stamp of both images [ns].
+            left: grey image of the left camera, shape (h, w).
+            right: grey image of the right camera, shape (h, w).
             tilt: roll and pitch of the base [rad].
 
         Raises:
-            StereoLandmarkError: an image is of a wrong size, or the two are no rectified pair.
+            StereoLandmarkError: an image has a wrong size, or the images are not a rectified pair.
         """
         if self._rectifiers is not None:
             left, right = self._rectifiers[0].rectify(left), self._rectifiers[1].rectify(right)
@@ -107,7 +107,7 @@ class PairLocalizer:
         return LocatedPair(stamp_ns, left, answer, tilt, self._rig)
 
     def _check(self, stamp_ns: int, left: NDArray[np.uint8], right: NDArray[np.uint8]) -> None:
-        """Raise what is wrong with the cameras; a lost robot, which has most to do, is not asked with each pair."""
+        """Raise the fault of the cameras, if any; checked at most once per interval, as the check is slow."""
         if self._faultless is not None and abs(stamp_ns - self._faultless) <= CHECK_INTERVAL * 1e9:
             return
         fault = pair_fault(left, right, self._rig)

@@ -1,4 +1,4 @@
-"""Images of two cameras as they come, to located pairs: what a running node and a recorded drive have in common."""
+"""Synchronizes left and right images and localizes the pairs; shared by the node and bag localization."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stereo_landmark.core.procedure.taught_place import TaughtPlace
 
 
 class Side(IntEnum):
-    """Of the pair."""
+    """Camera of the stereo pair."""
 
     LEFT = 0
     RIGHT = 1
@@ -27,7 +27,7 @@ class Side(IntEnum):
 
 @dataclass(frozen=True)
 class _TakenImage:
-    """An image that waits for its partner."""
+    """An image in the queue of the synchronizer."""
 
     stamp_ns: int
     pixels: NDArray[np.uint8]
@@ -35,13 +35,13 @@ class _TakenImage:
 
 
 class PairStream:
-    """Pairs images and locates the pairs.
+    """Synchronizes stereo images and localizes the pairs.
 
     Args:
         places: all taught places.
-        mount: the left camera's optical frame, as rectified, on the robot.
-        pairing: which images belong together, and whether they are rectified.
-        settings: of the method.
+        mount: pose of the rectified left optical frame in the base frame.
+        pairing: synchronization settings, and whether to rectify.
+        settings: settings of the search and the pose fit.
     """
 
     def __init__(
@@ -62,24 +62,30 @@ class PairStream:
         self._localizer: PairLocalizer | None = None
 
     def add_tilt(self, stamp: float, roll: float, pitch: float) -> None:
-        """Take fixed-axis roll and pitch of the base at a time [rad, s]."""
+        """Add an IMU reading.
+
+        Args:
+            stamp: time of the reading [s].
+            roll: fixed-axis roll of the base [rad].
+            pitch: fixed-axis pitch of the base [rad].
+        """
         self._tilt.add(stamp, roll, pitch)
         self._has_imu = True
 
     def add_image(
         self, side: Side, stamp_ns: int, pixels: NDArray[np.uint8], calibration: CameraCalibration
     ) -> LocatedPair | None:
-        """Take an image; return what the pair tells that it completes, None if it completes none.
+        """Add an image; return the result of the pair that it completes, None if it completes none.
 
         Args:
-            side: of the camera.
-            stamp_ns: when it was taken [ns].
-            pixels: shape (h, w), grey.
-            calibration: of the camera.
+            side: camera of the image.
+            stamp_ns: stamp of the image [ns].
+            pixels: grey image, shape (h, w).
+            calibration: calibration of the camera.
 
         Raises:
-            StereoLandmarkError: the sides have no time in common, the calibrations are no pair's or not those of the
-                places, or the images are no rectified pair.
+            StereoLandmarkError: the stamps do not match, the calibrations are not a stereo pair or not the cameras of
+                the places, or the images are not a rectified pair.
         """
         pair = self._waiting.add(side, stamp_ns, _TakenImage(stamp_ns, pixels, calibration))
         if pair is None:
@@ -91,15 +97,15 @@ class PairStream:
         return replace(located, lacks_tilt=self._has_imu and tilt is None)
 
     def forget(self) -> None:
-        """Drop the place where the robot was last."""
+        """Drop the prior: search all places in the next pair."""
         if self._localizer is not None:
             self._localizer.forget()
 
     def use_calibrations(self, left: CameraCalibration, right: CameraCalibration) -> PairLocalizer:
-        """Return the localizer of these cameras; it is kept as long as they are the same.
+        """Return the localizer for these calibrations; it is created again when they change.
 
         Raises:
-            StereoLandmarkError: the calibrations are no pair's or not those of the places.
+            StereoLandmarkError: the calibrations are not a stereo pair, or not the cameras of the places.
         """
         if self._localizer is None or self._calibrations != (left, right):
             rig = stereo_rig(left, right, self._mount)

@@ -1,4 +1,4 @@
-"""Raw images to rectified ones: no distortion, and the same point in the same row of both."""
+"""Stereo rectification: undistorts images and aligns the rows of both cameras."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Rectifier:
     """Rectifies the images of one camera.
 
     Args:
-        calibration: of the camera.
+        calibration: calibration of the camera.
     """
 
     def __init__(self, calibration: CameraCalibration) -> None:
@@ -32,13 +32,13 @@ class Rectifier:
     def rectify(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return the rectified image, shape (h, w).
 
-        Where the raw image shows nothing its border goes on, for a black frame would look like a landmark.
+        The border is replicated outside the raw image, because a black border would look like a landmark.
 
         Args:
-            image: shape (h, w), grey.
+            image: raw grey image, shape (h, w).
 
         Raises:
-            StereoLandmarkError: the image is of another size than the calibration.
+            StereoLandmarkError: the image size differs from the calibration.
         """
         if image.shape[::-1] != self._size:
             raise StereoLandmarkError(

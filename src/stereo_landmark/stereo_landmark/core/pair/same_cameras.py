@@ -1,4 +1,4 @@
-"""Whether a place was taught with the cameras that look now."""
+"""Check that a place was taught with the present cameras."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 INTRINSICS = ('width', 'height', 'fx', 'fy', 'cx', 'cy')
-"""Of a rectified camera."""
+"""Intrinsics of a rectified camera that enter the calibration hash."""
 _SAME_MOUNT = 1e-6
-"""[m], [rad]"""
+"""Tolerance of the mount's position [m] and rotation [rad]."""
 
 
 def calibration_hash(rig: StereoRig) -> str:
-    """Return what tells rectified cameras from others: a digest of intrinsics and baseline, to nine digits."""
+    """Return a hash of the rectified intrinsics and the baseline, rounded to nine digits."""
     numbers = [getattr(camera, name) for camera in (rig.left, rig.right) for name in INTRINSICS]
     text = ' '.join(f'{number:.9g}' for number in (*numbers, rig.baseline))
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def check_cameras(place: TaughtPlace, rig: StereoRig) -> None:
-    """Refuse cameras that a place was not taught with.
+    """Check that the cameras are those with which a place was taught.
 
     Raises:
-        StereoLandmarkError: other intrinsics, another baseline, or another mount on the robot.
+        StereoLandmarkError: intrinsics, baseline or camera mount differ.
     """
     taught, present = calibration_hash(place.rig), calibration_hash(rig)
     if taught != present:
         raise StereoLandmarkError(
-            f'place {place.name} was taught with other cameras (calibration {taught}, here it is {present}); '
+            f'place {place.name} was taught with other cameras (calibration {taught}, now {present}); '
             'use the calibration it was taught with, or teach it again'
         )
     for name, mine, other in (
@@ -41,8 +41,8 @@ def check_cameras(place: TaughtPlace, rig: StereoRig) -> None:
     ):
         if not np.allclose(mine, other, rtol=0.0, atol=_SAME_MOUNT):
             raise StereoLandmarkError(
-                f'place {place.name} was taught with {name} {_in_words(other)}, here it is {_in_words(mine)}; '
-                'set it as it was, or teach the place again'
+                f'place {place.name} was taught with {name} {_in_words(other)}, now it is {_in_words(mine)}; '
+                'set the taught value, or teach the place again'
             )
 
 

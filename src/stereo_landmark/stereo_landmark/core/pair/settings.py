@@ -1,4 +1,4 @@
-"""How images become pairs."""
+"""Settings of stereo synchronization and rectification."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from shirube_settings import setting
 
 @dataclass(frozen=True)
 class PairSettings:
-    """Whether images come raw, and which of them belong together."""
+    """Rectification and synchronization of the image topics."""
 
-    rectify: bool = setting(False, 'whether images come raw and are rectified here, by their camera_info')
+    rectify: bool = setting(False, 'whether to rectify raw input images by their camera_info')
     approximate_sync: bool = setting(
-        False, 'whether images pair whose stamps differ a little; else only equal stamps do'
+        False, 'whether to pair images with slightly different stamps; otherwise stamps must be equal'
     )
     approximate_sync_tolerance_seconds: float = setting(
         0.01,
-        'largest difference of stamps with approximate_sync; less than half the time between images',
+        'largest stamp difference of a pair with approximate_sync; less than half the frame interval',
         unit='s',
         minimum=0.0,
         maximum=1.0,
     )
-    queue_size: int = setting(5, 'images of a camera that wait for their partner', minimum=1, maximum=1000)
+    queue_size: int = setting(5, 'queue size per camera for synchronization', minimum=1, maximum=1000)
 
     @property
     def tolerance_ns(self) -> int:
-        """Largest difference of the stamps of a pair [ns]."""
+        """Largest stamp difference of a pair [ns]."""
         return round(self.approximate_sync_tolerance_seconds * 1e9) if self.approximate_sync else 0

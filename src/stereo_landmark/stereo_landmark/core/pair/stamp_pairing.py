@@ -1,4 +1,4 @@
-"""Which left image belongs to which right one, by their stamps."""
+"""Synchronization of left and right images by their stamps."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ Item = TypeVar('Item')
 
 
 class StampPairing(Generic[Item]):
-    """Pairs what comes on two sides, each in the order of its stamps.
+    """Pairs the items of two inputs by stamp; the stamps of each input must rise.
 
     Args:
-        tolerance_ns: stamps of a pair differ by no more; 0 for exactly the same [ns]. It must be less than half the
-            time between two images.
-        queue_size: of each side so many wait for their partner.
+        tolerance_ns: largest stamp difference of a pair [ns]; 0 for equal stamps. It must be less than half the frame
+            interval.
+        queue_size: largest number of unpaired items per input.
     """
 
     def __init__(self, tolerance_ns: int, queue_size: int) -> None:
@@ -25,15 +25,15 @@ class StampPairing(Generic[Item]):
         self._queue_size = queue_size
 
     def add(self, side: int, stamp_ns: int, item: Item) -> tuple[Item, Item] | None:
-        """Take an item and return the pair that it completes, None if it does not.
+        """Add an item and return the pair that it completes, None if it completes none.
 
         Args:
             side: 0 for left, 1 for right.
-            stamp_ns: when it was taken [ns].
-            item: whatever belongs to it.
+            stamp_ns: stamp of the item [ns].
+            item: the item, such as an image.
 
         Raises:
-            StereoLandmarkError: so many items have waited in vain that the sides have no time in common.
+            StereoLandmarkError: the queue is full, so the stamps of the inputs do not match.
         """
         mine, others = self._queues[side], self._queues[1 - side]
         near = min(others, key=lambda other: abs(other[0] - stamp_ns), default=None)
@@ -47,7 +47,7 @@ class StampPairing(Generic[Item]):
         return (item, near[1]) if side == 0 else (near[1], item)
 
     def clear(self) -> None:
-        """Forget what waits."""
+        """Empty both queues."""
         for queue in self._queues:
             queue.clear()
 
@@ -59,7 +59,7 @@ class StampPairing(Generic[Item]):
         names = ('left', 'right')
         if not others:
             raise StereoLandmarkError(
-                f'{names[side]} images come without {names[1 - side]} ones; check that camera'
+                f'{names[side]} images are received, but no {names[1 - side]} images; check that camera'
             )
         raise StereoLandmarkError(
             'left and right images have no stamps in common; trigger both cameras together, or set approximate_sync'

@@ -1,4 +1,4 @@
-"""Two images of one moment."""
+"""Synchronized, rectified stereo images."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class StereoImages:
-    """A pair of images.
+    """A stereo pair.
 
     Attributes:
-        left: shape (h, w), grey, rectified.
-        right: the same of the right camera.
-        tilt: roll and pitch of the base at that moment [rad].
+        left: rectified grey image of the left camera, shape (h, w).
+        right: rectified grey image of the right camera, shape (h, w).
+        tilt: roll and pitch of the base at the stamp of the images [rad].
     """
 
     left: NDArray[np.uint8]

@@ -1,1 +1,1 @@
-"""Taught patches of a plane, found again in other images by their grey values."""
+"""Direct alignment of taught planar patches by their grey values (Lucas-Kanade)."""

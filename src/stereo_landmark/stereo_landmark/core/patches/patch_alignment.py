@@ -1,8 +1,8 @@
-"""Where an image shows a taught patch: Gauss-Newton on grey values (Lucas & Kanade 1981).
+"""Alignment of a taught patch with an image: Gauss-Newton on grey values (Lucas & Kanade 1981).
 
-The inverse compositional form of Baker & Matthews (2004): the derivatives are those of the taught patch, so that they
-are known beforehand. Gain, offset, blur and an even change of gain across the patch are fitted along, Tukey's weights
-leave out what is not as it was taught.
+Inverse compositional form of Baker & Matthews (2004): the Jacobian is that of the taught patch, so it is computed once.
+Gain, offset, blur and a linear change of gain across the patch are estimated too; Tukey weights reject the pixels that
+differ from the taught patch.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from stereo_landmark.core.patches.patch_template import PatchTemplate, motion_fi
 from stereo_landmark.core.patches.smoothing import NOISE, coefficients_of
 
 SLACK = 5
-"""The patch is looked for so far around where it should be [px]."""
+"""Margin of the image window around the predicted patch [px]."""
 MODEL_SIGMA = 0.004
-"""What differs between images of one plane besides noise moves a point by so much [px]."""
+"""Standard deviation of a point by model errors other than noise [px]."""
 
 STRAIN_MAX = 1.6
-"""Parts of a patch that want to move apart by more than this, in variances of noise, are not of one plane as taught."""
+"""Largest strain, in variances of the noise; a patch whose cells move apart by more is not the taught plane."""
 
 
 @dataclass(frozen=True)
 class AlignedPatch:
-    """A patch in another image.
+    """A patch aligned with another image.
 
     Attributes:
-        points: of the patch, shape (4, 2) [px].
-        covariance: of their coordinates, by the noise of this image, shape (8, 8) [px²].
-        taught_covariance: the same for the taught image, in its pixels.
-        corners: of the patch, shape (4, 2) [px].
+        points: measured points of the patch, shape (4, 2) [px].
+        covariance: covariance of the points by the noise of this image, shape (8, 8) [px²].
+        taught_covariance: covariance of the points by the noise of the taught image, in its pixels, shape (8, 8) [px²].
+        corners: corners of the patch, shape (4, 2) [px].
     """
 
     points: NDArray[np.float64]
@@ -46,15 +46,15 @@ class AlignedPatch:
 def align_patch(
     template: PatchTemplate, image: NDArray[np.uint8], start: NDArray[np.float64]
 ) -> AlignedPatch | None:
-    """Find a patch.
+    """Align a patch with an image.
 
     Args:
-        template: as taught.
-        image: shape (h, w), grey.
-        start: where its corners should be, about a pixel off at most, shape (4, 2) [px].
+        template: taught patch.
+        image: grey image, shape (h, w).
+        start: predicted corners, off by about a pixel at most, shape (4, 2) [px].
 
     Returns:
-        None where the image does not show it there, or something else in a large part of it.
+        the aligned patch, None if the image does not show it there or a large part of it is occluded.
     """
     low = np.maximum(np.floor(start.min(axis=0)).astype(int) - SLACK - 3, 0)
     high = np.ceil(start.max(axis=0)).astype(int) + SLACK + 4
@@ -87,7 +87,7 @@ def _measured(
     inverse: NDArray[np.float64],
     rest: float,
 ) -> AlignedPatch:
-    """Return the points with what the noise, half of it in either image, makes of them."""
+    """Return the points with their covariances; half of the noise is attributed to each image."""
     pixels, jacobians = _projected(homography, template.points)
     fields = motion_fields(template.points)
     (_, (middle,)) = _projected(homography, np.zeros((1, 2)))
@@ -107,7 +107,7 @@ def _measured(
 def _projected(
     homography: NDArray[np.float64], places: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return where places are seen, shape (n, 2), and the derivatives by the places, shape (n, 2, 2)."""
+    """Return the projections of patch coordinates, shape (n, 2), and their Jacobians, shape (n, 2, 2)."""
     projected = places @ homography[:, :2].T + homography[:, 2]
     pixels = projected[:, :2] / projected[:, 2:]
     by_places = homography[None, :2, :2] - pixels[:, :, None] * homography[None, 2:, :2]

@@ -1,4 +1,4 @@
-"""The homography for which an image looks like a patch: compiled Gauss-Newton steps with weights."""
+"""Numba kernels of patch alignment: weighted Gauss-Newton steps on a homography."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ from numpy.typing import NDArray
 from stereo_landmark.core.symmetric_matrix import invert_symmetric
 
 MOTIONS = 8
-"""Of a plane's picture: a homography."""
+"""Degrees of freedom of a homography."""
 ROUNDS = 6
 STEP_DONE = 0.01
-"""A step that moves the patch by less was the last one [px]."""
+"""Steps smaller than this have converged [px]."""
 STEP_MAX = 1.5
-"""A patch that moves farther at once is not where it was looked for [px]."""
+"""Largest step; a patch that moves farther at once is rejected [px]."""
 TUKEY = 4.7
 SCALE = 1.4826
 SCALE_SAMPLES = 7
-"""The scatter is told by every seventh pixel."""
+"""The residual scale is the MAD of every seventh pixel."""
 SCALE_MIN = 0.05
-"""Smoothed grey values are not nearer to each other than this."""
+"""Lower limit of the residual scale [grey levels]."""
 AGREEING_MIN = 0.7
-"""Part of the pixels that must be as they were taught."""
+"""Minimum fraction of inlier pixels."""
 LIKENESS_MIN = 0.9
-"""Part of the variance of these pixels that the taught patch must explain."""
+"""Minimum fraction of the inliers' variance that the taught patch must explain."""
 PARTS = 4
-"""Along each side, so many that all of them have outlines or print, so few that each tells its motion."""
+"""Cells along each side of the patch for the strain test: few enough to have texture, many enough to show motion."""
 PART_PIXELS_MIN = 20
 GAINS = 0.2, 5.0
 GAIN, SOFT = MOTIONS, MOTIONS + 1
-"""Columns of the patch as it is and of the softer one: how much the image has of either."""
+"""Columns of the sharp and of the blurred patch: the fraction that the image has of each."""
 
 
 @njit(cache=True, error_model='numpy')
@@ -43,20 +43,21 @@ def fit_patch(
     homography: NDArray[np.float64],
     inverse: NDArray[np.float64],
 ) -> tuple[float, float, float]:
-    """Move the homography to where the image shows the patch.
+    """Align the homography with the image.
 
     Args:
-        image: coefficients of the spline that shows it, shape (h, w).
-        places: of the patch's pixels, shape (n, 2).
-        columns: how their values change, shape (n, p): by eight motions, gain, what is softer, and others.
-        softness: slopes of the softer patch as a part of those of the patch.
-        scale: the patch's half width or height [px].
-        homography: from places to the image, shape (3, 3), about a pixel off at most; changed in place.
-        inverse: of the columns' normal matrix, shape (p, p); in the end that with the weights that were found.
+        image: spline coefficients of the image, shape (h, w).
+        coordinates: patch coordinates of the pixels, shape (n, 2).
+        jacobian: derivatives of the pixel values by homography, gain, blur and the other parameters, shape (n, p).
+        soft_slope_ratio: slopes of the blurred patch relative to the slopes of the sharp one.
+        scale: half width or height of the patch, the larger one [px].
+        homography: map from patch coordinates to the image, shape (3, 3), off by about a pixel at most; updated in
+            place.
+        inverse: inverse normal matrix, shape (p, p); on return the one with the final weights.
 
     Returns:
-        the mean square of what is left, -1 where the patch is not there; the gain of its slopes; and how much its parts
-        want to move apart, in variances of what noise of that size, independent from pixel to pixel, makes them want.
+        residual variance, -1 if the patch is not there; gain of the slopes; and strain: relative motion of the cells,
+        in variances of the motion that independent pixel noise of this size causes.
     """
     n = len(places)
     values, weights, rests = np.empty(n), np.ones(n), np.empty(n)
@@ -64,7 +65,7 @@ def fit_patch(
     for k in range(ROUNDS):
         if not _write_values(image, places, homography, values):
             return -1.0, 0.0, 0.0
-        # What moved within the patch draws it along until the weights leave it out.
+        # Moved details bias the alignment until the weights reject them.
         if k > 0:
             _write_rests(columns, values, solution, rests)
             _write_weights(rests, weights)
@@ -93,7 +94,7 @@ def _write_values(
     homography: NDArray[np.float64],
     values: NDArray[np.float64],
 ) -> bool:
-    """Write what the image shows at places; False where one lies outside."""
+    """Write the image values at the patch coordinates; False if one is outside the image."""
     height, width = image.shape
     h = homography
     for n in range(len(places)):
@@ -116,7 +117,7 @@ def _write_values(
 
 @njit(cache=True, error_model='numpy')
 def _spline(f: np.float32) -> tuple[np.float32, np.float32, np.float32, np.float32]:
-    """Return the cubic spline's weights of the four pixels around a part of a pixel."""
+    """Return the cubic B-spline weights of the four pixels around a fractional position."""
     sixth, half, g = np.float32(1.0 / 6.0), np.float32(0.5), np.float32(1.0) - f
     inner = np.float32(2.0 / 3.0)
     return (
@@ -134,7 +135,7 @@ def _write_rests(
     solution: NDArray[np.float64],
     rests: NDArray[np.float64],
 ) -> None:
-    """Write what the patch, with gain, offset and blur but where it is, does not explain."""
+    """Write the residuals after gain, offset and blur, without the motion."""
     for n in range(len(values)):
         rests[n] = values[n]
         for c in range(MOTIONS, columns.shape[1]):
@@ -153,7 +154,7 @@ def _write_weights(rests: NDArray[np.float64], weights: NDArray[np.float64]) -> 
 def _invert_normal(
     columns: NDArray[np.float64], weights: NDArray[np.float64], inverse: NDArray[np.float64]
 ) -> bool:
-    """Write the inverse of the weighted normal matrix; False where it is singular."""
+    """Write the inverse of the weighted normal matrix; False if it is singular."""
     count = columns.shape[1]
     normal, row = np.zeros((count, count)), np.empty(count)
     for n in range(len(weights)):
@@ -194,7 +195,7 @@ def _write_solution(
 
 @njit(cache=True, error_model='numpy')
 def _move(homography: NDArray[np.float64], m: NDArray[np.float64], scale: float) -> float:
-    """Apply eight motions to the homography; return how far they move the patch at most, roughly [px]."""
+    """Compose the homography with the inverse update; return the approximate largest motion of the patch [px]."""
     motion = np.array([[1.0 + m[1], m[2], m[0]], [m[4], 1.0 + m[5], m[3]], [-m[6], -m[7], 1.0]])
     moved = homography @ np.linalg.inv(motion)
     homography[:] = moved / moved[2, 2]
@@ -205,7 +206,7 @@ def _move(homography: NDArray[np.float64], m: NDArray[np.float64], scale: float)
 def _judged(
     values: NDArray[np.float64], weights: NDArray[np.float64], rests: NDArray[np.float64], unknowns: int
 ) -> float:
-    """Return the mean square of what is left of the agreeing pixels, -1 where they are too few or too unlike."""
+    """Return the residual variance of the inliers, -1 if they are too few or correlate too little with the patch."""
     total, mean, squares, left, agreeing = 0.0, 0.0, 0.0, 0.0, 0
     for n in range(len(values)):
         if weights[n] > 0.0:
@@ -230,7 +231,7 @@ def _strain(
     weights: NDArray[np.float64],
     rests: NDArray[np.float64],
 ) -> float:
-    """Return the mean square of what is left that parts of the patch would explain by a motion of their own."""
+    """Return the part of the residual variance that separate motions of the cells would explain."""
     sums, pixels = np.zeros((PARTS**2, 5)), np.zeros(PARTS**2, np.int64)
     for n in range(len(rests)):
         if weights[n] > 0.0:
@@ -247,7 +248,7 @@ def _strain(
     for part in range(PARTS**2):
         if pixels[part] >= PART_PIXELS_MIN:
             x, y, xx, xy, yy = sums[part]
-            # Where all slopes of a part go one way, it tells nothing of the other.
+            # Aperture problem: parallel slopes say nothing about the motion along the edge.
             ridge = 1e-3 * (xx + yy)
             xx, yy = xx + ridge, yy + ridge
             total += (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)

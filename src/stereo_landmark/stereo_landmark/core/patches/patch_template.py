@@ -1,4 +1,4 @@
-"""A planar patch of a taught image, prepared to be found in other images."""
+"""Template of a planar patch of a taught image, with everything that alignment can precompute."""
 
 from __future__ import annotations
 
@@ -13,38 +13,37 @@ from stereo_landmark.core.patches.smoothing import coefficients_of, derivatives_
 from stereo_landmark.core.symmetric_matrix import invert_symmetric
 
 MARGIN = 3.0
-"""So far around its outline a patch reaches: the outline belongs to it [px]."""
+"""Margin around the outline that belongs to the patch [px]."""
 COLUMNS = MOTIONS + 7
-"""Besides: gain, what is softer, offset, blur along both axes, and how gain changes along them, as lenses have it."""
+"""Parameters: homography, gain, blurred patch, offset, blur along both axes, gain slopes (vignetting)."""
 SOFT_SIGMA = 1.5
-"""Blur of the softer patch, which images from farther away and out of focus are mixed of [px]."""
+"""Blur of the soft patch; images from farther away or out of focus are modelled as a mixture with it [px]."""
 SLOPE_SHARE = 0.2
-"""Pixels whose slope is a smaller part of the patch's large ones tell little."""
+"""Smallest slope of a selected pixel, as a fraction of the patch's large slopes."""
 SLOPE_MIN = 3.0
-"""Slopes below this are noise [grey levels/px]."""
+"""Smallest slope of a selected pixel; slopes below this are noise [grey levels / px]."""
 PIXELS_MIN = 150
 PIXELS_MAX = 2000
-"""Of more pixels every second one is taken, for smoothed neighbours tell nearly the same; then the steepest."""
+"""Above this every second pixel is used, as smoothed neighbours are redundant, then only the steepest."""
 INSET = 0.7
-"""Points of the patch lie so far from its centre to its corners, where their errors are nearly independent."""
+"""Position of the measured points between centre (0) and corner (1), where their errors are nearly independent."""
 
 
 @dataclass(frozen=True)
 class PatchTemplate:
-    """A patch.
+    """A taught patch.
 
-    Places within it are counted from the mean of its corners, in half widths to the right and half heights down.
+    Patch coordinates start at the mean of the corners; units are half the width (right) and half the height (down).
 
     Attributes:
         centre: mean of the corners, shape (2,) [px].
-        half: half its width and height, shape (2,) [px].
-        corners: places of its corners, shape (4, 2).
-        places: of the pixels that are compared, shape (n, 2).
-        columns: how their values change with motions, gain, what is softer, offset, blur and changes of gain, shape
-            (n, COLUMNS).
-        softness: slopes of the softer patch as a part of those of the patch.
-        inverse: of the columns' normal matrix, shape (COLUMNS, COLUMNS).
-        correlation: by how much more than independent noise the noise of smoothed pixels moves the patch.
+        half_size: half width and half height, shape (2,) [px].
+        corners: patch coordinates of the corners, shape (4, 2).
+        coordinates: patch coordinates of the selected pixels, shape (n, 2).
+        jacobian: derivatives of their values by all parameters, shape (n, PARAMETERS).
+        soft_slope_ratio: slopes of the blurred patch relative to the slopes of the sharp one.
+        inverse: inverse normal matrix of the Jacobian, shape (PARAMETERS, PARAMETERS).
+        noise_factor: motion variance by the correlated noise of smoothed pixels, relative to independent noise.
     """
 
     centre: NDArray[np.float64]
@@ -58,17 +57,17 @@ class PatchTemplate:
 
     @property
     def points(self) -> NDArray[np.float64]:
-        """The places that are measured, one for each corner, shape (4, 2)."""
+        """Patch coordinates of the measured points, one for each corner, shape (4, 2)."""
         return INSET * self.corners
 
     @property
     def pixels(self) -> NDArray[np.float64]:
-        """Where these are in the taught image, shape (4, 2) [px]."""
+        """The measured points in the taught image, shape (4, 2) [px]."""
         return self.centre + self.half * self.points
 
 
 def motion_fields(places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how the eight motions of a homography move places, shape (n, 2, MOTIONS), of shape (n, 2)."""
+    """Return the derivatives of patch coordinates by the eight homography parameters, shape (n, 2, 8)."""
     s, t = places.T
     fields = np.zeros((len(places), 2, MOTIONS))
     fields[:, 0, :3] = fields[:, 1, 3:6] = np.column_stack([np.ones_like(s), s, t])
@@ -78,14 +77,14 @@ def motion_fields(places: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def patch_template(image: NDArray[np.uint8], corners: NDArray[np.float64]) -> PatchTemplate | None:
-    """Prepare the patch within four corners.
+    """Create the template of the patch within four corners.
 
     Args:
-        image: shape (h, w), grey.
-        corners: shape (4, 2), convex [px].
+        image: taught grey image, shape (h, w).
+        corners: corners of a convex quadrilateral, shape (4, 2) [px].
 
     Returns:
-        None where there is too little to see, or the patch reaches out of the image.
+        the template, None if the patch has too little texture or extends beyond the image.
     """
     low = np.floor(corners.min(axis=0) - MARGIN).astype(int) - 3
     high = np.ceil(corners.max(axis=0) + MARGIN).astype(int) + 4
@@ -128,7 +127,7 @@ def patch_template(image: NDArray[np.uint8], corners: NDArray[np.float64]) -> Pa
 
 
 def _telling_pixels(slopes: NDArray[np.float32], corners: NDArray[np.float64]) -> NDArray[np.bool_] | None:
-    """Return which pixels of a part of the image are compared, None where there are too few."""
+    """Return the mask of the pixels to compare, None if there are too few."""
     inside = np.zeros(slopes.shape, dtype=np.uint8)
     cv2.fillConvexPoly(inside, np.rint(corners).astype(np.int32), 1)
     reach = round(2.0 * MARGIN) + 1
@@ -136,7 +135,7 @@ def _telling_pixels(slopes: NDArray[np.float32], corners: NDArray[np.float64]) -
     inside[:3], inside[-3:], inside[:, :3], inside[:, -3:] = 0, 0, 0, 0
     large = float(np.quantile(slopes[inside > 0], 0.98))
     steep = inside * (slopes > max(SLOPE_SHARE * large, SLOPE_MIN))
-    # Both sides of a slope tell the gain.
+    # Both sides of a slope are needed to estimate the gain.
     telling = (cv2.dilate(steep, np.ones((3, 3), dtype=np.uint8)) * inside) > 0
     if telling.sum() < PIXELS_MIN:
         return None
@@ -149,7 +148,7 @@ def _telling_pixels(slopes: NDArray[np.float32], corners: NDArray[np.float64]) -
 
 
 def _correlation(changes: NDArray[np.float64], telling: NDArray[np.bool_]) -> float:
-    """Return the mean square of what noise of pixels makes of the motions, over that of independent smoothed ones."""
+    """Return the motion variance by pixel noise relative to that by independent noise of the smoothed pixels."""
     picture = np.zeros((*telling.shape, changes.shape[1]))
     picture[telling] = changes
     return float(np.sum(smoothed(picture) ** 2) / np.sum(changes**2))

@@ -1,8 +1,7 @@
-"""Images as cubic splines: smooth between the pixels, with the same smoothness wherever one looks.
+"""Cubic B-spline interpolation of images with the same smoothing at every subpixel position.
 
-The pixels, smoothed once, are taken for the coefficients of a spline. So the smoothing of a taught patch and of the
-image that it is looked for in are the same at every part of a pixel, and no part of a pixel is preferred; what is too
-fine for the pixels, and differs from image to image, counts little.
+The smoothed pixels serve as spline coefficients. The taught patch and the image have the same smoothing at every
+subpixel position, so the alignment has no subpixel bias; detail that the pixels undersample has little weight.
 """
 
 from __future__ import annotations
@@ -12,18 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 KERNEL = np.array([1.0, 4.0, 1.0]) / 6.0
-"""The cubic spline at its nodes."""
+"""Cubic B-spline at its knots."""
 NOISE = float(np.sum(np.convolve(KERNEL, KERNEL) ** 2) ** 2)
-"""Variance of a smoothed value, of pixels with variance 1 each."""
+"""Variance of a smoothed value for pixels with variance 1."""
 
 
 def coefficients_of(image: NDArray[np.uint8] | NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the coefficients of the spline that shows an image, shape (h, w) as the image."""
+    """Return the spline coefficients of an image, shape (h, w)."""
     return _filtered(image, KERNEL, KERNEL)
 
 
 def derivatives_of(coefficients: NDArray[np.float32]) -> tuple[NDArray[np.float32], ...]:
-    """Return the spline and its first and second derivatives to the right and down, at the pixels, each (h, w)."""
+    """Return the spline, its first and its second derivatives along x and y at the pixels, each of shape (h, w)."""
     slope, bend = np.array([-0.5, 0.0, 0.5]), np.array([1.0, -2.0, 1.0])
     return (
         _filtered(coefficients, KERNEL, KERNEL),
@@ -35,7 +34,7 @@ def derivatives_of(coefficients: NDArray[np.float32]) -> tuple[NDArray[np.float3
 
 
 def smoothed(columns: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return pictures, shape (h, w, n), smoothed as the spline shows an image at its pixels."""
+    """Return images, shape (h, w, n), with the smoothing of the spline at the pixels."""
     twice = np.convolve(KERNEL, KERNEL)
     return np.dstack([cv2.sepFilter2D(columns[..., k], -1, twice, twice) for k in range(columns.shape[2])])
 

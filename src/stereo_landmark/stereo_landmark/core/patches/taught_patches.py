@@ -1,9 +1,9 @@
-"""The patches of a place: points measured by what is seen within a primitive instead of along its outline.
+"""The patches of a place: points measured by the texture within a primitive instead of its outline.
 
-Each quadrilateral of the taught left image is a patch. Once it is found in the taught right image, which places its
-points in space, and then in each new pair. What all four images show of it has only their noise in common with the
-truth: grain, texts and whatever crosses the outline are the same in all of them. To first order, comparing all with
-the taught left image is the adjustment of all four, each with the noise of its own.
+Each quadrilateral of the taught left image is a patch. It is aligned once with the taught right image, which gives its
+3D points, and then with each new pair. Grain, text and edges that cross the outline are the same in all four images,
+so only image noise causes errors. To first order, aligning all images with the taught left one is the joint adjustment
+of all four, each with its own noise.
 """
 
 from __future__ import annotations
@@ -34,17 +34,17 @@ Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
 CORNERS = 4
 GATE_SIGMAS = 4.0
 OUTLINE_SIGMA = 0.03
-"""Outlines are off by so much where light and what lies beside them are not as their model has it [px]."""
+"""Model error of outlines by uneven light and nearby edges, standard deviation [px]."""
 
 
 @dataclass(frozen=True)
 class TaughtPatch:
-    """A patch and its points.
+    """A patch and its 3D points.
 
     Attributes:
-        primitive: its name, with that of its target.
-        template: as the taught left image shows it.
-        points: in the place's frame, named after the corners of the primitive.
+        primitive: name of the primitive as ``target/primitive``.
+        template: template from the taught left image.
+        points: 3D points in the place frame, named after the corners of the primitive.
     """
 
     primitive: str
@@ -54,12 +54,12 @@ class TaughtPatch:
 
 @dataclass(frozen=True)
 class MeasuredPoints:
-    """Points of now and where they were taught.
+    """Points of the present pair and their taught positions.
 
     Attributes:
-        seen: in both images.
-        taught: in the place's frame; more than were seen.
-        compared: names of the primitives whose patches tell their points; outlines tell the others.
+        seen: points in both present images.
+        taught: all taught points in the place frame, also those not seen.
+        matched_patches: names of the primitives that were measured by patches; the others were measured by outlines.
     """
 
     seen: StereoPoints
@@ -71,8 +71,8 @@ class TaughtPatches:
     """The patches of one place.
 
     Args:
-        place: as taught; one without images has no patches.
-        pixel_sigma: error of the calibration [px].
+        place: taught place; one without images has no patches.
+        pixel_sigma: standard deviation of the calibration error [px].
     """
 
     def __init__(self, place: TaughtPlace, pixel_sigma: float) -> None:
@@ -80,13 +80,13 @@ class TaughtPatches:
         self._patches = list(self._prepared())
 
     def measured(self, seen: StereoPoints, images: Pair) -> MeasuredPoints:
-        """Return points as the patches tell them.
+        """Measure points by their patches.
 
-        Points of what is no patch, or is not found as it was taught, stay as they are.
+        Points without a patch, or whose patch cannot be aligned, remain unchanged.
 
         Args:
-            seen: points of primitives, measured along outlines.
-            images: of now, shapes (h, w).
+            seen: points of the primitives, measured by outlines.
+            images: present left and right grey images, each of shape (h, w).
         """
         coordinates = self._place.coordinates
         pixels, covariances = seen.pixels.copy(), seen.covariances.copy()
@@ -127,7 +127,7 @@ class TaughtPatches:
     def _points(
         self, template: PatchTemplate, names: tuple[str, ...], right: NDArray[np.uint8]
     ) -> SpatialPoints | None:
-        """Return the points of a patch in space, None where the taught right image does not show it."""
+        """Triangulate the points of a patch; None if it cannot be aligned with the taught right image."""
         place, rig = self._place, self._place.rig
         tilt = (0.0, 0.0) if place.images is None else place.images.tilt
         corners = place.coordinates.selected(names).positions
@@ -147,13 +147,16 @@ class TaughtPatches:
 def _in_both(
     template: PatchTemplate, corners: NDArray[np.float64], covariances: NDArray[np.float64], images: Pair
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Return the points of a patch in both images, shapes (4, 4) and (4, 4, 4), None where one does not show it.
+    """Return the points of a patch in both images and their covariances, shapes (4, 4) and (4, 4, 4).
 
     Args:
-        template: of the patch.
-        corners: as measured along its outline, u, v left and u, v right, shape (4, 4) [px].
-        covariances: of these, shape (4, 4, 4) [px²].
-        images: of now.
+        template: taught patch.
+        corners: corners measured by the outline, u, v left and u, v right, shape (4, 4) [px].
+        covariances: covariances of the corners, shape (4, 4, 4) [px²].
+        images: present left and right grey images.
+
+    Returns:
+        None if the patch cannot be aligned with one of the images.
     """
     found = []
     for image, part in zip(images, (slice(0, 2), slice(2, 4)), strict=True):
@@ -166,14 +169,14 @@ def _in_both(
 
 
 def _agrees(aligned: AlignedPatch, corners: NDArray[np.float64], covariances: NDArray[np.float64]) -> bool:
-    """Tell whether a patch is where its outline is, as far as that is known, here and in the taught image."""
+    """Return whether a patch agrees with its outline within the uncertainty of both."""
     variances = 2.0 * np.diagonal(covariances, axis1=1, axis2=2) + OUTLINE_SIGMA**2
     variances = variances + np.diag(aligned.covariance).reshape(CORNERS, 2)
     return bool((np.abs(aligned.corners - corners) <= GATE_SIGMAS * np.sqrt(variances)).all())
 
 
 def _blocks(left: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the covariances of each of four points in both images, shape (4, 4, 4), of shapes (8, 8)."""
+    """Return the stereo covariance of each of four points, shape (4, 4, 4), from two of shape (8, 8)."""
     blocks = np.zeros((CORNERS, MEASURED, MEASURED))
     for k in range(CORNERS):
         own = slice(2 * k, 2 * k + 2)

@@ -1,1 +1,1 @@
-"""Ellipses, quadrilaterals, parallel lines and corners with sub-pixel parameters (paper 3.2, 3.3c)."""
+"""Detection and subpixel refinement of ellipses, quadrilaterals, parallel lines and corners (paper 3.2, 3.3c)."""

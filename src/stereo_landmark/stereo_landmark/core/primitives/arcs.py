@@ -1,4 +1,4 @@
-"""Arcs: parts of segments that bend smoothly to one side."""
+"""Arcs: runs of a segment that curve smoothly to one side."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-# A sharper bend is a corner, and a part so many times as long as the next one is straight [rad].
+# A larger turning angle is a corner [rad]; a polyline edge this many times longer than the next one is straight.
 _BEND_MAX = 1.2
 _RATIO_MAX = 5.0
-# A shorter or straighter arc says little about its ellipse [px, rad].
+# A shorter or straighter arc does not constrain its ellipse [px, rad].
 _LENGTH_MIN = 8.0
 _TURN_MIN = 0.4
 
@@ -18,16 +18,16 @@ _TURN_MIN = 0.4
 def find_arcs(
     points: NDArray[np.float64], bends: NDArray[np.int32], bend_starts: NDArray[np.int32]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the arcs, the most telling first.
+    """Return the arcs by falling product of turn and length.
 
     Args:
-        points: shape (n, 2), of all segments [px].
-        bends: numbers of the bend points.
-        bend_starts: shape (m + 1,), where each segment's begin.
+        points: points of all segments, shape (n, 2) [px].
+        vertex_indices: indices of the polyline vertices in ``points``.
+        vertex_starts: start of each segment in ``vertex_indices``, shape (m + 1,).
 
     Returns:
-        first and last point of each arc, shape (k, 2); its turn, positive to the right [rad], and its
-        length [px], shape (k, 2).
+        first and last point of each arc, shape (k, 2); total turn, positive to the right [rad], and
+        length [px] of each arc, shape (k, 2).
     """
     spans, shapes = np.empty((len(bends) + 1, 2), np.int64), np.empty((len(bends) + 1, 2))
     count = 0
@@ -40,7 +40,7 @@ def find_arcs(
                 turned += turn
                 continue
             count += _keep(points, bends[begin], bends[b], turned, spans[count], shapes[count])
-            # An arc may go over into one of the other sense: they share the part between.
+            # An arc may continue in one of the opposite sense: both share the polyline edge between them.
             begin, turned = (b - 1, turn) if turn != 0.0 else (b, 0.0)
     order = np.argsort(-np.abs(shapes[:count, 0]) * shapes[:count, 1])
     return spans[order], shapes[order]
@@ -48,7 +48,7 @@ def find_arcs(
 
 @njit(cache=True, error_model='numpy')
 def _smooth_turn(points: NDArray[np.float64], bends: NDArray[np.int32], b: int) -> float:
-    """Return the turn at a bend point, 0 where it is a corner or the begin of a straight part [rad]."""
+    """Return the turning angle at a vertex, 0 at a corner or the end of a straight run [rad]."""
     ax, ay = points[bends[b]] - points[bends[b - 1]]
     bx, by = points[bends[b + 1]] - points[bends[b]]
     before, after = np.sqrt(ax * ax + ay * ay), np.sqrt(bx * bx + by * by)

@@ -1,4 +1,4 @@
-"""Straight parts that continue each other over a gap."""
+"""Joins collinear line segments over gaps."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-# Largest difference of direction between two parts of a side [rad].
+# Largest angle between two joined line segments [rad].
 _ANGLE_MAX = 0.07
 
 
@@ -14,15 +14,15 @@ _ANGLE_MAX = 0.07
 def join_collinear(
     ends: NDArray[np.float64], gap_max: float, offset_max: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return groups of parts, in order along their line: each two in a row, and each whole row of three or more.
+    """Return groups of collinear segments in order: each pair of neighbours, and each whole row of three or more.
 
     Args:
-        ends: shape (n, 2, 2), first and last point of each part [px].
-        gap_max: longest gap, as a part of the lengths beside it.
-        offset_max: largest distance of an end from the other part's line [px].
+        ends: first and last point of each line segment, shape (n, 2, 2) [px].
+        gap_max: longest gap, as a fraction of the summed lengths of both segments.
+        offset_max: largest distance of an end point from the other segment's line [px].
 
     Returns:
-        the members of all groups, one after another; where each group begins, and their number, shape (m + 1,).
+        members of all groups, concatenated; start of each group, shape (m + 1,).
     """
     n = len(ends)
     after = _continuations(ends, gap_max, offset_max)
@@ -53,7 +53,7 @@ def join_collinear(
 
 @njit(cache=True, error_model='numpy')
 def _continuations(ends: NDArray[np.float64], gap_max: float, offset_max: float) -> NDArray[np.int64]:
-    """Return for each part the one that continues it, -1 for none; each is the other's nearest."""
+    """Return the successor of each segment, -1 for none; successors are mutual nearest neighbours."""
     n = len(ends)
     steps = ends[:, 1] - ends[:, 0]
     angles = np.arctan2(steps[:, 1], steps[:, 0])
@@ -64,7 +64,7 @@ def _continuations(ends: NDArray[np.float64], gap_max: float, offset_max: float)
     for a in range(n):
         i = order[a]
         for b in range(1, n):
-            # Sorted by direction and closed to a circle, the candidates follow each other.
+            # In circular order of direction the candidates are contiguous.
             j = order[a + b] if a + b < n else order[a + b - n]
             if angles[j] - angles[i] + (0.0 if a + b < n else 2.0 * np.pi) > _ANGLE_MAX:
                 break
@@ -93,7 +93,7 @@ def _gap(
     offset_max: float,
     gap_max: float,
 ) -> float:
-    """Return the gap from the end of i to the begin of j [px], infinite where they are not on one line or far apart."""
+    """Return the gap from the end of i to the start of j [px], infinite if they are not collinear or too far apart."""
     dx, dy = ends[j, 0, 0] - ends[i, 1, 0], ends[j, 0, 1] - ends[i, 1, 1]
     along = (dx * steps[i, 0] + dy * steps[i, 1]) / lengths[i]
     if not -offset_max <= along <= gap_max:

@@ -1,4 +1,4 @@
-"""Corners: two straight arms that meet in a vertex (paper 3.3c)."""
+"""Corners: two straight arms that intersect at a vertex (paper 3.3c)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.sides import Sides
 from stereo_landmark.core.primitives.turning import folded_all
 
-# Arms that differ less in direction meet anywhere.
+# The intersection of arms with a smaller angle is ill-conditioned.
 _SINE_MIN = 0.1
 
 
@@ -28,12 +28,12 @@ class Corner:
     """A corner in an image; angles are counted from x (right) to y (down).
 
     Attributes:
-        vertex: shape (2,), where the lines of both arms meet [px].
-        angle: between the arms, in (0, pi) [rad].
+        vertex: intersection of the lines of both arms, shape (2,) [px].
+        angle: angle between the arms, in (0, pi) [rad].
         bisector: direction from the vertex into the corner, in (-pi, pi] [rad].
-        arm_lengths: shape (2,), first the arm from which the angle is counted [px].
-        polarity: 1 where the inside is bright, -1 where it is dark, 0 where the arms differ.
-        covariance: shape (2, 2), of the vertex [px²].
+        arm_lengths: lengths of the arms, first the arm from which the angle is counted, shape (2,) [px].
+        polarity: 1 if the inside is bright, -1 if it is dark, 0 if the arms differ.
+        covariance: covariance of the vertex, shape (2, 2) [px²].
     """
 
     vertex: NDArray[np.float64]
@@ -55,22 +55,22 @@ class Corner:
         return np.column_stack([np.cos(angles), np.sin(angles)])
 
     def image_points(self) -> dict[str, ImagePoint]:
-        """Return the points that may serve as corresponding points, by name."""
+        """Return the candidates for corresponding points, by name."""
         return {'vertex': ImagePoint(self.vertex, self.covariance)}
 
 
 @dataclass(frozen=True)
 class CornerTolerance:
-    """How far a corner may differ from the taught one."""
+    """Tolerances between a detected corner and the taught one."""
 
-    angle: float = setting(0.35, 'difference of the angle', unit='rad', minimum=0.01, maximum=1.5)
-    bisector: float = setting(0.35, 'difference of the direction', unit='rad', minimum=0.01, maximum=3.2)
+    angle: float = setting(0.35, 'tolerance of the angle', unit='rad', minimum=0.01, maximum=1.5)
+    bisector: float = setting(0.35, 'tolerance of the bisector', unit='rad', minimum=0.01, maximum=3.2)
 
 
 def corner_difference(found: Corner, taught: Corner, tolerance: CornerTolerance) -> float:
-    """Return how much a corner differs: 0 not at all, 1 just tolerated, infinite with the other polarity.
+    """Return the difference from the taught corner: 0 equal, 1 at the tolerance, infinite for other polarity.
 
-    The length of the arms does not count: it hangs on what hides their ends.
+    The arm lengths do not count, as occlusion changes them.
     """
     return float(corner_differences(corner_numbers([found]), corner_numbers([taught]), tolerance)[0, 0])
 
@@ -78,12 +78,12 @@ def corner_difference(found: Corner, taught: Corner, tolerance: CornerTolerance)
 def corner_differences(
     found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: CornerTolerance
 ) -> NDArray[np.float64]:
-    """Return how much each differs from each taught one, shape (k, n).
+    """Return the difference of each corner from each taught one, shape (k, n).
 
     Args:
-        found: shape (n, 3), see :func:`corner_numbers`.
-        taught: shape (k, 3).
-        tolerance: what is just tolerated.
+        found: parameters of the detected corners, shape (n, 3), see :func:`corner_numbers`.
+        taught: parameters of the taught corners, shape (k, 3).
+        tolerance: tolerances, at which the difference is 1.
     """
     mine, theirs = found.T[:, None, :], taught.T[:, :, None]
     angles = np.abs(mine[0] - theirs[0]) / tolerance.angle
@@ -92,21 +92,21 @@ def corner_differences(
 
 
 def corner_numbers(corners: Sequence[Corner]) -> NDArray[np.float64]:
-    """Return the shapes as numbers, shape (n, 3): angle and bisector [rad] and polarity."""
+    """Return the shape parameters, shape (n, 3): angle and bisector [rad] and polarity."""
     if isinstance(corners, FoundShapes):
         return corners.numbers
     return np.array([(each.angle, each.bisector, each.polarity) for each in corners]).reshape(-1, 3)
 
 
 def detect_corners(sides: Sides, settings: PrimitiveSettings) -> FoundShapes[Corner]:
-    """Find the corners that two sides make.
+    """Detect the corners of intersecting line segments.
 
     Args:
-        sides: straight sides of the image.
-        settings: what is taken for a corner.
+        lines: line segments of the image.
+        settings: detection settings.
 
     Returns:
-        each corner once, the longer its arms the earlier.
+        corners without duplicates, by falling arm length.
     """
     gap = settings.corner_gap_max
     links = link_corners(sides.ends, gap, gap, settings.corner_angle_min)
@@ -116,7 +116,7 @@ def detect_corners(sides: Sides, settings: PrimitiveSettings) -> FoundShapes[Cor
     lengths = np.hypot(arms[..., 0], arms[..., 1])
     arms = arms / lengths[..., None]
     as_linked, middles = arms.copy(), 0.5 * (inner + outer)
-    # Counted on from the first arm by the angle, the second one comes first.
+    # The angle is counted from the first arm to the second one; swap the arms if it is negative.
     swapped = arms[:, 0, 0] * arms[:, 1, 1] - arms[:, 0, 1] * arms[:, 1, 0] < 0.0
     for array in (arms, lengths, e):
         array[swapped] = array[swapped, ::-1]
@@ -124,7 +124,7 @@ def detect_corners(sides: Sides, settings: PrimitiveSettings) -> FoundShapes[Cor
     angles = np.arccos(np.clip(np.sum(arms[:, 0] * arms[:, 1], axis=1), -1.0, 1.0))
     middle = arms.sum(axis=1)
     bisectors = np.arctan2(middle[:, 1], middle[:, 0])
-    # The inside lies to the right of the first arm seen from the vertex: bright where that is its course.
+    # The inside is to the right of the first arm seen from the vertex: bright if the segment starts there.
     bright = np.column_stack([e[:, 0] == 0, e[:, 1] == 1])
     polarities = np.where(bright[:, 0] == bright[:, 1], np.where(bright[:, 0], 1, -1), 0)
     kept = _distinct(links.vertices, bisectors, lengths.min(axis=1))
@@ -142,14 +142,14 @@ def detect_corners(sides: Sides, settings: PrimitiveSettings) -> FoundShapes[Cor
 
 
 def refine_corner(corner: Corner, image: NDArray[np.uint8]) -> Corner | None:
-    """Measure both arms in the grey image, each across itself, and let them meet.
+    """Refine both arms in the grey image and intersect them.
 
     Args:
-        corner: a detected corner, about a pixel off at most.
-        image: shape (h, w), grey levels.
+        corner: detected corner, off by about a pixel at most.
+        image: grey image, shape (h, w).
 
     Returns:
-        the corner, None where the image shows no two straight arms there.
+        refined corner, None if the image does not show two straight edges there.
     """
     tips = corner.vertex + corner.arms * corner.arm_lengths[:, None]
     arms = refine_lines(image, np.stack([np.tile(corner.vertex, (2, 1)), tips], axis=1))
@@ -175,7 +175,7 @@ def _sine(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
 def _distinct(
     vertices: NDArray[np.float64], bisectors: NDArray[np.float64], lengths: NDArray[np.float64]
 ) -> NDArray[np.int64]:
-    """Return one corner of each cell of place and direction, the one with the longest arms, longest first."""
+    """Return one corner per cell of position and direction, the one with the longest arms, by falling arm length."""
     cells = np.column_stack([vertices / 2.0, bisectors / 0.3])
     keys = np.rint(cells).astype(np.int64) @ [1 << 40, 1 << 16, 1]
     order = np.argsort(-lengths, kind='stable')

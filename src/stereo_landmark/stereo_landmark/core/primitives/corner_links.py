@@ -1,4 +1,4 @@
-"""Pairs of sides that meet, or would meet if something did not hide the place."""
+"""Pairs of line segments that intersect near their end points, also if the intersection is occluded."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-# A side reaches over the vertex by no more than this part of itself; and no gap is longer than the side.
+# Largest overshoot of a segment beyond the vertex, as a fraction of its length.
 _PART = 0.5
 
 
 class CornerLinks(NamedTuple):
-    """Pairs of ends of sides; end 1 is the last point of a side.
+    """Pairs of end points of line segments; end 1 is the last point of a segment.
 
     Attributes:
-        sides: shape (n, 2), the two sides.
-        ends: shape (n, 2), which end of each.
-        vertices: shape (n, 2), where their lines meet [px].
-        gaps: shape (n, 2), from each end to the vertex, negative where the side reaches over it [px].
-        turns: shape (n,), from going out along the first side to coming in along the second [rad].
+        lines: indices of both line segments, shape (n, 2).
+        ends: end of each segment, 0 or 1, shape (n, 2).
+        vertices: intersections of their lines, shape (n, 2) [px].
+        gaps: distances from each end point to the vertex, negative for an overshoot, shape (n, 2) [px].
+        turns: turning angles when leaving along the first segment and entering the second, shape (n,) [rad].
     """
 
     sides: NDArray[np.int64]
@@ -31,11 +31,11 @@ class CornerLinks(NamedTuple):
 
 
 def nearest_links(links: CornerLinks, count: int) -> CornerLinks:
-    """Return the links that are among the nearest of one of their ends.
+    """Return the links that are among the nearest links of one of their ends.
 
     Args:
-        links: pairs of ends.
-        count: of each end.
+        links: pairs of end points.
+        count: number of links to keep per end.
     """
     nodes = 2 * links.sides + links.ends
     kept = _are_nearest(nodes, np.abs(links.gaps).sum(axis=1), count)
@@ -45,17 +45,17 @@ def nearest_links(links: CornerLinks, count: int) -> CornerLinks:
 
 @njit(cache=True, error_model='numpy')
 def _are_nearest(nodes: NDArray[np.int64], gaps: NDArray[np.float64], count: int) -> NDArray[np.bool_]:
-    """Return which links are among the nearest of one of their ends, of equal ones the first, shape (n,).
+    """Return which links are among the nearest links of one of their ends, the first of equal ones, shape (n,).
 
     Args:
-        nodes: shape (n, 2), both ends.
-        gaps: shape (n,) [px].
-        count: of each end.
+        nodes: node numbers of both ends, shape (n, 2).
+        gaps: gaps of the links, shape (n,) [px].
+        count: number of links to keep per end.
     """
     kept = np.zeros(len(gaps), np.bool_)
     if not len(gaps):
         return kept
-    # The nearest of each end so far, in order.
+    # The nearest links of each end so far, sorted.
     best, filled = np.empty((np.max(nodes) + 1, count), np.int64), np.zeros(np.max(nodes) + 1, np.int64)
     for side in range(2):
         filled[:] = 0
@@ -80,12 +80,12 @@ def _are_nearest(nodes: NDArray[np.int64], gaps: NDArray[np.float64], count: int
 def link_corners(
     ends: NDArray[np.float64], gap_max: float, overshoot_max: float, angle_min: float
 ) -> CornerLinks:
-    """Return every pair of side ends that make a corner, each pair once.
+    """Return every pair of end points that form a corner, each pair once.
 
     Args:
-        ends: shape (n, 2, 2), of the sides [px].
-        gap_max: how far a side may end before the vertex [px].
-        overshoot_max: how far it may reach over it [px].
+        ends: end points of the line segments, shape (n, 2, 2) [px].
+        gap_max: largest gap between an end point and the vertex [px].
+        overshoot_max: largest overshoot beyond the vertex [px].
         angle_min: smallest angle between both lines [rad].
     """
     n = len(ends)
@@ -99,7 +99,7 @@ def link_corners(
         reaches=np.minimum(gap_max, np.maximum(lengths, overshoot_max)),
         overshoots=np.minimum(overshoot_max, _PART * lengths),
     )
-    # Of each strip the first end that is farther right than the present one, and the first one beyond all reach.
+    # Sliding window per strip: first end point right of the present one, and first one out of range.
     nexts, lasts = starts[:-1].copy(), starts[:-1].copy()
     meets = np.empty(2 * n, np.bool_)
     pairs, gaps = np.empty((16 * n + 16, 2), np.int64), np.empty((16 * n + 16, 2))
@@ -107,7 +107,7 @@ def link_corners(
     for a in range(2 * n):
         nexts[strips[a]] += 1
         i, begin = numbers[a], count
-        # Reaches are at most the height of a strip.
+        # Gap limits are at most the height of a strip.
         for strip in range(max(strips[a] - 2, 0), min(strips[a] + 3, len(nexts))):
             while lasts[strip] < starts[strip + 1] and tips.xs[lasts[strip]] - tips.xs[i] <= 2.0 * gap_max:
                 lasts[strip] += 1
@@ -120,15 +120,15 @@ def link_corners(
 
 
 class _Tips(NamedTuple):
-    """Ends of sides, strip by strip and in each from left to right, each array of shape (n,).
+    """End points of line segments, sorted by strip, then from left to right; each array has shape (n,).
 
     Attributes:
-        xs: where they are [px].
-        ys: the same along y.
-        outward_xs: unit vector that goes on over the end.
-        outward_ys: the same along y.
-        reaches: how far each may end before a vertex [px].
-        overshoots: how far it may reach over it [px].
+        xs: x coordinates [px].
+        ys: y coordinates [px].
+        outward_xs: x components of the outward unit vectors.
+        outward_ys: y components of the outward unit vectors.
+        gap_limits: largest gaps to a vertex [px].
+        overshoot_limits: largest overshoots beyond a vertex [px].
     """
 
     xs: NDArray[np.float64]
@@ -143,7 +143,7 @@ class _Tips(NamedTuple):
 def _mark_meeting(
     tips: _Tips, i: int, begin: int, end: int, sine_min: float, meets: NDArray[np.bool_]
 ) -> None:
-    """Write which of some ends, in a row, meet an end."""
+    """Write which end points of a range form a corner with end point i."""
     x, y, u, v = tips.xs[i], tips.ys[i], tips.outward_xs[i], tips.outward_ys[i]
     reach, overshoot = tips.reaches[i], tips.overshoots[i]
     xs, ys, us, vs = (
@@ -154,7 +154,7 @@ def _mark_meeting(
     )
     reaches, overshoots, marks = tips.reaches[begin:end], tips.overshoots[begin:end], meets[begin:end]
     for m in range(len(marks)):
-        # Without branches and divisions, so that many are looked at together.
+        # No branches and divisions, so that the compiler can vectorize the loop.
         dx, dy, cross = xs[m] - x, ys[m] - y, u * vs[m] - v * us[m]
         sine, sign = abs(cross), 1.0 if cross >= 0.0 else -1.0
         mine, other = sign * (dx * vs[m] - dy * us[m]), sign * (dx * v - dy * u)
@@ -165,7 +165,7 @@ def _mark_meeting(
 
 @njit(cache=True, error_model='numpy')
 def _gaps_between(tips: _Tips, i: int, m: int) -> tuple[float, float]:
-    """Return how far two ends are from where their sides meet [px]."""
+    """Return the distances of two end points from the intersection of their lines [px]."""
     dx, dy = tips.xs[m] - tips.xs[i], tips.ys[m] - tips.ys[i]
     u, v, other_u, other_v = tips.outward_xs[i], tips.outward_ys[i], tips.outward_xs[m], tips.outward_ys[m]
     cross = u * other_v - v * other_u
@@ -176,7 +176,7 @@ def _gaps_between(tips: _Tips, i: int, m: int) -> tuple[float, float]:
 def _by_column(
     ends: NDArray[np.float64],
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return all ends from left to right: number, place [px], unit vector that goes on over it, its side's length."""
+    """Return all end points from left to right: node number, position [px], outward unit vector, line length [px]."""
     n = len(ends)
     outward, lengths = np.empty((2 * n, 2)), np.empty(2 * n)
     for i in range(n):
@@ -194,11 +194,11 @@ def _by_column(
 def _by_strip(
     rows: NDArray[np.float64], height: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Return places strip by strip in their order, where each strip begins, and the strip of each, shape (n,).
+    """Return indices sorted by strip (stable), the start of each strip, and the strip of each row, shape (n,).
 
     Args:
-        rows: shape (n,) [px].
-        height: of a strip [px].
+        rows: y coordinates, shape (n,) [px].
+        height: height of a strip [px].
     """
     n = len(rows)
     strips = np.empty(n, np.int64)
@@ -227,7 +227,7 @@ def _insert(
     pair: tuple[int, int],
     between: tuple[float, float],
 ) -> None:
-    """Insert a pair among those of its first end, by rising number of the second."""
+    """Insert a pair among those with the same first end, by rising number of the second end."""
     place = end
     while place > begin and pairs[place - 1, 1] > pair[1]:
         pairs[place], gaps[place] = pairs[place - 1], gaps[place - 1]
@@ -252,7 +252,7 @@ def _described(
         for c in range(2):
             sides[k, c], which[k, c] = order[pairs[k, c]] // 2, order[pairs[k, c]] % 2
             vertices[k, c] = places[a, c] + gaps[k, 0] * outward[a, c]
-        # Out along the first, in along the second: the second is walked against its outward direction.
+        # Leave along the first segment, enter the second one against its outward direction.
         cross = outward[a, 0] * outward[b, 1] - outward[a, 1] * outward[b, 0]
         turns[k] = np.arctan2(-cross, -(outward[a, 0] * outward[b, 0] + outward[a, 1] * outward[b, 1]))
     return CornerLinks(sides, which, vertices, gaps.copy(), turns)

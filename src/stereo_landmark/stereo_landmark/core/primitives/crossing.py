@@ -1,4 +1,4 @@
-"""Where two lines meet, and how well that is known."""
+"""Intersections of lines and their covariances."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ def crossing_covariance(
     directions: NDArray[np.float64],
     variances: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return the covariances of crossings of two lines each, shape (n, 2, 2) [px²].
+    """Return the covariances of intersections of two lines each, shape (n, 2, 2) [px²].
 
-    Each line is known across itself at its middle and by its direction: at the vertex its offset has the
-    variance of both together, and the two offsets give the place.
+    The offset of each line at the vertex has the variance of its offset at its middle plus that of its direction
+    times the squared distance. Both offsets determine the vertex.
 
     Args:
-        vertices: shape (n, 2) [px].
-        middles: shape (n, 2, 2), a point of each line where its offset and direction are independent [px].
-        directions: shape (n, 2, 2), unit vectors.
-        variances: shape (n, 2, 2), of the offset [px²] and of the direction [rad²] of each line.
+        vertices: intersections, shape (n, 2) [px].
+        middles: point of each line where its offset and direction are independent, shape (n, 2, 2) [px].
+        directions: unit vectors of the lines, shape (n, 2, 2).
+        variances: variances of the offset [px²] and of the direction [rad²] of each line, shape (n, 2, 2).
     """
     arms = np.sum((vertices[:, None] - middles) * directions, axis=2)
     offsets = variances[..., 0] + arms**2 * variances[..., 1]
     one, other = directions[:, 0], directions[:, 1]
     sines = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
-    # An offset of one line moves the vertex along the other one.
+    # An offset of one line moves the vertex along the other line.
     along_other = other[:, :, None] * other[:, None, :] * offsets[:, :1, None]
     along_one = one[:, :, None] * one[:, None, :] * offsets[:, 1:, None]
     return np.asarray((along_other + along_one) / sines[:, None, None] ** 2, dtype=np.float64)
 
 
 def crossing_of(one: RefinedLine, other: RefinedLine) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return where two lines meet, shape (2,) [px], and the covariance, shape (2, 2) [px²]."""
+    """Return the intersection of two lines, shape (2,) [px], and its covariance, shape (2, 2) [px²]."""
     vertex = meeting_point(one, other)
     covariance = crossing_covariance(
         vertex[None],
@@ -48,26 +48,26 @@ def crossing_of(one: RefinedLine, other: RefinedLine) -> tuple[NDArray[np.float6
 
 
 def meeting_point(one: RefinedLine, other: RefinedLine) -> NDArray[np.float64]:
-    """Return where two lines meet, shape (2,) [px]."""
+    """Return the intersection of two lines, shape (2,) [px]."""
     along = np.linalg.solve(np.column_stack([one.direction, -other.direction]), other.middle - one.middle)
     return one.middle + along[0] * one.direction
 
 
 def joint_covariance(lines: list[RefinedLine], corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the covariance of all corners of a ring of lines, shape (2 n, 2 n) [px²].
+    """Return the joint covariance of all corners of a closed polygon of lines, shape (2 n, 2 n) [px²].
 
-    Each line moves the two corners at its ends: by its offset alike, by its direction the more the farther.
+    Each line moves the two corners at its ends: equally by its offset, in proportion to the distance by its direction.
 
     Args:
         lines: the n lines in order.
-        corners: shape (n, 2), corner k where line k - 1 meets line k [px].
+        corners: corners, shape (n, 2) [px]; corner k is the intersection of lines k - 1 and k.
     """
     n = len(lines)
     covariance = np.zeros((2 * n, 2 * n))
     for k, line in enumerate(lines):
         motion = np.zeros((2 * n, 2))
         for corner, other in ((k, lines[k - 1]), ((k + 1) % n, lines[(k + 1) % n])):
-            # The corner slides along the other line until its offset from this one is the asked one.
+            # The corner slides along the other line by the offset of this one.
             normal = np.array([-line.direction[1], line.direction[0]])
             slide = other.direction / (other.direction @ normal)
             along = (corners[corner] - line.middle) @ line.direction

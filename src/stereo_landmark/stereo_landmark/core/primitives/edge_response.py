@@ -1,4 +1,4 @@
-"""What pixels show of a straight edge: a step, blurred by a Gaussian and averaged over each pixel's square."""
+"""Edge spread function: response of pixels to a step edge, blurred by a Gaussian and integrated over the pixel."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 BLURS: NDArray[np.float64] = np.geomspace(0.1, 5.0, 28)
-"""Standard deviations of the blur for which the response is tabulated [px]."""
+"""Tabulated standard deviations of the blur [px]."""
 
 REACH = 9.0
 """Largest distance from the edge in the table [px]."""
 
 PIXEL_VARIANCE = 1.0 / 12.0
-"""What the pixel's square adds to the variance of the blur, in any direction [px²]."""
+"""Variance that the pixel's square adds to the blur, in any direction [px²]."""
 
 _STEP = 0.05
 _DIRECTIONS = 7
-# An edge along the rows differs from one that is tilted by less than this by nothing that counts.
+# Smallest angle between edge and image axis; smaller angles make no relevant difference [rad].
 _TILT_MIN = 0.02
 
 
@@ -29,7 +29,7 @@ def response_table() -> NDArray[np.float64]:
     """Return the response, its slope along the distance and its derivative by the blur.
 
     Returns:
-        array, shape (blurs, directions, distances, 3): from 0 far on the one side to 1 far on the other.
+        table, shape (blurs, directions, distances, 3); the response rises from 0 to 1 across the edge.
     """
     angles = np.linspace(0.0, 0.25 * np.pi, _DIRECTIONS)
     distances = np.arange(-REACH, REACH + 0.5 * _STEP, _STEP)
@@ -41,15 +41,15 @@ def response_table() -> NDArray[np.float64]:
 
 
 def edge_response(distances: NDArray[np.float64], blur: float, angle: float) -> NDArray[np.float64]:
-    """Return the response at some distances, its slope and its derivative by the blur, shape (n, 3).
+    """Return the response, its slope and its derivative by the blur, shape (n, 3).
 
-    The square seen along the edge's normal is the convolution of two boxes; a step convolved with a Gaussian
-    and two boxes is a second difference of the Gaussian's third integral.
+    Projected on the edge normal, the pixel's square is the convolution of two boxes; a step convolved with a
+    Gaussian and two boxes is a second difference of the Gaussian's third integral.
 
     Args:
-        distances: shape (n,), of the pixel's centre from the edge [px].
-        blur: standard deviation [px].
-        angle: of the normal to the nearer image axis [rad].
+        distances: distances of the pixel centres from the edge, shape (n,) [px].
+        blur: standard deviation of the blur [px].
+        angle: angle between the edge normal and the nearer image axis [rad].
     """
     wide = 0.5 * np.cos(angle)
     narrow = 0.5 * max(np.sin(angle), _TILT_MIN)
@@ -69,26 +69,26 @@ def edge_response(distances: NDArray[np.float64], blur: float, angle: float) -> 
 
 @njit(cache=True, error_model='numpy')
 def nearest_blur(blur: float) -> int:
-    """Return the number of the tabulated blur that is nearest in ratio."""
+    """Return the table index of the blur that is nearest in ratio."""
     number = np.rint(np.log(max(blur, 1e-3) / BLURS[0]) / np.log(BLURS[-1] / BLURS[0]) * (len(BLURS) - 1))
     return min(max(int(number), 0), len(BLURS) - 1)
 
 
 @njit(cache=True, error_model='numpy')
 def direction_bin(nx: float, ny: float) -> int:
-    """Return the number of the tabulated direction nearest to a unit normal."""
+    """Return the table index of the direction nearest to a unit normal."""
     angle = np.arctan2(min(abs(nx), abs(ny)), max(abs(nx), abs(ny)))
     return int(np.rint(angle / (0.25 * np.pi) * (_DIRECTIONS - 1)))
 
 
 @njit(cache=True, error_model='numpy')
 def look_up(profile: NDArray[np.float64], distance: float, response: NDArray[np.float64]) -> None:
-    """Write the three values at a distance, by linear interpolation.
+    """Write the response, its slope and its derivative by the blur at a distance, by linear interpolation.
 
     Args:
-        profile: shape (distances, 3), one blur and direction of the table.
-        distance: within the reach of the table [px].
-        response: shape (3,).
+        curve: one blur and direction of the table, shape (distances, 3).
+        distance: distance from the edge, within the table [px].
+        response: output, shape (3,).
     """
     place = (distance + REACH) / _STEP
     k = min(max(int(place), 0), len(profile) - 2)

@@ -1,4 +1,4 @@
-"""Measures in the grey image how far an outline is off, section by section."""
+"""Fits edge profiles across an outline in the grey image; each profile gives an offset along the normal."""
 
 from __future__ import annotations
 
@@ -11,36 +11,36 @@ from numpy.typing import NDArray
 from stereo_landmark.core.primitives.edge_response import look_up
 from stereo_landmark.core.primitives.section_levels import pull_levels
 
-# Fewer pixels do not tell two grey levels and an offset.
+# Minimum number of pixels for two grey levels and an offset.
 _PIXELS_MIN = 8
-# The linear model of the edge holds for offsets of this size; the next round measures the rest [px].
+# Largest offset for which the linear edge model holds; the next iteration measures the rest [px].
 _OFFSET_MAX = 0.8
-# A section whose contrast is a smaller part of the outline's shows something else.
+# Smallest contrast of a profile, as a fraction of the outline's median contrast.
 _CONTRAST_MIN = 0.3
-# Outside the core a pixel agrees within so many deviations of the noise and this part of the contrast.
+# Inlier gate of pixels outside the core: sigmas of the noise plus this fraction of the contrast.
 _AGREEING = 3.0
 _SHADING = 0.03
-# Beyond the core rows of this width are looked at, and their mean may differ by this part of the contrast [px].
+# Width of the distance bins outside the core [px], and tolerance of their mean as a fraction of the contrast.
 _BIN = 0.5
 _BINS = 16
 _FOOT = 0.015
-# A section all of one grey level, or all on one side of the edge.
+# Smallest relative determinant; a profile of one grey level, or on one side of the edge only, is singular.
 _SINGULAR = 1e-6
-# Noise that moves the edge so far hides it [px].
+# Largest standard deviation of an offset [px].
 _SIGMA_MAX = 1.0
 _ROUNDING = 12.0**-0.5
 
 
 class BandPixels(NamedTuple):
-    """The pixels beside an outline.
+    """The pixels in a band along an outline.
 
     Attributes:
-        sections: shape (n,), section of the outline beside which each lies.
-        distances: shape (n,), from the outline, outward or to the right positive [px].
-        directions: shape (n,), bin of the normal's direction, see :func:`direction_bin`.
-        values: shape (n,) [grey levels].
-        covers: shape (n,), how much of what each shows of the inside other edges leave; 1 without any.
-        skews: shape (n,), what more of the inside shows for each unit of the response's slope; 0 without others.
+        profiles: index of the edge profile of each pixel, shape (n,).
+        distances: signed distances from the outline, positive outward or to the right, shape (n,) [px].
+        directions: bins of the normal's direction, see :func:`direction_bin`, shape (n,).
+        values: grey levels, shape (n,).
+        visibility: fraction of the inside that adjacent edges leave visible, 1 without any, shape (n,).
+        corner_terms: covariance term at corners, per unit of the response's slope, 0 elsewhere, shape (n,).
     """
 
     sections: NDArray[np.int32]
@@ -52,12 +52,12 @@ class BandPixels(NamedTuple):
 
 
 class SectionOffsets(NamedTuple):
-    """What the sections say.
+    """Measured offsets of the edge profiles.
 
     Attributes:
-        offsets: shape (k,), how far the edge lies along the normal from the outline [px].
-        sigmas: shape (k,), standard deviations by the noise of the image [px]; infinite where nothing was measured.
-        blur_step: what is to be added to the blur [px].
+        offsets: offsets of the edge from the outline along the normal, shape (k,) [px].
+        sigmas: standard deviations of the offsets by image noise, infinite for unmeasured ones, shape (k,) [px].
+        blur_step: correction of the blur [px].
     """
 
     offsets: NDArray[np.float64]
@@ -66,7 +66,7 @@ class SectionOffsets(NamedTuple):
 
 
 class _Sums(NamedTuple):
-    """Normal equations of the sections: columns level, contrast, shift and blur, shape (k, 4, 4) and (k, 4)."""
+    """Normal equations of the profiles for level, contrast, shift and blur, shape (k, 4, 4) and (k, 4)."""
 
     normal: NDArray[np.float64]
     right: NDArray[np.float64]
@@ -75,7 +75,7 @@ class _Sums(NamedTuple):
 
 
 class _Fits(NamedTuple):
-    """Level, contrast and shift of each section, shape (k, 3); its inverse normal matrix; its mean square rest."""
+    """Level, contrast and shift of each profile, shape (k, 3); inverse normal matrices; residual variances."""
 
     solutions: NDArray[np.float64]
     inverses: NDArray[np.float64]
@@ -86,18 +86,18 @@ class _Fits(NamedTuple):
 def measure_sections(
     pixels: BandPixels, profiles: NDArray[np.float64], count: int, core: float, is_straight: bool
 ) -> SectionOffsets:
-    """Fit two grey levels, an offset and the blur to the pixels of each section by least squares.
+    """Fit two grey levels, an offset and the blur to the pixels of each profile by least squares.
 
-    Each pixel counts once, as it is: nothing is interpolated, so that the sections' errors are independent.
-    The farther from the edge the grey levels are taken, the better the offset is known; but other edges may
-    lie there. So the core of the band is fitted first, and of the rest those pixels count that agree with it.
+    Each pixel is used once, without interpolation, so the errors of the profiles are independent. A wider band
+    determines the grey levels and thus the offset better, but may contain other edges. So the core of the band is
+    fitted first; then inlier pixels outside it are added.
 
     Args:
-        pixels: the pixels beside the outline.
-        profiles: shape (directions, distances, 3), the response of an edge for the blur supposed.
-        count: number of sections.
+        pixels: pixels in a band along the outline.
+        curves: edge response for the present blur, shape (directions, distances, 3).
+        count: number of profiles.
         core: half the width of the band's core [px].
-        is_straight: sections follow each other along a line, where grey levels change little and evenly.
+        is_straight: whether the outline is a straight line, along which grey levels change linearly.
     """
     sums = _Sums(np.zeros((count, 4, 4)), np.zeros((count, 4)), np.zeros(count), np.zeros(count))
     fits = _Fits(np.zeros((count, 3)), np.zeros((count, 3, 3)), np.full(count, np.nan))
@@ -122,7 +122,7 @@ def _add_pixels(
     noise: float,
     sums: _Sums,
 ) -> None:
-    """Add the pixels of the core (noise not a number), else those outside it that agree with the fits."""
+    """Add the pixels of the core (noise is NaN), otherwise the inlier pixels outside it."""
     response = np.empty(3)
     columns = np.ones(4)
     outside = not np.isnan(noise)
@@ -151,9 +151,9 @@ def _add_pixels(
 def _clear_reach(
     pixels: BandPixels, profiles: NDArray[np.float64], core: float, fits: _Fits, noise: float
 ) -> tuple[float, float]:
-    """Return how far to the left (negative) and to the right of the edge its levels hold [px].
+    """Return the distances to the left (negative) and to the right up to which the band is free of other edges [px].
 
-    The blurred foot of another edge beside it is less than the noise of a pixel, but not than that of a whole row.
+    The blurred foot of a neighbouring edge is below the noise of a pixel, but not below that of the mean of a bin.
     """
     sums, counts = np.zeros((2, _BINS)), np.zeros((2, _BINS))
     contrast, response = 0.0, np.empty(3)
@@ -215,7 +215,7 @@ def _offsets(sums: _Sums, fits: _Fits) -> SectionOffsets:
         offsets[k] = min(max(-solution[2] / solution[1], -_OFFSET_MAX), _OFFSET_MAX)
         sigma = noise * np.sqrt(inverse[2, 2]) / max(contrasts[k], 1e-9)
         sigmas[k] = sigma if sigma < _SIGMA_MAX else np.inf
-        # The blur is one for the whole outline: of its column that part counts which the others leave.
+        # The outline has one common blur: Schur complement of its column after eliminating the profile's unknowns.
         blur = sums.normal[k, 3]
         left, rest = blur[3], sums.right[k, 3]
         for r in range(3):
@@ -229,7 +229,7 @@ def _offsets(sums: _Sums, fits: _Fits) -> SectionOffsets:
 
 @njit(cache=True, error_model='numpy')
 def _invert(matrix: NDArray[np.float64], inverse: NDArray[np.float64]) -> bool:
-    """Write the inverse of the upper left 3 x 3 part of a symmetric matrix; False where it is singular."""
+    """Write the inverse of the upper left 3 x 3 block of a symmetric matrix; False if it is singular."""
     for r in range(3):
         a, b = (r + 1) % 3, (r + 2) % 3
         for c in range(3):

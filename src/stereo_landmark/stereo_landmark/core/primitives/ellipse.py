@@ -1,4 +1,4 @@
-"""Ellipses: round meters, dials, holes, pipes' ends (paper 3.3c)."""
+"""Ellipses: round meters, dials, holes, pipe ends (paper 3.3c)."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.turning import folded, folded_all
 from stereo_landmark.core.segments.segments import Segments
 
-# What is known of the tilt of a circle: next to nothing [rad].
+# Prior of the tilt, which a circle does not determine [rad].
 TILT_SIGMA = 1.0
-# Neighbouring edge points share their noise; that of one is never smaller [points, px].
+# Neighbouring edge points have correlated noise [points]; lower limit of the noise of one point [px].
 _CORRELATED = 3.0
 _SIGMA_MIN = 0.05
 
@@ -30,17 +30,17 @@ _SIGMA_MIN = 0.05
 class Ellipse:
     """An ellipse in an image; angles are counted from x (right) to y (down).
 
-    The centre of the image of a circle is not the image of its centre: seen at an angle, it lies nearer to
-    the near rim. Both cameras of a narrow pair see nearly the same displacement, and so does the robot from
-    a place near the taught one.
+    The centre of a circle's image is not the image of the circle's centre: in an oblique view it is shifted
+    towards the near rim. The shift is nearly equal in both cameras of a narrow baseline, and from poses near
+    the taught one.
 
     Attributes:
-        centre: shape (2,) [px].
-        semi_axes: shape (2,), the longer first [px].
-        tilt: direction of the longer axis, in (-pi/2, pi/2] [rad]; says nothing for a circle.
-        polarity: 1 where the inside is bright, -1 where it is dark.
-        seen: part of the outline where there are edges.
-        covariance: shape (5, 5), of centre x, y, both semi-axes and tilt.
+        centre: centre of the ellipse, shape (2,) [px].
+        semi_axes: semi-axes, the longer first, shape (2,) [px].
+        tilt: direction of the longer axis, in (-pi/2, pi/2] [rad]; meaningless for a circle.
+        polarity: 1 if the inside is bright, -1 if it is dark.
+        seen: fraction of the outline with edges.
+        covariance: covariance of centre x, y, both semi-axes [px] and tilt [rad], shape (5, 5).
     """
 
     centre: NDArray[np.float64]
@@ -56,18 +56,18 @@ class Ellipse:
         return np.array([*self.centre, *self.semi_axes, self.tilt])
 
     def image_points(self) -> dict[str, ImagePoint]:
-        """Return the points that may serve as corresponding points, by name."""
+        """Return the candidates for corresponding points, by name."""
         return {'centre': ImagePoint(self.centre, self.covariance[:2, :2])}
 
 
 @dataclass(frozen=True)
 class EllipseTolerance:
-    """How far an ellipse may differ from the taught one."""
+    """Tolerances between a detected ellipse and the taught one."""
 
-    axes: float = setting(0.5, 'difference of a semi-axis, as a part of it', minimum=0.01, maximum=5.0)
+    axes: float = setting(0.5, 'relative tolerance of the semi-axes', minimum=0.01, maximum=5.0)
     tilt: float = setting(
         0.35,
-        'difference of the tilt of a flat ellipse; round ones have none',
+        'tolerance of the tilt of a flat ellipse; less weight for rounder ones',
         unit='rad',
         minimum=0.01,
         maximum=1.6,
@@ -75,19 +75,19 @@ class EllipseTolerance:
 
 
 def ellipse_difference(found: Ellipse, taught: Ellipse, tolerance: EllipseTolerance) -> float:
-    """Return how much an ellipse differs: 0 not at all, 1 just tolerated, infinite with the other polarity."""
+    """Return the difference from the taught ellipse: 0 equal, 1 at the tolerance, infinite for other polarity."""
     return float(ellipse_differences(ellipse_numbers([found]), ellipse_numbers([taught]), tolerance)[0, 0])
 
 
 def ellipse_differences(
     found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: EllipseTolerance
 ) -> NDArray[np.float64]:
-    """Return how much each differs from each taught one, shape (k, n).
+    """Return the difference of each ellipse from each taught one, shape (k, n).
 
     Args:
-        found: shape (n, 4), see :func:`ellipse_numbers`.
-        taught: shape (k, 4).
-        tolerance: what is just tolerated.
+        found: parameters of the detected ellipses, shape (n, 4), see :func:`ellipse_numbers`.
+        taught: parameters of the taught ellipses, shape (k, 4).
+        tolerance: tolerances, at which the difference is 1.
     """
     mine, theirs = found.T[:, None, :], taught.T[:, :, None]
     axes = np.abs(np.log(mine[:2] / theirs[:2])).max(axis=0) / math.log1p(tolerance.axes)
@@ -97,19 +97,19 @@ def ellipse_differences(
 
 
 def ellipse_numbers(ellipses: Sequence[Ellipse]) -> NDArray[np.float64]:
-    """Return the shapes as numbers, shape (n, 4): semi-axes [px], tilt [rad] and polarity."""
+    """Return the shape parameters, shape (n, 4): semi-axes [px], tilt [rad] and polarity."""
     return np.array([(*each.semi_axes, each.tilt, each.polarity) for each in ellipses]).reshape(-1, 4)
 
 
 def detect_ellipses(segments: Segments, settings: PrimitiveSettings) -> list[Ellipse]:
-    """Find ellipses whose outline may be broken or partly hidden.
+    """Detect ellipses; their outlines may be broken or partly occluded.
 
     Args:
         segments: segments of the image.
-        settings: what is taken for an ellipse.
+        settings: detection settings.
 
     Returns:
-        each ellipse once, those with the longest outline seen first.
+        ellipses without duplicates, by falling length of the visible outline.
     """
     spans, shapes = find_arcs(segments.points, segments.bends, segments.bend_starts)
     limits = EllipseLimits(
@@ -124,22 +124,22 @@ def detect_ellipses(segments: Segments, settings: PrimitiveSettings) -> list[Ell
 
 
 def refine_ellipse(ellipse: Ellipse, image: NDArray[np.uint8]) -> Ellipse | None:
-    """Measure an ellipse in the grey image, across its outline.
+    """Refine an ellipse in the grey image by edge profiles across its outline.
 
     Args:
-        ellipse: a detected ellipse, about a pixel off at most.
-        image: shape (h, w), grey levels.
+        ellipse: detected ellipse, off by about a pixel at most.
+        image: grey image, shape (h, w).
 
     Returns:
-        the ellipse with the covariance that the noise and the scatter of its outline give it, None where the
-        image shows none there.
+        refined ellipse with the covariance by image noise and scatter of the outline, None if the image does not
+        show it there.
     """
     refined = refine_outline(image, ellipse.parameters)
     if refined is None:
         return None
     parameters, covariance = refined.parameters, refined.covariance
     if parameters[2] < parameters[3]:
-        # The axes have changed places.
+        # The axes were swapped.
         order = [0, 1, 3, 2, 4]
         parameters, covariance = parameters[order], covariance[np.ix_(order, order)]
         parameters[4] += 0.5 * math.pi
@@ -150,7 +150,7 @@ def refine_ellipse(ellipse: Ellipse, image: NDArray[np.uint8]) -> Ellipse | None
 
 
 def _distinct(rows: NDArray[np.float64]) -> list[int]:
-    """Return which ellipses to keep, the first of those that nearly agree."""
+    """Return the indices of the ellipses to keep, the first of each group of duplicates."""
     kept: list[int] = []
     for k, row in enumerate(rows):
         if not any(np.abs(row[:4] - rows[other, :4]).max() < _SAME for other in kept):
@@ -158,7 +158,7 @@ def _distinct(rows: NDArray[np.float64]) -> list[int]:
     return kept
 
 
-# Ellipses that differ by less in centre and axes are one [px].
+# Ellipses whose centre and axes differ by less are duplicates [px].
 _SAME = 2.0
 
 

@@ -1,4 +1,4 @@
-"""The direct least squares fit of an ellipse (Fitzgibbon et al. 1999, in the form of Halíř and Flusser 1998)."""
+"""Direct least squares fit of an ellipse (Fitzgibbon et al. 1999, in the form of Halíř and Flusser 1998)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-# Points whose spread across their line is a smaller part of that along it.
+# Smallest determinant of the scatter matrix of scaled points; below it they are collinear.
 _ON_A_LINE = 1e-9
 
 
@@ -15,11 +15,11 @@ def fit_ellipse(points: NDArray[np.float64], parameters: NDArray[np.float64]) ->
     """Fit an ellipse to points of its outline and write its parameters.
 
     Args:
-        points: shape (n, 2), at least five [px].
-        parameters: shape (5,), filled with centre x, y, semi-axes a >= b [px] and tilt [rad].
+        points: five or more points, shape (n, 2) [px].
+        parameters: output, centre x, y, semi-axes a >= b [px] and tilt [rad], shape (5,).
 
     Returns:
-        whether there is such an ellipse; not for points on a line.
+        whether the fit succeeded; False for collinear points.
     """
     n = len(points)
     mx, my = np.mean(points[:, 0]), np.mean(points[:, 1])
@@ -31,7 +31,7 @@ def fit_ellipse(points: NDArray[np.float64], parameters: NDArray[np.float64]) ->
     determinant = xx * yy - xy * xy
     if determinant < _ON_A_LINE * n * n:
         return False
-    # What the linear part (d, e, f) is for given quadratic parts (a, b, c), column by column.
+    # Linear coefficients (d, e, f) as a function of the quadratic coefficients (a, b, c), column by column.
     to_linear, reduced, quadratic, linear = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.zeros(3)
     for c in range(3):
         p, q, r = sums[3 - c, c], sums[2 - c, 1 + c], sums[2 - c, c]
@@ -59,7 +59,7 @@ def fit_ellipse(points: NDArray[np.float64], parameters: NDArray[np.float64]) ->
 
 @njit(cache=True, error_model='numpy')
 def _moments(points: NDArray[np.float64], mx: float, my: float, scale: float) -> NDArray[np.float64]:
-    """Return the sums of x^i y^j of centred and scaled points up to the fourth order, shape (5, 5)."""
+    """Return the moments, sums of x^i y^j of centred and scaled points, up to the fourth order, shape (5, 5)."""
     sums = np.zeros((5, 5))
     for k in range(len(points)):
         x, y = (points[k, 0] - mx) / scale, (points[k, 1] - my) / scale
@@ -93,7 +93,7 @@ def _elliptic_vector(m: NDArray[np.float64], vector: NDArray[np.float64]) -> boo
 
 @njit(cache=True, error_model='numpy')
 def _null_vector(m: NDArray[np.float64], value: float, vector: NDArray[np.float64]) -> bool:
-    """Write the unit vector that m - value removes: the longest product of two of its rows."""
+    """Write the unit null vector of m - value I: the longest cross product of two of its rows."""
     longest = 0.0
     for r in range(3):
         s = (r + 1) % 3
@@ -112,7 +112,7 @@ def _null_vector(m: NDArray[np.float64], value: float, vector: NDArray[np.float6
 def _axes(
     quadratic: NDArray[np.float64], linear: NDArray[np.float64], parameters: NDArray[np.float64]
 ) -> bool:
-    """Turn a x² + b xy + c y² + d x + e y + f = 0 into centre, axes and tilt."""
+    """Convert a x² + b xy + c y² + d x + e y + f = 0 to centre, semi-axes and tilt."""
     a, b, c = quadratic
     d, e, f = linear
     determinant = 4.0 * a * c - b * b

@@ -1,4 +1,4 @@
-"""The ellipse as a curve: points, normals, curvature, and how its parameters move it."""
+"""Geometry of an ellipse: points, normals, foot points, perimeter, and Jacobians by its parameters."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 @njit(cache=True, error_model='numpy')
 def ellipse_point(parameters: NDArray[np.float64], t: float) -> tuple[float, float, float, float, float]:
-    """Return a point of the ellipse, the outward unit normal there and the speed |dP/dt|.
+    """Return a point of the ellipse, its outward unit normal and the speed |dP/dt|.
 
     Args:
-        parameters: centre x, y, semi-axes a, b [px], tilt [rad].
-        t: the parameter of the curve: c + R(tilt) (a cos t, b sin t) [rad].
+        parameters: centre x, y, semi-axes a, b [px], tilt [rad], shape (5,).
+        t: curve parameter in c + R(tilt) (a cos t, b sin t) [rad].
 
     Returns:
         x, y [px], normal x, y, speed [px / rad].
@@ -33,7 +33,7 @@ def ellipse_point(parameters: NDArray[np.float64], t: float) -> tuple[float, flo
 
 @njit(cache=True, error_model='numpy')
 def normal_motion(parameters: NDArray[np.float64], t: float, row: NDArray[np.float64]) -> None:
-    """Write how far each parameter moves the outline along its normal: the row of the Jacobian, shape (5,)."""
+    """Write the derivatives of the outline's position along its normal by the parameters, shape (5,)."""
     a, b = parameters[2], parameters[3]
     _, _, nx, ny, speed = ellipse_point(parameters, t)
     cos_t, sin_t = np.cos(t), np.sin(t)
@@ -45,7 +45,7 @@ def normal_motion(parameters: NDArray[np.float64], t: float, row: NDArray[np.flo
 
 @njit(cache=True, error_model='numpy')
 def normal_motions(parameters: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """Return the rows of `normal_motion` at so many places, evenly spread over the parameter, shape (count, 5)."""
+    """Return the rows of `normal_motion` at ``count`` evenly spaced curve parameters, shape (count, 5)."""
     rows = np.empty((count, 5))
     for k in range(count):
         normal_motion(parameters, 2.0 * np.pi * k / count, rows[k])
@@ -54,19 +54,19 @@ def normal_motions(parameters: NDArray[np.float64], count: int) -> NDArray[np.fl
 
 @njit(cache=True, error_model='numpy')
 def foot_point(a: float, b: float, u: float, v: float) -> tuple[float, float, float]:
-    """Return cosine and sine of the parameter of the nearest point of the outline, and the speed |dP/dt| there.
+    """Return cosine and sine of the curve parameter of the nearest point of the outline, and the speed |dP/dt| there.
 
     Args:
         a: semi-axis along u [px].
         b: semi-axis along v [px].
-        u: of a point near the outline, in the axes of the ellipse [px].
-        v: the same along the other axis [px].
+        u: coordinate of a point near the outline, along the first axis of the ellipse [px].
+        v: coordinate of the point along the second axis [px].
     """
     cos_t, sin_t = u * b, v * a
     norm = np.sqrt(cos_t * cos_t + sin_t * sin_t)
     cos_t, sin_t = (cos_t / norm, sin_t / norm) if norm > 0.0 else (1.0, 0.0)
     for _ in range(3):
-        # Zero of (P - Q) . dP/dt by Newton's method; a small turn needs no trigonometry.
+        # Newton's method on (P - Q) . dP/dt = 0; the small rotation avoids trigonometric functions.
         dx, dy = a * cos_t - u, b * sin_t - v
         slope = dy * b * cos_t - dx * a * sin_t
         bend = (a * sin_t) ** 2 + (b * cos_t) ** 2 - dx * a * cos_t - dy * b * sin_t

@@ -1,4 +1,4 @@
-"""An ellipse, measured in the grey image across its outline."""
+"""Subpixel refinement of an ellipse by edge profiles across its outline."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ from stereo_landmark.core.primitives.robust_step import robust_step
 
 _SECTION = 6.0
 _SECTIONS_MIN = 16
-# The band does not reach the middle of a small ellipse.
+# Largest band half-width, as a fraction of the shorter semi-axis.
 _PART_OF_AXIS = 0.6
-# A circle says nothing of its tilt: information on the step that keeps it in place [1 / rad²].
+# Prior information on the tilt, which a circle does not determine [1 / rad²].
 _TILT_INFORMATION = 1.0
 
 
 class RefinedEllipse(NamedTuple):
-    """Parameters of the ellipse, shape (5,), their covariance, and the part of the outline that agrees."""
+    """Parameters of the ellipse, shape (5,), their covariance, and the inlier fraction of the profiles."""
 
     parameters: NDArray[np.float64]
     covariance: NDArray[np.float64]
@@ -49,14 +49,14 @@ class RefinedEllipse(NamedTuple):
 
 
 def refine_outline(image: NDArray[np.uint8], parameters: NDArray[np.float64]) -> RefinedEllipse | None:
-    """Measure an ellipse across its outline.
+    """Refine an ellipse by edge profiles across its outline.
 
     Args:
-        image: shape (h, w), grey levels.
-        parameters: centre x, y, semi-axes [px], tilt [rad]; the outline at most about a pixel off.
+        image: grey image, shape (h, w).
+        parameters: centre x, y, semi-axes [px], tilt [rad], shape (5,); the outline is off by about a pixel at most.
 
     Returns:
-        the ellipse, None where the image shows none there.
+        refined ellipse, None if the image does not show it there.
     """
     found, refined = _measure(image, parameters, response_table())
     return refined if found else None
@@ -66,7 +66,7 @@ def refine_outline(image: NDArray[np.uint8], parameters: NDArray[np.float64]) ->
 def _measure(
     image: NDArray[np.uint8], parameters: NDArray[np.float64], table: NDArray[np.float64]
 ) -> tuple[bool, RefinedEllipse]:
-    """Return whether the ellipse is there, and what it is, round by round."""
+    """Iterate the refinement; return whether it succeeded, and the ellipse."""
     refined = RefinedEllipse(parameters.copy(), np.eye(5), 0.0)
     prior = np.array([0.0, 0.0, 0.0, 0.0, _TILT_INFORMATION])
     number = nearest_blur(FIRST_BLUR)
@@ -90,7 +90,7 @@ def _measure(
 def _outline_band(
     image: NDArray[np.uint8], parameters: NDArray[np.float64], width: float, count: int, variance: float
 ) -> tuple[BandPixels, NDArray[np.float64]]:
-    """Return the pixels beside the outline, and how the parameters move each section, shape (count, 5)."""
+    """Return the pixels in a band along the outline, and the Jacobian of the profile offsets, shape (count, 5)."""
     height, columns = image.shape
     cx, cy, a, b, tilt = parameters
     bounds = _section_bounds(parameters, count)
@@ -116,7 +116,7 @@ def _outline_band(
                 continue
             t = np.arctan2(sin_t, cos_t)
             sections[n] = min(np.searchsorted(bounds, t % (2.0 * np.pi), side='right') - 1, count - 1)
-            # Blur moves the half-way level of a curved edge towards its hollow side.
+            # Blur shifts the half-level point of a curved edge towards its concave side.
             distances[n] = distance + 0.5 * variance * a * b / speed**3
             directions[n] = direction_bin(cos_r * nu - sin_r * nv, sin_r * nu + cos_r * nv)
             values[n] = image[y, x]
@@ -135,7 +135,7 @@ def _is_near(u: float, v: float, a: float, b: float, width: float) -> bool:
 
 @njit(cache=True, error_model='numpy')
 def _section_bounds(parameters: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """Return where sections of equal length begin, shape (count + 1,), from 0 to 2 pi [rad]."""
+    """Return the curve parameters between profiles of equal arc length, shape (count + 1,), from 0 to 2 pi [rad]."""
     fine = 8 * count
     lengths = np.zeros(fine + 1)
     for i in range(fine):

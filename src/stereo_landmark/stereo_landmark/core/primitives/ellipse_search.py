@@ -1,4 +1,4 @@
-"""Hypothesis and verification (the paper's reference 9): arcs propose ellipses, edges along them decide."""
+"""Ellipse detection by hypothesis and verification (the paper's reference 9): arcs propose, edges along them verify."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ from numpy.typing import NDArray
 from stereo_landmark.core.primitives.ellipse_fit import fit_ellipse
 from stereo_landmark.core.primitives.ellipse_geometry import perimeter
 
-# One arc alone proposes an ellipse from this turn on [rad]; so many points of an arc are fitted.
+# Smallest turn of an arc that proposes an ellipse alone [rad]; number of points per arc in the fit.
 _TURN_ALONE = 1.6
 _SAMPLES = 24
-# Edges farther off the outline than this are not asked, round by round; and their direction must agree.
+# Largest distance of an inlier edge from the outline in each iteration [px].
 _BANDS = (3.0, 2.0, 1.5)
-# And this part of what must be seen in the end must be seen then.
+# Required fraction of the final visible fraction in each iteration; smallest cosine between gradient and normal.
 _PARTS = (0.7, 0.8, 0.9)
 _COSINE_MIN = 0.9
-# Arcs of one ellipse have radii and distances of one order.
+# Largest ratio of the radii of two arcs of an ellipse, and largest distance between them in radii.
 _RADII_RATIO_MAX = 6.0
 _DISTANCE_MAX = 2.5
-# At most so many arcs are paired, the most telling.
+# Number of arcs to pair, the longest and most curved ones.
 _ARCS_MAX = 250
-# The outline is looked at in steps of this length [px], at a first glance at so many places.
+# Sampling step along the outline [px], and number of samples of the coarse check.
 _STEP = 1.5
 _GLANCES = 64
-# An arc is explained when this part of some of its points lies on an ellipse.
+# An arc is explained by an ellipse if this fraction of its sampled points is an inlier; number of sampled points.
 _LOOKED_AT = 12
 _EXPLAINED = 0.6
-# An outline whose edges scatter more is none [px].
+# Largest rms distance of the inlier edges from the outline [px].
 _SCATTER_MAX = 0.7
 
 
 class EllipseLimits(NamedTuple):
-    """Which ellipses are wanted: semi-axes [px], ratio of the axes, part of the outline that is seen."""
+    """Limits of the detection: semi-axes [px], ratio of the axes, visible fraction of the outline."""
 
     axis_min: float
     axis_max: float
@@ -52,18 +52,18 @@ def search_ellipses(
     shapes: NDArray[np.float64],
     limits: EllipseLimits,
 ) -> NDArray[np.float64]:
-    """Return the ellipses that edges confirm, shape (n, 8).
+    """Return the verified ellipses, shape (n, 8).
 
     Args:
-        points: shape (n, 2), edge points of all segments [px].
-        gradients: shape (n, 2), towards the bright side.
-        index: shape (h, w), edge point of each pixel or -1.
-        spans: shape (k, 2), first and last point of each arc, the most telling first.
-        shapes: shape (k, 2), turn [rad] and length [px] of each arc.
-        limits: which ellipses are wanted.
+        points: edge points of all segments, shape (n, 2) [px].
+        gradients: image gradients, which point to the bright side, shape (n, 2).
+        index: index of the edge point in each pixel or -1, shape (h, w).
+        spans: first and last point of each arc, best arcs first, shape (k, 2).
+        shapes: turn [rad] and length [px] of each arc, shape (k, 2).
+        limits: limits of axes and visibility.
 
     Returns:
-        centre x, y, semi-axes a, b [px], tilt [rad], polarity, part that is seen, rms distance of edges [px].
+        centre x, y, semi-axes a, b [px], tilt [rad], polarity, visible fraction, rms distance of edges [px].
     """
     k = min(len(spans), _ARCS_MAX)
     explained = np.zeros(k, np.bool_)
@@ -74,7 +74,7 @@ def search_ellipses(
     marks, partners = _outline_marks(points, spans, shapes, k), np.empty(k, np.bool_)
     for i in range(k):
         _mark_partners(marks, shapes[i, 0], i, partners)
-        # First each arc alone, then with each of those that follow it.
+        # Hypotheses from each arc alone, then from its pairs with the following arcs.
         for j in range(i, k):
             if explained[i]:
                 break
@@ -99,13 +99,13 @@ def search_ellipses(
 def _outline_marks(
     points: NDArray[np.float64], spans: NDArray[np.int64], shapes: NDArray[np.float64], k: int
 ) -> NDArray[np.float64]:
-    """Return of each arc begin, middle, end, direction of its hollow side, radius and turn, shape (10, k)."""
+    """Return start, middle, end, direction of the concave side, radius and turn of each arc, shape (10, k)."""
     marks = np.empty((10, k))
     for i in range(k):
         first, last = spans[i]
         for m in range(3):
             marks[2 * m, i], marks[2 * m + 1, i] = points[first + (last - first) * m // 2]
-        # Hollow is the right side of an arc that turns to the right.
+        # An arc that turns to the right is concave on its right side.
         side = 1.0 if shapes[i, 0] > 0.0 else -1.0
         marks[6, i] = -side * (marks[5, i] - marks[1, i])
         marks[7, i] = side * (marks[4, i] - marks[0, i])
@@ -115,13 +115,13 @@ def _outline_marks(
 
 @njit(cache=True, error_model='numpy')
 def _mark_partners(marks: NDArray[np.float64], turn: float, i: int, partners: NDArray[np.bool_]) -> None:
-    """Write which arcs may lie on one ellipse with the i-th: same sense, each on the hollow side of the other.
+    """Write which arcs can be on the same ellipse as arc i: same sense, each on the concave side of the other.
 
-    The arc itself stands for it alone.
+    Entry i: whether arc i is curved enough to propose an ellipse alone.
     """
     radii, turns = marks[8], marks[9]
     for j in range(len(partners)):
-        # Without branches, so that many are looked at together.
+        # No branches, so that the compiler can vectorize the loop.
         radius = max(radii[j], radii[i])
         is_alike = (turns[j] * turn > 0.0) & (radius <= _RADII_RATIO_MAX * min(radii[j], radii[i]))
         reach = (_DISTANCE_MAX * radius) ** 2
@@ -159,8 +159,8 @@ def _verify(
     ellipse: NDArray[np.float64],
     limits: EllipseLimits,
 ) -> bool:
-    """Fit the ellipse to all edges along it, round by round; write how much of it is seen."""
-    # Most proposals are wrong, and a few places of the outline show it.
+    """Verify a hypothesis: fit it iteratively to the edges along it; write the visible fraction and rms distance."""
+    # Most hypotheses are wrong; a few samples of the outline suffice to reject them.
     glance = max(_STEP, perimeter(ellipse[2], ellipse[3]) / _GLANCES)
     if edges_along(points, gradients, index, ellipse, _BANDS[0], glance)[1] < _PARTS[0] * limits.seen_min:
         return False
@@ -185,15 +185,15 @@ def edges_along(
     band: float,
     step: float,
 ) -> tuple[NDArray[np.int32], float, float]:
-    """Return the edge points along an outline, the part of it where there are any, and their rms distance [px].
+    """Return the inlier edge points along an outline, its visible fraction, and their rms distance [px].
 
     Args:
-        points: shape (n, 2) [px].
-        gradients: shape (n, 2), towards the bright side.
-        index: shape (h, w), edge point of each pixel or -1.
-        ellipse: centre, semi-axes, tilt, polarity.
+        points: edge points, shape (n, 2) [px].
+        gradients: image gradients, which point to the bright side, shape (n, 2).
+        index: index of the edge point in each pixel or -1, shape (h, w).
+        ellipse: centre x, y, semi-axes [px], tilt [rad], polarity.
         band: largest distance from the outline [px].
-        step: the outline is looked at in steps of this length [px].
+        step: sampling step along the outline [px].
     """
     steps = max(8, int(perimeter(ellipse[2], ellipse[3]) / step))
     near = np.empty(4 * steps + 64, np.int32)
@@ -208,7 +208,7 @@ def edges_along(
             (cos_r * b * cos_t - sin_r * a * sin_t) / speed,
             (sin_r * b * cos_t + cos_r * a * sin_t) / speed,
         )
-        # A small turn needs no trigonometry.
+        # The small rotation avoids trigonometric functions.
         turn = step / speed
         squared = turn * turn
         cos = 1.0 - squared * (1.0 / 2.0 - squared * (1.0 / 24.0 - squared / 720.0))
@@ -237,7 +237,7 @@ def _nearest_edge(
     polarity: float,
     band: float,
 ) -> tuple[int, float]:
-    """Return the edge nearest to a place along its normal with the right direction, -1 for none; its distance."""
+    """Return the nearest edge along the normal with a matching gradient, -1 for none, and its distance [px]."""
     best, least = -1, band
     for o in range(-int(band), int(band) + 1):
         u, v = int(np.rint(x + o * nx)), int(np.rint(y + o * ny))
@@ -255,7 +255,7 @@ def _nearest_edge(
 
 @njit(cache=True, error_model='numpy')
 def _explains(points: NDArray[np.float64], span: NDArray[np.int64], ellipse: NDArray[np.float64]) -> bool:
-    """Whether most of an arc lies on the ellipse."""
+    """Return whether most points of an arc are on the ellipse."""
     cos_r, sin_r = np.cos(ellipse[4]), np.sin(ellipse[4])
     near, total = 0, 0
     for i in range(span[0], span[1] + 1, max(1, (span[1] - span[0]) // _LOOKED_AT)):

@@ -1,4 +1,4 @@
-"""Many detected shapes of one kind as arrays; each becomes an object when it is asked for."""
+"""Lazy sequence of detected shapes: parameters as arrays, objects are created on access."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ Shape = TypeVar('Shape')
 
 
 class FoundShapes(Sequence[Shape], Generic[Shape]):
-    """A sequence of shapes. Cluttered images show thousands, of which a search measures a few.
+    """A lazy sequence of shapes. Cluttered images have thousands, of which a search refines a few.
 
     Args:
-        centres: shape (n, 2) [px].
-        numbers: shape (n, d), as the kind's own function gives them for objects.
-        make: the shape of a number; asked once for each.
+        centres: centres of the shapes, shape (n, 2) [px].
+        shape_vectors: parameters of the shapes, see the primitive's ``shape_vectors`` function, shape (n, d).
+        make: factory that creates the shape of an index; called once per index.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""A point of a landmark in one image."""
+"""Image point with covariance."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class ImagePoint:
-    """Where a point is seen, and how well that is known.
+    """A measured point in one image.
 
     Attributes:
-        position: shape (2,) [px].
-        covariance: shape (2, 2) [px²].
+        position: pixel coordinates, shape (2,) [px].
+        covariance: covariance of the position, shape (2, 2) [px²].
     """
 
     position: NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""The pixels beside a straight side, and what another side leaves of them where both meet."""
+"""The pixels in a band along a straight edge, and the effect of an adjacent edge on them near a corner."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ def cut_by(
     pixels: BandPixels,
     alongs: NDArray[np.float64],
 ) -> None:
-    """Let pixels near a corner show as much of the inside as another side leaves.
+    """Model the effect of an adjacent edge on the pixels near a corner.
 
-    What both sides cover is the probability that two normal deviates are below their limits, as correlated as the
-    normals of the sides: the product, and the first term of the series by the correlation.
+    The visible inside is the probability that two normal variables, with the correlation of the edge normals, are
+    below their limits: their product plus the first term of the series in the correlation.
 
     Args:
-        other: normal to the inside and offset of the other side, shape (3,).
-        middle: of this side [px].
-        direction: of this side.
-        profiles: shape (directions, distances, 3), of the blur.
-        variance: of the blurred edge [px²].
-        pixels: to be changed.
-        alongs: shape (n,), of the pixels along this side from its middle [px].
+        other: inward normal and offset of the adjacent edge, shape (3,).
+        middle: midpoint of this edge [px].
+        direction: unit vector along this edge.
+        curves: edge response for the present blur, shape (directions, distances, 3).
+        variance: variance of the blurred edge, pixel included [px²].
+        pixels: pixels of this edge; updated in place.
+        positions: positions of the pixels along this edge from its midpoint, shape (n,) [px].
     """
     dx, dy = direction
     correlation = dx * other[1] - dy * other[0]
@@ -57,7 +57,7 @@ def line_band(
     width: float,
     count: int,
 ) -> tuple[BandPixels, NDArray[np.float64]]:
-    """Return the pixels up to a distance beside the middle part of a line, and how far along it they are."""
+    """Return the pixels in a band along the middle part of a line, and their positions along it [px]."""
     height, columns = image.shape
     dx, dy = direction
     room = int((span + 3.0) * (2.0 * width + 3.0) * 1.5) + 16
@@ -86,7 +86,7 @@ def line_band(
 def _row_reach(
     ey: float, dx: float, dy: float, span: float, width: float, reach_x: float
 ) -> tuple[float, float]:
-    """Return between which x, from the middle, a row crosses the band [px]."""
+    """Return the interval of x, from the middle, in which an image row crosses the band [px]."""
     low, high = -reach_x, reach_x
     if abs(dy) > 0.05:
         ends = (dx * ey - width) / dy, (dx * ey + width) / dy

@@ -1,4 +1,4 @@
-"""A straight side, measured in the grey image."""
+"""Subpixel refinement of straight edges by edge profiles in the grey image."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from stereo_landmark.core.primitives.line_band import cut_by, line_band
 from stereo_landmark.core.primitives.robust_step import robust_step
 
 ROUNDS = 5
-"""How often an outline is measured at most: each round starts where the last one ended."""
+"""Largest number of refinement iterations of an outline."""
 
 SMALL_STEP = 0.02
-"""A round that moves an outline by less was the last one [px]."""
+"""Refinement has converged when an iteration moves the outline by less [px]."""
 
 FIRST_BLUR = 0.7
-"""What is supposed of the blur at first [px]."""
+"""Initial value of the blur [px]."""
 
 _SECTION = 6.0
 _SECTIONS_MIN = 6
-# The shortest part of a side that is measured, margins at both ends taken off [px].
+# Shortest span to measure, without the margins at both ends [px].
 _SPAN_MIN = 5.0
 _BLUR_STEP_MAX = 0.5
-# No edge is as straight and evenly blurred as its model: what no number of pixels averages out [px].
+# Model error of a straight, evenly blurred edge, which averaging does not reduce [px].
 _MODEL_SIGMA = 0.005
 
 
@@ -42,11 +42,11 @@ class RefinedLine:
     """A line in the image.
 
     Attributes:
-        middle: shape (2,), a point on it where offset and direction are independent [px].
-        direction: shape (2,), unit vector.
-        variances: shape (2,), of the offset [px²] and of the direction [rad²].
+        middle: point of the line where offset and direction are independent, shape (2,) [px].
+        direction: unit vector along the line, shape (2,).
+        variances: variances of the offset [px²] and of the direction [rad²], shape (2,).
         blur: standard deviation of the edge's blur [px].
-        agreeing: part of its length that agrees.
+        inlier_fraction: inlier fraction of the profiles.
     """
 
     middle: NDArray[np.float64]
@@ -57,7 +57,7 @@ class RefinedLine:
 
 
 class _Measured(NamedTuple):
-    """The same of several lines at once, and whether each was found."""
+    """Arrays of the same values for several lines, and whether each refinement succeeded."""
 
     found: NDArray[np.bool_]
     middles: NDArray[np.float64]
@@ -70,15 +70,15 @@ class _Measured(NamedTuple):
 def refine_line(
     image: NDArray[np.uint8], begin: NDArray[np.float64], end: NDArray[np.float64]
 ) -> RefinedLine | None:
-    """Measure the edge between two points across itself.
+    """Refine the edge between two points.
 
     Args:
-        image: shape (h, w), grey levels.
-        begin: shape (2,), first point, at most about a pixel off [px].
-        end: shape (2,), last point; near both points, where corners are round, nothing is measured [px].
+        image: grey image, shape (h, w).
+        begin: first point, off by about a pixel at most, shape (2,) [px].
+        end: last point, shape (2,) [px]; the edge is not measured near both points, where corners are rounded.
 
     Returns:
-        the line, None where the image shows no straight edge there.
+        refined line, None if the image does not show a straight edge there.
     """
     lines = refine_lines(image, np.array([[begin, end]]))
     return None if lines is None else lines[0]
@@ -87,13 +87,13 @@ def refine_line(
 def refine_lines(
     image: NDArray[np.uint8], ends: NDArray[np.float64], is_ring: bool = False
 ) -> list[RefinedLine] | None:
-    """Measure several edges as `refine_line` does; None where the image does not show all of them.
+    """Refine several edges as `refine_line` does; None if the image does not show all of them.
 
     Args:
-        image: shape (h, w), grey levels.
-        ends: shape (n, 2, 2), first and last points [px].
-        is_ring: each edge ends where the next begins, the last at the first, and the inside lies to the right of all.
-            Then they are measured up to the corners.
+        image: grey image, shape (h, w).
+        ends: first and last points, shape (n, 2, 2) [px].
+        is_closed: whether the edges form a closed polygon with the inside on the right; then they are measured jointly
+            up to the corners.
     """
     measured = _measure(image, ends, response_table(), is_ring)
     if not measured.found.all():
@@ -105,19 +105,19 @@ def refine_lines(
 
 @njit(cache=True, error_model='numpy')
 def band_core(blur: float) -> float:
-    """Return how far from an outline pixels show nothing but its edge, as long as nothing else is near [px]."""
+    """Return the half-width of the band around an outline that the blurred edge itself covers [px]."""
     return min(1.0 + 2.2 * np.sqrt(blur**2 + PIXEL_VARIANCE), 6.0)
 
 
 @njit(cache=True, error_model='numpy')
 def band_width(blur: float) -> float:
-    """Return how far from an outline its pixels are looked at [px]."""
+    """Return the half-width of the band of pixels around an outline [px]."""
     return min(1.5 + 5.0 * np.sqrt(blur**2 + PIXEL_VARIANCE), 8.5)
 
 
 @njit(cache=True, error_model='numpy')
 def next_blur(blur: float, step: float) -> float:
-    """Return the blur after a measured step, within what is tabulated [px]."""
+    """Return the blur after a step, limited to the tabulated range [px]."""
     step = min(max(step, -_BLUR_STEP_MAX), _BLUR_STEP_MAX)
     return min(max(blur + step, BLURS[0]), BLURS[-1])
 
@@ -126,7 +126,7 @@ def next_blur(blur: float, step: float) -> float:
 def _measure(
     image: NDArray[np.uint8], ends: NDArray[np.float64], table: NDArray[np.float64], is_ring: bool
 ) -> _Measured:
-    """Return the lines between ends, shape (n, 2, 2)."""
+    """Iterate the refinement of lines with end points of shape (n, 2, 2)."""
     n = len(ends)
     lines = _Measured(
         np.zeros(n, np.bool_), np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.empty(n)
@@ -151,7 +151,7 @@ def _measure(
 
 @njit(cache=True, error_model='numpy')
 def _write_line(ends: NDArray[np.float64], line: NDArray[np.float64]) -> None:
-    """Write the normal to the right of a line and its offset along it, shape (3,)."""
+    """Write the right normal of a line and its offset along the normal, shape (3,)."""
     dx, dy = ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1]
     length = np.sqrt(dx * dx + dy * dy)
     line[0], line[1] = -dy / length, dx / length
@@ -168,10 +168,10 @@ def _measure_again(
     k: int,
     lines: _Measured,
 ) -> tuple[int, float]:
-    """Move a line, shape (2, 2), to where the image shows it, and write what it is as the k-th.
+    """Refine a line, shape (2, 2), by one iteration and write the results of line k.
 
     Returns:
-        number of the blur in the table that comes next, -1 where there is no line, and how far it moved [px].
+        table index of the next blur, -1 if there is no line, and the size of the step [px].
     """
     blur = BLURS[number]
     dx, dy = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
@@ -205,7 +205,7 @@ def _measure_again(
 def _write_independent(
     line: NDArray[np.float64], covariance: NDArray[np.float64], k: int, lines: _Measured
 ) -> None:
-    # Offset and turn are known together about the chord's middle; about another point they are independent.
+    # The fit correlates offset and direction at the midpoint; find the point where they are independent.
     dx, dy = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
     length = np.sqrt(dx * dx + dy * dy)
     along = -covariance[0, 1] / covariance[1, 1]

@@ -17,7 +17,7 @@ from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.sides import Sides
 from stereo_landmark.core.primitives.turning import folded, folded_all
 
-# How well the ends of a segment are known along it [px].
+# Standard deviation of the ends of a segment along it [px].
 _END_SIGMA = 1.0
 
 
@@ -27,11 +27,11 @@ class ParallelLines:
 
     Attributes:
         width: distance between the lines [px].
-        length: of the part where they run side by side [px]; corners, which the filter rounds, are left out.
-        tilt: of their common direction, in (-pi/2, pi/2] [rad].
-        centre: shape (2,), middle of that part [px].
-        polarity: 1 where it is bright between them, -1 where it is dark, 0 where they are two steps.
-        covariance: shape (3, 3), of the centre across the lines, the tilt and the width [px, rad, px].
+        length: length of their overlap, without the rounded corners [px].
+        tilt: angle of their common direction, in (-pi/2, pi/2] [rad].
+        centre: centre of the overlap, shape (2,) [px].
+        polarity: 1 if it is bright between them, -1 if it is dark, 0 for two steps of the same sense.
+        covariance: covariance of the centre across the lines, tilt and width, shape (3, 3) [px, rad, px].
         end_sigma: standard deviation of the centre along the lines [px].
     """
 
@@ -58,7 +58,7 @@ class ParallelLines:
         )
 
     def image_points(self) -> dict[str, ImagePoint]:
-        """Return the points that may serve as corresponding points, by name: well known across the lines only."""
+        """Return the candidates for corresponding points, by name; they are accurate across the lines only."""
         along = np.outer(self.direction, self.direction)
         covariance = self.end_sigma**2 * along + self.covariance[0, 0] * (np.eye(2) - along)
         return {'centre': ImagePoint(self.centre, covariance)}
@@ -66,17 +66,17 @@ class ParallelLines:
 
 @dataclass(frozen=True)
 class ParallelLinesTolerance:
-    """How far parallel lines may differ from the taught ones."""
+    """Tolerances between detected parallel lines and the taught ones."""
 
-    width: float = setting(0.45, 'difference of the width, as a part of it', minimum=0.01, maximum=5.0)
-    tilt: float = setting(0.25, 'difference of the tilt', unit='rad', minimum=0.01, maximum=1.6)
-    length: float = setting(1.0, 'difference of the length, as a part of it', minimum=0.01, maximum=10.0)
+    width: float = setting(0.45, 'relative tolerance of the width', minimum=0.01, maximum=5.0)
+    tilt: float = setting(0.25, 'tolerance of the tilt', unit='rad', minimum=0.01, maximum=1.6)
+    length: float = setting(1.0, 'relative tolerance of the length', minimum=0.01, maximum=10.0)
 
 
 def parallel_lines_difference(
     found: ParallelLines, taught: ParallelLines, tolerance: ParallelLinesTolerance
 ) -> float:
-    """Return how much lines differ: 0 not at all, 1 just tolerated, infinite with the other polarity."""
+    """Return the difference from the taught pair: 0 equal, 1 at the tolerance, infinite for other polarity."""
     numbers = parallel_lines_numbers([found]), parallel_lines_numbers([taught])
     return float(parallel_lines_differences(*numbers, tolerance)[0, 0])
 
@@ -84,12 +84,12 @@ def parallel_lines_difference(
 def parallel_lines_differences(
     found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: ParallelLinesTolerance
 ) -> NDArray[np.float64]:
-    """Return how much each differs from each taught one, shape (k, n).
+    """Return the difference of each pair from each taught one, shape (k, n).
 
     Args:
-        found: shape (n, 4), see :func:`parallel_lines_numbers`.
-        taught: shape (k, 4).
-        tolerance: what is just tolerated.
+        found: parameters of the detected pairs, shape (n, 4), see :func:`parallel_lines_numbers`.
+        taught: parameters of the taught pairs, shape (k, 4).
+        tolerance: tolerances, at which the difference is 1.
     """
     mine, theirs = found.T[:, None, :], taught.T[:, :, None]
     widths = np.abs(np.log(mine[0] / theirs[0])) / math.log1p(tolerance.width)
@@ -99,19 +99,19 @@ def parallel_lines_differences(
 
 
 def parallel_lines_numbers(pairs: Sequence[ParallelLines]) -> NDArray[np.float64]:
-    """Return the shapes as numbers, shape (n, 4): width and length [px], tilt [rad] and polarity."""
+    """Return the shape parameters, shape (n, 4): width and length [px], tilt [rad] and polarity."""
     return np.array([(each.width, each.length, each.tilt, each.polarity) for each in pairs]).reshape(-1, 4)
 
 
 def detect_parallel_lines(sides: Sides, settings: PrimitiveSettings) -> list[ParallelLines]:
-    """Find pairs of sides that run side by side.
+    """Detect pairs of parallel, overlapping line segments.
 
     Args:
-        sides: straight sides of the image.
-        settings: what is taken for parallel lines.
+        lines: line segments of the image.
+        settings: detection settings.
 
     Returns:
-        the pairs, the longer the earlier.
+        the pairs, by falling length.
     """
     rows = _pairs(
         *(sides.ends, sides.variances, settings.parallel_length_min, settings.parallel_angle_max),
@@ -132,14 +132,14 @@ def detect_parallel_lines(sides: Sides, settings: PrimitiveSettings) -> list[Par
 
 
 def refine_parallel_lines(found: ParallelLines, image: NDArray[np.uint8]) -> ParallelLines | None:
-    """Measure both lines in the grey image, each across itself; their ends stay where they are.
+    """Refine both lines in the grey image; their ends remain unchanged.
 
     Args:
-        found: detected lines, about a pixel off at most.
-        image: shape (h, w), grey levels.
+        found: detected lines, off by about a pixel at most.
+        image: grey image, shape (h, w).
 
     Returns:
-        the lines, None where the image shows no two straight edges there.
+        refined lines, None if the image does not show two straight edges there.
     """
     lines = refine_lines(image, found.lines)
     if lines is None:
@@ -171,7 +171,7 @@ def _at_middle(
     direction: NDArray[np.float64],
     normal: NDArray[np.float64],
 ) -> tuple[float, float]:
-    """Return a line's offset from the centre along the normal, and its variance [px, px²]."""
+    """Return a line's offset from the centre along the normal [px], and its variance [px²]."""
     along = float((centre - line.middle) @ direction) / float(line.direction @ direction)
     offset = float((line.middle + along * line.direction - centre) @ normal)
     return offset, float(line.variances[0] + along**2 * line.variances[1])
@@ -220,7 +220,7 @@ def _measure_pair(
     overlap_min: float,
     row: NDArray[np.float64],
 ) -> bool:
-    # The common direction is that of the sum; each line's own offset is taken in the middle of the overlap.
+    # The common direction is that of the sum; offsets are taken at the middle of the overlap.
     same = steps[i, 0] * steps[j, 0] + steps[i, 1] * steps[j, 1] > 0.0
     sign = 1.0 if same else -1.0
     dx, dy = steps[i, 0] + sign * steps[j, 0], steps[i, 1] + sign * steps[j, 1]
@@ -241,14 +241,14 @@ def _measure_pair(
     row[0], row[1] = width, end - begin
     row[2] = tilt - np.pi if tilt > 0.5 * np.pi else (tilt + np.pi if tilt <= -0.5 * np.pi else tilt)
     row[3], row[4] = middle * dx - across * dy, middle * dy + across * dx
-    # The bright side lies to the right, which is towards growing offsets.
+    # The bright side is on the right, the direction of rising offsets.
     row[5] = 0.0 if same else (1.0 if offset_j > offset_i else -1.0)
     return True
 
 
 @njit(cache=True, error_model='numpy')
 def _offset(line: NDArray[np.float64], dx: float, dy: float, along: float) -> float:
-    """Return a line's offset along the normal (-dy, dx) at a place along the direction (dx, dy)."""
+    """Return a line's offset along the normal (-dy, dx) at a position along the direction (dx, dy) [px]."""
     s0, s1 = dx * line[0, 0] + dy * line[0, 1], dx * line[1, 0] + dy * line[1, 1]
     t0, t1 = dx * line[0, 1] - dy * line[0, 0], dx * line[1, 1] - dy * line[1, 0]
     return t0 + (t1 - t0) * (along - s0) / (s1 - s0)

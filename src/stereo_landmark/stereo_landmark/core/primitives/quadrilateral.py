@@ -1,4 +1,4 @@
-"""Quadrilaterals: panels, signs, doors; described as the paper's trapezoid (3.3c, fig. 5)."""
+"""Quadrilaterals: panels, signs, doors; with the parameters of the paper's trapezoid (3.3c, fig. 5)."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from stereo_landmark.core.primitives.settings import PrimitiveSettings
 from stereo_landmark.core.primitives.sides import Sides
 from stereo_landmark.core.primitives.turning import folded
 
-# Outlines whose corners are nearer to each other than this are one [px].
+# Outlines whose corners differ by less are duplicates [px].
 _SAME = 4.0
-# Of more pairs of side ends, as small tiles make them, only so many of each end are taken, the nearest.
+# With more links than this, as small tiles cause them, only the nearest links of each end are kept.
 _LINKS_MANY = 12000
 _LINKS_NEAREST = 4
-# A corner that moves farther when it is measured was another one [px].
+# Largest motion of a corner by refinement; a larger one belongs to another corner [px].
 _MOVED_MAX = 6.0
 
 
@@ -35,10 +35,10 @@ class Quadrilateral:
     """A convex quadrilateral in an image; angles are counted from x (right) to y (down).
 
     Attributes:
-        corners: shape (4, 2), clockwise in the image, the one at the upper left first [px].
-        polarity: 1 where the inside is bright, -1 where it is dark.
-        seen: part of the outline where there are edges.
-        covariance: shape (8, 8), of the corners' coordinates in their order [px²].
+        corners: corners, clockwise in the image from the upper left, shape (4, 2) [px].
+        polarity: 1 if the inside is bright, -1 if it is dark.
+        seen: fraction of the outline with edges.
+        covariance: joint covariance of the corners, shape (8, 8) [px²].
     """
 
     corners: NDArray[np.float64]
@@ -48,7 +48,7 @@ class Quadrilateral:
 
     @property
     def centre(self) -> NDArray[np.float64]:
-        """Middle between the parallel sides, shape (2,) [px]: the mean of the corners."""
+        """Centre between the parallel sides, the mean of the corners, shape (2,) [px]."""
         return np.asarray(self.corners.mean(axis=0), dtype=np.float64)
 
     @property
@@ -70,7 +70,7 @@ class Quadrilateral:
 
     @property
     def height(self) -> float:
-        """The paper's h: distance between the two more parallel sides, in their middle [px]."""
+        """The paper's h: distance between the midpoints of the two more parallel sides, across them [px]."""
         across = np.array([-math.sin(self.tilt), math.cos(self.tilt)])
         offsets = self.corner_vectors @ across
         first = self._first_of_pair
@@ -90,7 +90,7 @@ class Quadrilateral:
         return steps[self._first_of_pair], steps[self._first_of_pair + 2]
 
     def image_points(self) -> dict[str, ImagePoint]:
-        """Return the points that may serve as corresponding points, by name: corners and centre."""
+        """Return the candidates for corresponding points, by name: corners and centre."""
         blocks = self.covariance.reshape(4, 2, 4, 2)
         points = {
             f'corner_{k}': ImagePoint(self.corners[k], blocks[k, :, k, :]) for k in range(len(self.corners))
@@ -99,7 +99,7 @@ class Quadrilateral:
         return points
 
     def turned(self, steps: int) -> Quadrilateral:
-        """Return the same quadrilateral with another corner first."""
+        """Return the same quadrilateral with its corners rotated by a number of steps."""
         order = np.roll(np.arange(4), -steps)
         coordinates = (2 * order[:, None] + np.arange(2)).ravel()
         return replace(
@@ -109,12 +109,12 @@ class Quadrilateral:
 
 @dataclass(frozen=True)
 class QuadrilateralTolerance:
-    """How far a quadrilateral may differ from the taught one."""
+    """Tolerances between a detected quadrilateral and the taught one."""
 
-    size: float = setting(0.5, 'difference of the size, as a part of it', minimum=0.01, maximum=5.0)
+    size: float = setting(0.5, 'relative tolerance of the size', minimum=0.01, maximum=5.0)
     shape: float = setting(
         0.25,
-        'distance of a corner after both were made equally large, as a part of the size',
+        'largest distance between corners after scaling both to the same size, as a fraction of the size',
         minimum=0.01,
         maximum=2.0,
     )
@@ -123,7 +123,7 @@ class QuadrilateralTolerance:
 def quadrilateral_difference(
     found: Quadrilateral, taught: Quadrilateral, tolerance: QuadrilateralTolerance
 ) -> float:
-    """Return how much it differs: 0 not at all, 1 just tolerated, infinite with the other polarity."""
+    """Return the difference from the taught quadrilateral: 0 equal, 1 at the tolerance, infinite for other polarity."""
     numbers = quadrilateral_numbers([found]), quadrilateral_numbers([taught])
     return float(quadrilateral_differences(*numbers, tolerance)[0, 0])
 
@@ -131,18 +131,18 @@ def quadrilateral_difference(
 def quadrilateral_differences(
     found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: QuadrilateralTolerance
 ) -> NDArray[np.float64]:
-    """Return how much each differs from each taught one, shape (k, n), whichever corners are the first.
+    """Return the difference of each quadrilateral from each taught one, for any first corner, shape (k, n).
 
     Args:
-        found: shape (n, 9), see :func:`quadrilateral_numbers`.
-        taught: shape (k, 9).
-        tolerance: what is just tolerated.
+        found: parameters of the detected quadrilaterals, shape (n, 9), see :func:`quadrilateral_numbers`.
+        taught: parameters of the taught quadrilaterals, shape (k, 9).
+        tolerance: tolerances, at which the difference is 1.
     """
     return np.asarray(corner_differences(found, taught, math.log1p(tolerance.size), tolerance.shape))
 
 
 def quadrilateral_numbers(quadrilaterals: Sequence[Quadrilateral]) -> NDArray[np.float64]:
-    """Return the shapes as numbers, shape (n, 9): corner vectors [px] and polarity."""
+    """Return the shape parameters, shape (n, 9): corner vectors [px] and polarity."""
     if isinstance(quadrilaterals, FoundShapes):
         return quadrilaterals.numbers
     corners = np.array([each.corners for each in quadrilaterals]).reshape(-1, 4, 2)
@@ -155,20 +155,20 @@ def _numbers(corners: NDArray[np.float64], polarities: NDArray[np.int64]) -> NDA
 
 
 def ordered_as(found: Quadrilateral, taught: Quadrilateral) -> Quadrilateral:
-    """Return a found quadrilateral with its corners in the order of the taught one."""
+    """Return a detected quadrilateral with its corners in the order of the taught one."""
     (mine,), (theirs,) = quadrilateral_numbers([found]), quadrilateral_numbers([taught])
     return found.turned(best_turn(mine, theirs))
 
 
 def detect_quadrilaterals(sides: Sides, settings: PrimitiveSettings) -> FoundShapes[Quadrilateral]:
-    """Find rings of four sides; corners may be hidden, sides have gaps.
+    """Detect closed cycles of four line segments; corners may be occluded, sides may have gaps.
 
     Args:
-        sides: straight sides of the image.
-        settings: what is taken for a quadrilateral.
+        lines: line segments of the image.
+        settings: detection settings.
 
     Returns:
-        each quadrilateral once, the better seen the earlier.
+        quadrilaterals without duplicates, by falling visible fraction.
     """
     links = link_corners(
         sides.ends, settings.hidden_corner_max, settings.corner_gap_max, settings.corner_angle_min
@@ -190,15 +190,15 @@ def detect_quadrilaterals(sides: Sides, settings: PrimitiveSettings) -> FoundSha
 
 
 def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quadrilateral | None:
-    """Measure the four sides in the grey image, each across itself, and let them meet.
+    """Refine the four sides in the grey image and intersect them.
 
     Args:
-        found: a detected quadrilateral, about a pixel off at most; hidden parts of its sides are left out.
-        image: shape (h, w), grey levels.
+        found: detected quadrilateral, off by about a pixel at most; occluded parts of its sides are rejected.
+        image: grey image, shape (h, w).
 
     Returns:
-        the quadrilateral, its corners in the same order and their errors correlated as far as they share
-        sides; None where the image shows no four straight sides there.
+        refined quadrilateral with the same corner order and the joint covariance of its corners, None if the
+        image does not show four straight sides there.
     """
     lines = refine_lines(image, np.stack([found.corners, np.roll(found.corners, -1, axis=0)], axis=1), True)
     if lines is None:
@@ -213,7 +213,7 @@ def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quad
 def _from_upper_left(
     corners: NDArray[np.float64], rings: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return corners and rings turned so that the corner at the upper left is the first."""
+    """Return corners and cycles rotated so that the upper left corner is the first."""
     vectors = corners - corners.mean(axis=1, keepdims=True)
     first = np.argmin(vectors.sum(axis=2) / np.linalg.norm(vectors, axis=2), axis=1)
     order = (first[:, None] + np.arange(4)) % 4
@@ -221,7 +221,7 @@ def _from_upper_left(
 
 
 def _covariance(sides: Sides, ring: NDArray[np.int64], corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the covariance of the corners of one ring of sides, shape (8, 8) [px²]."""
+    """Return the covariance of the corners of one cycle of line segments, shape (8, 8) [px²]."""
     pairs = np.stack([np.roll(ring, 1), ring], axis=1)
     ends = sides.ends[pairs]
     directions = ends[:, :, 1] - ends[:, :, 0]

@@ -1,4 +1,4 @@
-"""How much the corners of quadrilaterals differ from those of others, for many at once."""
+"""Vectorized comparison of quadrilaterals by their corners."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 def corner_differences(
     found: NDArray[np.float64], taught: NDArray[np.float64], size_tolerance: float, shape_tolerance: float
 ) -> NDArray[np.float64]:
-    """Return how much found quadrilaterals differ from taught ones, shape (k, n): 1 is just tolerated.
+    """Return the differences of detected quadrilaterals from taught ones, shape (k, n); 1 is at the tolerance.
 
     Args:
-        found: shape (n, 9), the vectors from the centre to the four corners [px] and the polarity.
-        taught: shape (k, 9).
-        size_tolerance: difference of the logarithm of the size.
-        shape_tolerance: of a corner after both were made equally large, as a part of the size.
+        found: vectors from the centre to the four corners [px] and polarity, shape (n, 9).
+        taught: parameters of the taught quadrilaterals, shape (k, 9).
+        size_tolerance: tolerance of the logarithm of the size.
+        shape_tolerance: tolerance of a corner after scaling both to the same size, as a fraction of the size.
     """
     differences = np.full((len(taught), len(found)), np.inf)
     sizes = np.empty(len(found))
@@ -30,7 +30,7 @@ def corner_differences(
                 continue
             scale = sizes[i] / size
             by_size = abs(np.log(scale)) / size_tolerance
-            # What is of another size is not turned: it is not tolerated anyhow.
+            # Beyond the size tolerance the corner order does not matter.
             if by_size > 1.0:
                 differences[k, i] = by_size
                 continue
@@ -42,15 +42,15 @@ def corner_differences(
 
 @njit(cache=True, error_model='numpy')
 def best_turn(found: NDArray[np.float64], taught: NDArray[np.float64]) -> int:
-    """Return which corner of a found quadrilateral is the first one of a taught one.
+    """Return which corner of a detected quadrilateral matches the first corner of a taught one.
 
     Args:
-        found: shape (9,), the vectors from the centre to the corners first [px].
-        taught: shape (9,).
+        found: parameters of the detected quadrilateral, starting with its corner vectors [px], shape (9,).
+        taught: parameters of the taught quadrilateral, shape (9,).
     """
     best, most = 0, -np.inf
     for turn in range(4):
-        # The vectors keep their lengths, so that they are nearest where their product is largest.
+        # The norms are fixed, so the distance is smallest where the dot product is largest.
         product = 0.0
         for c in range(8):
             product += found[(c + 2 * turn) % 8] * taught[c]
@@ -66,9 +66,9 @@ def ordered_pairs(
     """Return the corner vectors in both images in the order of a taught quadrilateral, shape (n, 4, 4) [px].
 
     Args:
-        left: shape (n, 9), of quadrilaterals in the left image.
-        right: shape (n, 9), of the same in the right one.
-        taught: shape (9,).
+        left: parameters of quadrilaterals in the left image, shape (n, 9).
+        right: parameters of the matching quadrilaterals in the right image, shape (n, 9).
+        taught: parameters of the taught quadrilateral, shape (9,).
     """
     vectors = np.empty((len(left), 4, 4))
     for i in range(len(left)):
@@ -83,7 +83,7 @@ def ordered_pairs(
 
 @njit(cache=True, error_model='numpy')
 def vector_length(vectors: NDArray[np.float64]) -> float:
-    """Return the root of the sum of squares of the corner vectors, shape (9,) [px]."""
+    """Return the Frobenius norm of the corner vectors of a quadrilateral, shape (9,) [px]."""
     total = 0.0
     for c in range(8):
         total += vectors[c] ** 2

@@ -1,4 +1,4 @@
-"""Rings of four sides that turn the same way: quadrilaterals, some of their corners perhaps hidden."""
+"""Quadrilateral detection: cycles of four right turns in the graph of line segments; corners may be occluded."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from numpy.typing import NDArray
 
 from stereo_landmark.core.primitives.corner_links import CornerLinks
 
-# One side of four may have the bright side elsewhere: a panel before a wall that is bright on one side only.
+# One of four sides may have reversed polarity, e.g. a panel in front of a background that is dark on one side.
 _ODD_SIDES_MAX = 1
 
 
 class CornerGraph(NamedTuple):
-    """Sides and the m right turns between them; an end of a side is numbered 2 side + end.
+    """Graph of n line segments with m right turns as links; the node number of an end point is 2 segment + end.
 
     Attributes:
-        starts: shape (2 n + 1,), where the links that leave by each end begin.
-        first: shape (m,), those ends.
-        second: shape (m,), the ends by which the next sides are entered.
-        vertices: shape (m, 2), where that happens [px].
-        left_at: shape (m,), how far along the side that is left, from where it was entered [px].
-        entered_at: shape (m,), how far along the side that is entered, from its end; negative before it [px].
-        coming: shape (m,), the links by the ends that they enter.
-        coming_starts: shape (2 n + 1,), where those of each end begin.
-        covered: shape (n,), length along which a side is seen [px].
-        side_seen_min: part of each side that must be seen.
-        outline_seen_min: part of the whole outline that must be seen.
+        starts: start of the outgoing links of each node, shape (2 n + 1,).
+        from_ends: nodes where the links leave, shape (m,).
+        to_ends: nodes where the links enter the next segment, shape (m,).
+        vertices: intersections of both segments, shape (m, 2) [px].
+        exit_positions: vertex positions along the segments that are left, from their entry ends, shape (m,) [px].
+        entry_positions: vertex positions along the entered segments, negative in front of them, shape (m,) [px].
+        incoming: links sorted by the nodes that they enter, shape (m,).
+        incoming_starts: start of the incoming links of each node, shape (2 n + 1,).
+        support: length of the edges that support each segment, shape (n,) [px].
+        side_seen_min: smallest visible fraction of each side.
+        outline_seen_min: smallest visible fraction of the whole outline.
     """
 
     starts: NDArray[np.int64]
@@ -45,12 +45,12 @@ class CornerGraph(NamedTuple):
 
 
 class Rings(NamedTuple):
-    """Rings of four sides, clockwise in the image.
+    """Closed cycles of four line segments, clockwise in the image.
 
     Attributes:
-        entered: shape (k, 4), the ends by which the sides are entered.
-        corners: shape (k, 4, 2), before each side [px].
-        seen: shape (k,), part of the outline that is seen.
+        entry_ends: nodes where the segments are entered, shape (k, 4).
+        corners: corner in front of each segment, shape (k, 4, 2) [px].
+        seen: visible fraction of the outline, shape (k,).
     """
 
     entered: NDArray[np.int64]
@@ -65,18 +65,18 @@ def corner_graph(
     side_seen_min: float,
     outline_seen_min: float,
 ) -> CornerGraph:
-    """Return the graph of the right turns among sides.
+    """Return the graph of the right turns between line segments.
 
     Args:
-        links: pairs of ends.
-        ends: shape (n, 2, 2), of the sides [px].
-        covered: shape (n,), length along which a side is seen [px].
-        side_seen_min: part of each side that must be seen.
-        outline_seen_min: part of the whole outline that must be seen.
+        links: pairs of end points.
+        ends: end points of the line segments, shape (n, 2, 2) [px].
+        support: length of the edges that support each segment, shape (n,) [px].
+        side_seen_min: smallest visible fraction of each side.
+        outline_seen_min: smallest visible fraction of the whole outline.
     """
     nodes = 2 * links.sides + links.ends
     right = links.turns > 0.0
-    # Walked the other way round, a turn to the left is one to the right.
+    # In the opposite direction a left turn is a right turn.
     first = np.where(right, nodes[:, 0], nodes[:, 1])
     second = np.where(right, nodes[:, 1], nodes[:, 0])
     order = np.argsort(first, kind='stable')
@@ -86,7 +86,7 @@ def corner_graph(
     starts, coming_starts = (
         np.searchsorted(sorted_ends, numbers).astype(np.int64) for sorted_ends in (first, second[coming])
     )
-    # What is left was entered by its other end.
+    # The segment that is left was entered at its other end.
     left_at, entered_at = _along(ends, first ^ 1, vertices), _along(ends, second, vertices)
     return CornerGraph(
         *(starts, first, second, vertices, left_at, entered_at, coming, coming_starts, covered),
@@ -99,7 +99,7 @@ def corner_graph(
 def _along(
     ends: NDArray[np.float64], entered: NDArray[np.int64], vertices: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return how far vertices are along sides from the ends by which these are entered, shape (m,) [px]."""
+    """Return the positions of vertices along segments from the ends where these are entered, shape (m,) [px]."""
     along = np.empty(len(entered))
     for m in range(len(entered)):
         begin, end = ends[entered[m] >> 1, entered[m] & 1], ends[entered[m] >> 1, 1 - (entered[m] & 1)]
@@ -111,14 +111,14 @@ def _along(
 
 @njit(cache=True, error_model='numpy')
 def find_rings(graph: CornerGraph) -> Rings:
-    """Return the rings of four sides that are seen well enough, each once."""
+    """Return the cycles of four line segments with sufficient visible fractions, each once."""
     starts, second = graph.starts, graph.second
     room = 8 * len(graph.covered) + 16
     rings = Rings(np.empty((room, 4), np.int64), np.empty((room, 4, 2)), np.empty(room))
     closing = np.full(2 * len(graph.covered), -1)
     count = np.int64(0)  # typed: numba compiles _close_rings once more for a bare number
     for node in range(2 * len(graph.covered)):
-        # A ring is found from its first side only.
+        # Each cycle starts at its segment with the lowest index.
         if not _mark_closing(graph, node, closing):
             continue
         for a in range(starts[node ^ 1], starts[(node ^ 1) + 1]):
@@ -134,7 +134,7 @@ def find_rings(graph: CornerGraph) -> Rings:
 
 @njit(cache=True, error_model='numpy')
 def _mark_closing(graph: CornerGraph, node: int, closing: NDArray[np.int64]) -> bool:
-    """Write the link to a node from each side by the end where that is entered; return whether there is any."""
+    """Write the link to a node by the end where its segment was entered; return whether there is any."""
     is_any = False
     for c in range(graph.coming_starts[node], graph.coming_starts[node + 1]):
         link = graph.coming[c]
@@ -147,14 +147,14 @@ def _mark_closing(graph: CornerGraph, node: int, closing: NDArray[np.int64]) -> 
 def _close_rings(
     graph: CornerGraph, node: int, a: int, b: int, closing: NDArray[np.int64], rings: Rings, count: int
 ) -> int:
-    """Add the rings that begin with a side and two links; return how many there are now."""
+    """Add the cycles that start with a node and two links; return the new count."""
     second = graph.second
     for c in range(graph.starts[second[b] ^ 1], graph.starts[(second[b] ^ 1) + 1]):
         last = second[c]
         d = closing[last]
         if d < 0 or last >> 1 <= node >> 1 or last >> 1 == second[a] >> 1 or count == len(rings.seen):
             continue
-        # Those entered by their first end are walked with the bright side to the right.
+        # Segments entered at their first end have the bright side on the right.
         forward = 4 - (node & 1) - (second[a] & 1) - (second[b] & 1) - (last & 1)
         seen = _seen_part(graph, a, b, c, d)
         if min(forward, 4 - forward) > _ODD_SIDES_MAX or seen < graph.outline_seen_min:
@@ -168,7 +168,7 @@ def _close_rings(
 
 @njit(cache=True, error_model='numpy')
 def _length(graph: CornerGraph, before: int, after: int) -> float:
-    """Return how long a side is from one link to the next [px]; 0 where too little of that is seen."""
+    """Return the length of a side between two links [px], 0 if too little of it is visible."""
     length = graph.left_at[after] - graph.entered_at[before]
     return (
         max(length, 0.0) if graph.covered[graph.second[before] >> 1] >= graph.side_seen_min * length else 0.0
@@ -177,7 +177,7 @@ def _length(graph: CornerGraph, before: int, after: int) -> float:
 
 @njit(cache=True, error_model='numpy')
 def _seen_part(graph: CornerGraph, a: int, b: int, c: int, d: int) -> float:
-    """Return the part of the outline of four links that is seen; 0 where a side is not."""
+    """Return the visible fraction of the outline of four links, 0 if a side is not visible enough."""
     outline, found = 0.0, 0.0
     for before, after in ((d, a), (a, b), (b, c), (c, d)):
         length = _length(graph, before, after)
@@ -192,17 +192,17 @@ def _seen_part(graph: CornerGraph, a: int, b: int, c: int, d: int) -> float:
 def distinct_outlines(
     outlines: NDArray[np.float64], order: NDArray[np.int64], distance: float
 ) -> NDArray[np.int64]:
-    """Return which outlines to keep, in the given order: of nearly equal ones the first.
+    """Return the indices of the outlines to keep, in the given order, the first of each group of duplicates.
 
     Args:
-        outlines: shape (n, 8), coordinates of the corners [px].
-        order: shape (n,), the best first.
-        distance: outlines are equal when no coordinate differs by more [px].
+        outlines: coordinates of the corners, shape (n, 8) [px].
+        order: indices of the outlines, best first, shape (n,).
+        distance: largest coordinate difference of duplicates [px].
     """
     kept = np.empty(len(order), np.int64)
     if not len(order):
         return kept
-    # Equal ones begin in the same column of cells or in the next one; each column is a list from the last one back.
+    # Duplicates are in the same or an adjacent column of cells; each column is a linked list from the last entry.
     left = np.min(outlines[:, 0])
     columns = ((outlines[:, 0] - left) / distance).astype(np.int64) + 1
     last, before = np.full(np.max(columns) + 2, -1), np.full(len(order), -1)

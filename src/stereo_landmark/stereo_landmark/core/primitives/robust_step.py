@@ -1,4 +1,4 @@
-"""One weighted least squares step from offsets of an outline to its parameters, wild offsets left out."""
+"""Robust least squares step from profile offsets to outline parameters (iteratively reweighted, Tukey)."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from numpy.typing import NDArray
 
 from stereo_landmark.core.symmetric_matrix import invert_symmetric
 
-# Tukey's biweight: an offset so many deviations away counts nothing.
+# Tukey's biweight: zero weight beyond this many sigmas.
 _TUKEY = 4.7
-# For normally distributed offsets it costs this much of the precision.
+# Variance increase by Tukey's weights for normally distributed offsets.
 _TUKEY_LOSS = 1.05
 _ROUNDS = 5
-# The least sum of absolute deviations comes first: wild offsets on one side do not draw it along.
+# Initial iterations minimise the sum of absolute deviations, which one-sided outliers bias less.
 _ROUNDS_L1 = 4
 _MAD_TO_SIGMA = 1.4826
 
 
 class RobustStep(NamedTuple):
-    """What is to be added to the parameters, their covariance, and the part of the offsets that agree.
+    """Parameter step, its covariance, and the inlier fraction.
 
     Attributes:
-        found: whether enough offsets were measured and agree; the rest means nothing otherwise.
-        step: shape (p,).
-        covariance: shape (p, p); it grows with the scatter of the offsets where the noise explains less.
-        agreeing: part of all offsets.
+        found: whether there are enough measured offsets and inliers; otherwise the other values are invalid.
+        step: correction of the parameters, shape (p,).
+        covariance: covariance of the step, scaled up if the scatter exceeds the noise, shape (p, p).
+        inlier_fraction: fraction of inliers among all offsets.
     """
 
     found: bool
@@ -43,13 +43,13 @@ def robust_step(
     sigmas: NDArray[np.float64],
     prior: NDArray[np.float64],
 ) -> RobustStep:
-    """Fit the motion of an outline to its sections' offsets.
+    """Fit a parameter step to the offsets of edge profiles.
 
     Args:
-        jacobian: shape (k, p), how far each parameter moves each section along its normal.
-        offsets: shape (k,), measured [px].
-        sigmas: shape (k,) [px], infinite where nothing was measured.
-        prior: shape (p,), information on each step that is known beforehand, 0 for none.
+        jacobian: derivatives of the offset of each profile by the parameters, shape (k, p).
+        offsets: measured offsets, shape (k,) [px].
+        sigmas: standard deviations of the offsets, infinite for unmeasured ones, shape (k,) [px].
+        prior: prior information (inverse variance) of each parameter step, 0 for none, shape (p,).
     """
     measured = np.flatnonzero(np.isfinite(sigmas))
     unknowns = jacobian.shape[1]
@@ -91,7 +91,7 @@ def _solve(
     step: NDArray[np.float64],
     inverse: NDArray[np.float64],
 ) -> bool:
-    """Write the weighted least squares step and the inverse of its normal matrix; False where that is singular."""
+    """Write the weighted least squares step and the inverse of its normal matrix; False if that is singular."""
     unknowns = len(prior)
     information, pull = np.diag(prior), np.zeros(unknowns)
     for m in range(len(measured)):

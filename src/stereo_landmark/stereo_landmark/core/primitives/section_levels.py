@@ -1,8 +1,8 @@
-"""Grey levels along a straight side: where they change evenly, sections learn them from each other.
+"""Empirical Bayes prior on the grey levels of edge profiles along a straight edge.
 
-A section alone knows its two levels from some ten pixels each, and does not know its offset better than them. Along a
-side levels mostly change evenly, and how far they leave a line shows how much a section may learn from the others
-(empirical Bayes): under even light nearly all, at a shadow or a grain nothing.
+A single profile estimates its two levels from about ten pixels each, which limits the accuracy of its offset. Along a
+straight edge the levels mostly change linearly. Their scatter about that line gives the variance of the prior: narrow
+under even light, wide at shadows or texture.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 _SECTIONS_MIN = 4
-# A section this many deviations off the line shows something else and learns nothing.
+# A profile this many sigmas off the line is an outlier and gets no prior.
 _APART = 3.5
 _ROUNDS = 3
 _MAD_TO_SIGMA = 1.4826
-# Levels are never known better from other sections than to this part of the contrast.
+# Smallest standard deviation of the prior, as a fraction of the contrast.
 _GRAIN = 0.002
 
 
@@ -30,16 +30,16 @@ def pull_levels(
     rests: NDArray[np.float64],
     noise: float,
 ) -> None:
-    """Add to the normal equations of sections what the others say of their levels.
+    """Add the prior on the grey levels to the normal equations of the profiles.
 
     Args:
-        normal: shape (k, 4, 4), the first unknown is the level outside, the second the contrast.
-        right: shape (k, 4).
-        squares: shape (k,), of the observed values.
-        solutions: shape (k, 3), of the sections alone.
-        inverses: shape (k, 3, 3), of their normal matrices.
-        rests: shape (k,), not a number where a section could not be solved.
-        noise: standard deviation of a pixel [grey levels].
+        normal: normal matrices, shape (k, 4, 4); the first unknown is the outer level, the second the contrast.
+        rhs: right-hand sides, shape (k, 4).
+        squares: sums of squares of the observed values, shape (k,).
+        solutions: solutions of the profiles without prior, shape (k, 3).
+        inverses: inverses of their normal matrices, shape (k, 3, 3).
+        residual_variances: residual variances, NaN for unsolved profiles, shape (k,).
+        noise: standard deviation of the pixel noise [grey levels].
     """
     solved = np.flatnonzero(~np.isnan(rests))
     if len(solved) < _SECTIONS_MIN:
@@ -75,17 +75,17 @@ def _even_change(
     variances: NDArray[np.float64],
     expected: NDArray[np.float64],
 ) -> float:
-    """Write the levels on a line through those of most sections, and return by which variance they leave it.
+    """Fit a line robustly to the levels, write its values and return the variance of the scatter about it.
 
     Args:
-        numbers: shape (n,), of the sections along the side.
-        count: of all sections.
-        levels: shape (n,), measured.
-        variances: shape (n,), by the noise of the image.
-        expected: shape (n,), to be filled.
+        numbers: indices of the profiles along the edge, shape (n,).
+        count: number of all profiles.
+        levels: measured levels, shape (n,) [grey levels].
+        variances: variances of the levels by image noise, shape (n,) [grey levels²].
+        expected: output, levels on the line, shape (n,) [grey levels].
 
     Returns:
-        what noise does not explain; negative where too few sections agree.
+        variance that noise does not explain [grey levels²]; negative with too few inliers.
     """
     expected[:] = np.median(levels)
     scatter = (_MAD_TO_SIGMA * np.median(np.abs(levels - expected))) ** 2

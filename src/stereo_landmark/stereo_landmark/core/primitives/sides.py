@@ -1,4 +1,4 @@
-"""Sides: straight parts of segments, joined over gaps; what corners, lines and quadrilaterals are made of."""
+"""Straight line segments, joined over gaps: the input of the corner, parallel line and quadrilateral detectors."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from stereo_landmark.core.segments.segments import Segments
 
 @dataclass(frozen=True)
 class Sides:
-    """Straight sides; along each the bright side lies to the right.
+    """Straight line segments; the bright side is on the right of each.
 
     Attributes:
-        ends: shape (n, 2, 2), first and last point, on the fitted line [px].
-        covered: shape (n,), length along which there are edges [px].
-        variances: shape (n, 2), of the offset across the line at its middle [px²] and of its direction [rad²].
+        ends: first and last point on the fitted line, shape (n, 2, 2) [px].
+        support: length of the supporting edges, without gaps, shape (n,) [px].
+        variances: variances of the offset at the middle [px²] and of the direction [rad²], shape (n, 2).
     """
 
     ends: NDArray[np.float64]
@@ -28,19 +28,19 @@ class Sides:
     variances: NDArray[np.float64]
 
     def __len__(self) -> int:
-        """Return the number of sides."""
+        """Return the number of line segments."""
         return len(self.covered)
 
 
 def find_sides(segments: Segments, settings: PrimitiveSettings) -> Sides:
-    """Fit lines to the straight parts of segments and join those that continue each other.
+    """Fit lines to the straight runs of segments and join collinear ones.
 
-    Where parts were joined, the parts, each two in a row and the whole row are all sides: a row of equal
-    panels has sides of its own beside the line through all of them.
+    The result has the runs, each joined pair of neighbours and each whole joined row: a row of equal panels
+    has its own sides besides the line through all of them.
 
     Args:
         segments: segments of the image.
-        settings: what is taken for a side.
+        settings: detection settings.
     """
     sums = sum_moments(segments.points, segments.bends, segments.bend_starts, settings.side_length_min)
     ends, covered, variances = fit_parts(sums)
@@ -50,10 +50,10 @@ def find_sides(segments: Segments, settings: PrimitiveSettings) -> Sides:
 
 
 def _united(sums: NDArray[np.float64], starts: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return the moments of groups of parts; where each group begins in them, and their number, shape (m + 1,)."""
+    """Return the moments of groups of runs; ``starts`` has the start of each group, shape (m + 1,)."""
     if not len(sums):
         return sums
-    # Moments add up; the ends are the first and the last one.
+    # Moments are additive; the end points are the first and the last one.
     total = np.add.reduceat(sums, starts[:-1], axis=0)
     total[:, 6:8], total[:, 8:10] = sums[starts[:-1], 6:8], sums[starts[1:] - 1, 8:10]
     return total

@@ -1,4 +1,4 @@
-"""The straight parts between bend points, and the lines through them."""
+"""Least squares lines through the straight runs between polyline vertices."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-# Near a bend the filter has rounded the edge: so many points are left out, where enough remain.
+# The filter rounds the edge near a vertex: points to skip at each end, and minimum length of a run for skipping.
 _ROUNDED = 2
 _ENOUGH = 10
-# A part that goes over into both neighbours by less than this angle belongs to an arc [rad].
+# A run whose angles to both neighbours are smaller than this can belong to an arc [rad]; smallest sagitta ratio.
 _SMOOTH = 0.6
 _BOWED = 0.5
-# The mean height of a flat arc over its chord, as a part of the largest.
+# Mean height of a flat arc over its chord, as a fraction of its sagitta.
 _MEAN_OF_BOW = 2.0 / 3.0
-# Edge points are never better than this; and neighbours share their noise [px, points].
+# Lower limit of the noise of an edge point [px]; neighbouring edge points have correlated noise [points].
 _SIGMA_MIN = 0.05
 _CORRELATED = 3.0
 
@@ -23,16 +23,16 @@ _CORRELATED = 3.0
 def sum_moments(
     points: NDArray[np.float64], bends: NDArray[np.int32], bend_starts: NDArray[np.int32], length_min: float
 ) -> NDArray[np.float64]:
-    """Return the moments of each straight part: n, Σx, Σy, Σx², Σxy, Σy², first point, last point, length.
+    """Return the moments of each straight run: n, Σx, Σy, Σx², Σxy, Σy², first point, last point, length.
 
     Args:
-        points: shape (n, 2) [px].
-        bends: numbers of the bend points.
-        bend_starts: shape (m + 1,), where each segment's begin.
-        length_min: shorter parts are left out, and so are parts of arcs [px].
+        points: points of all segments, shape (n, 2) [px].
+        vertex_indices: indices of the polyline vertices in ``points``.
+        vertex_starts: start of each segment in ``vertex_indices``, shape (m + 1,).
+        length_min: minimum length of a run [px]; shorter runs and arcs are skipped.
 
     Returns:
-        array, shape (k, 11).
+        moments, shape (k, 11).
     """
     sums = np.zeros((len(bends), 11))
     count = 0
@@ -66,7 +66,7 @@ def _is_in_arc(points: NDArray[np.float64], bends: NDArray[np.int32], b: int, fi
     before, after = _turn(points, bends, b - 1), _turn(points, bends, b)
     if before * after <= 0.0 or max(abs(before), abs(after)) > _SMOOTH:
         return False
-    # A circle that turns so much at both ends bows out between them; a side with round corners does not.
+    # An arc with these turning angles has a sagitta; a straight side with rounded corners has none.
     p = points[bends[b]]
     dx, dy = points[bends[b + 1]] - p
     squared = dx * dx + dy * dy
@@ -80,7 +80,7 @@ def _is_in_arc(points: NDArray[np.float64], bends: NDArray[np.int32], b: int, fi
 
 @njit(cache=True, error_model='numpy')
 def _turn(points: NDArray[np.float64], bends: NDArray[np.int32], b: int) -> float:
-    """Return the turn from the step after a bend point to the next one [rad]."""
+    """Return the angle between the polyline edge after a vertex and the next edge [rad]."""
     ax, ay = points[bends[b + 1]] - points[bends[b]]
     bx, by = points[bends[b + 2]] - points[bends[b + 1]]
     return np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
@@ -90,10 +90,10 @@ def _turn(points: NDArray[np.float64], bends: NDArray[np.int32], b: int) -> floa
 def fit_parts(
     sums: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the lines of least squared distance: ends (k, 2, 2), lengths (k,), variances (k, 2).
+    """Return the total least squares lines: ends (k, 2, 2), lengths (k,), variances (k, 2).
 
     Args:
-        sums: shape (k, 11), from :func:`sum_moments`.
+        sums: moments from :func:`sum_moments`, shape (k, 11).
     """
     k = len(sums)
     ends, lengths, variances = np.empty((k, 2, 2)), np.empty(k), np.empty((k, 2))

@@ -1,4 +1,4 @@
-"""Differences of directions."""
+"""Wrapping of angle differences to half a period."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 
 def folded(difference: float, period: float) -> float:
-    """Return a difference of directions within half a period: pi for lines, 2 pi for arrows [rad]."""
+    """Wrap an angle difference to half a period; the period is pi for lines, 2 pi for directions [rad]."""
     return math.remainder(difference, period)
 
 
 def folded_all(differences: NDArray[np.float64], period: float) -> NDArray[np.float64]:
-    """Return differences of directions of any shape within half a period [rad]."""
+    """Wrap an array of angle differences to half a period [rad]."""
     return np.asarray(differences - period * np.rint(differences / period), dtype=np.float64)

@@ -1,1 +1,1 @@
-"""Edges to segments: line following, polylines, chain codes, neighbours (paper 3.4)."""
+"""Edge linking: edges to segments with polylines, chain codes and neighbours (paper 3.4)."""

@@ -1,4 +1,4 @@
-"""Line following: each edge point gets at most one follower and one forerunner; chains are read off."""
+"""Edge linking: each edge point gets at most one successor and one predecessor; chains follow from the links."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-# Edge points of a line lie at most so many pixels apart; and across the line they hardly deviate.
+# Largest distance between linked edge points [px], and weight of the squared deviation across the edge.
 _REACH = 2
 _ACROSS = 4.0
 
@@ -15,15 +15,15 @@ _ACROSS = 4.0
 def link_points(
     points: NDArray[np.float64], gradients: NDArray[np.float64], index: NDArray[np.int32]
 ) -> NDArray[np.int32]:
-    """Return the follower of each edge point, shape (n,), -1 at an end; the bright side lies to the right.
+    """Return the successor of each edge point, shape (n,), -1 at an end; the bright side is on the right.
 
-    A link is made where each of two points is the other's best: the nearest one along the line whose
-    gradient points the same way. No order of the points plays a part in it.
+    Two points are linked if each is the best match of the other (mutual nearest neighbours): the nearest one
+    along the edge with a similar gradient direction. The result does not depend on the order of the points.
 
     Args:
-        points: shape (n, 2) [px], row by row.
-        gradients: shape (n, 2) [grey levels / px].
-        index: shape (h, w), edge point of each pixel or -1.
+        points: edge points, row by row, shape (n, 2) [px].
+        gradients: image gradients, shape (n, 2) [grey levels / px].
+        index: index of the edge point in each pixel or -1, shape (h, w).
     """
     count = len(points)
     normals = np.empty((count, 2))
@@ -34,7 +34,7 @@ def link_points(
     behind = np.full(count, -1, np.int32)
     _link_touching(points, normals, index, ahead, behind)
     for i in range(count):
-        # Farther pixels are asked only where the nearest ones have no answer.
+        # Pixels farther away are searched only if no adjacent pixel matches.
         for ring in range(2, _REACH + 1):
             if ahead[i] < 0 or behind[i] < 0:
                 _choose_links(points, normals, index, i, ring, ahead, behind)
@@ -52,13 +52,13 @@ def _link_touching(
     ahead: NDArray[np.int32],
     behind: NDArray[np.int32],
 ) -> None:
-    """Write the best links among pixels that touch; each two of them are looked at once, for both."""
+    """Write the best links among adjacent pixels; each pair of pixels is evaluated once, for both directions."""
     height, width = index.shape
     least_ahead, least_behind = np.full(len(points), np.inf), np.full(len(points), np.inf)
     for i in range(len(points)):
         x, y = int(np.rint(points[i, 0])), int(np.rint(points[i, 1]))
         for step in range(4):
-            # The one to the right, and the three below.
+            # The neighbour on the right and the three neighbours below.
             u, v = (x + 1, y) if step == 0 else (x + step - 2, y + 1)
             if u < 0 or u >= width or v >= height or index[v, u] < 0:
                 continue
@@ -81,7 +81,7 @@ def _choose_links(
     ahead: NDArray[np.int32],
     behind: NDArray[np.int32],
 ) -> None:
-    """Write the best links of point i among the pixels at one distance, where it has none yet."""
+    """Write the missing links of point i, the best among the pixels at one Chebyshev distance."""
     x, y = int(np.rint(points[i, 0])), int(np.rint(points[i, 1]))
     height, width = index.shape
     wants_ahead, wants_behind = ahead[i] < 0, behind[i] < 0
@@ -103,8 +103,8 @@ def _choose_links(
 def _link_cost(
     points: NDArray[np.float64], normals: NDArray[np.float64], i: int, j: int
 ) -> tuple[float, float]:
-    """Return a number whose sign tells ahead from behind (0: not the same line), and the cost of the link."""
-    # The mean normal of both, so that the step back costs what the step forth does.
+    """Return the signed position of j along the edge (0: not the same edge) and the cost of the link."""
+    # The mean normal of both points makes the cost symmetric.
     nx, ny = normals[i, 0] + normals[j, 0], normals[i, 1] + normals[j, 1]
     squared = nx * nx + ny * ny
     if squared <= 2.0:
@@ -118,17 +118,17 @@ def _link_cost(
 def read_chains(
     ahead: NDArray[np.int32], strengths: NDArray[np.float64], threshold: float, count_min: int
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.bool_]]:
-    """Return the chains that reach the threshold and are long enough: the paper's noise removal.
+    """Return the chains that reach the upper threshold and are long enough (the paper's noise removal).
 
     Args:
-        ahead: shape (n,), follower of each edge point or -1.
-        strengths: shape (n,) [grey levels / px].
-        threshold: gradient that a chain must reach somewhere [grey levels / px].
-        count_min: smallest number of points.
+        successors: successor of each edge point or -1, shape (n,).
+        magnitudes: gradient magnitudes, shape (n,) [grey levels / px].
+        threshold: magnitude that a chain must reach at one point [grey levels / px].
+        count_min: minimum number of points.
 
     Returns:
-        the edge points of all chains one after another; where each begins, shape (m + 1,); whether each
-        is closed, shape (m,). Open chains come first, each kind in the order of its first edge point.
+        edge point indices of all chains, concatenated; start of each chain, shape (m + 1,); closed flags,
+        shape (m,). Open chains come first, each group in the order of the first edge point.
     """
     n = len(ahead)
     has_forerunner = np.zeros(n, np.bool_)
@@ -159,11 +159,11 @@ def read_chains(
 
 @njit(cache=True, error_model='numpy')
 def index_points(points: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.int32]:
-    """Return the number of the point in each pixel of an image of some shape, -1 where there is none.
+    """Return an image with the index of the point in each pixel, -1 where there is none.
 
     Args:
-        points: shape (n, 2) [px].
-        shape: height and width.
+        points: edge points, shape (n, 2) [px].
+        shape: image height and width [px].
     """
     index = np.full(shape, -1, np.int32)
     for i in range(len(points)):

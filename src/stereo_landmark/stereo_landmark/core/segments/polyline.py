@@ -1,4 +1,4 @@
-"""Bend points: the few points of a segment between which it is straight (paper 3.4)."""
+"""Polyline approximation of segments (Douglas-Peucker; paper 3.4)."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ from numpy.typing import NDArray
 def bend_points(
     points: NDArray[np.float64], starts: NDArray[np.int32], tolerance: float
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Split each segment where it is farthest from its chord until none is farther than the tolerance.
+    """Split each segment at the point farthest from its chord until all distances are within the tolerance.
 
-    A split of a long chord may fall into the middle of a side; when the rest is split, too, it is needed no
-    more and taken back.
+    An early split may fall on a straight run. Such vertices become redundant after later splits and are removed.
 
     Args:
-        points: shape (n, 2), points of all segments one after another [px].
-        starts: shape (m + 1,), where each begins.
-        tolerance: [px].
+        points: points of all segments, concatenated, shape (n, 2) [px].
+        starts: start of each segment in ``points``, shape (m + 1,).
+        tolerance: largest distance between segment and polyline [px].
 
     Returns:
-        the numbers of the bend points, both ends of each segment included; where each segment's begin,
+        indices of the vertices in ``points``, segment ends included; start of each segment among them,
         shape (m + 1,).
     """
     n = len(points)
@@ -51,7 +50,7 @@ def bend_points(
 def _drop_needless(
     points: NDArray[np.float64], first: int, last: int, tolerance: float, chosen: NDArray[np.bool_]
 ) -> None:
-    """Take back the bend points of a segment without which it is as near to its polyline."""
+    """Remove the vertices of a segment that its polyline does not need to stay within the tolerance."""
     before, bend = first, -1
     for i in range(first + 1, last + 1):
         if not chosen[i]:
@@ -72,7 +71,7 @@ def _farthest(points: NDArray[np.float64], a: int, b: int) -> tuple[int, float]:
     far, most = a, 0.0
     for i in range(a + 1, b):
         ex, ey = points[i, 0] - points[a, 0], points[i, 1] - points[a, 1]
-        # The chord of a loop is a point.
+        # The chord of a closed segment has length zero.
         distance = abs(dx * ey - dy * ex) / chord if chord > 1e-9 else np.hypot(ex, ey)
         if distance > most:
             far, most = i, distance

@@ -1,4 +1,4 @@
-"""Segments: edge points in order along a line, with what the paper keeps of each (3.4)."""
+"""Segments: linked edge points with the attributes that the paper lists (3.4)."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from stereo_landmark.core.segments.chains import index_points, link_points, read
 from stereo_landmark.core.segments.polyline import bend_points
 
 NEIGHBOURS_WITHIN = 6.0
-"""An end not farther from a segment than this makes both neighbours [px]."""
+"""Largest distance from an end point to a neighbouring segment [px]."""
 
 
 @dataclass(frozen=True)
 class Segments:
-    """The segments of an image, one after another; along each the bright side lies to the right.
+    """The segments of an image, concatenated; the bright side is on the right of each.
 
     Attributes:
-        points: shape (n, 2), sub-pixel edge points of all segments [px].
-        gradients: shape (n, 2), towards the bright side [grey levels / px].
-        starts: shape (m + 1,), where each segment begins in ``points``.
-        closed: shape (m,), whether the segment comes back to its first point.
-        bends: shape (k,), numbers of the bend points in ``points``, ends included.
-        bend_starts: shape (m + 1,), where each segment's begin in ``bends``.
-        index: shape (h, w), number in ``points`` of the edge in each pixel, -1 where there is none.
+        points: subpixel edge points of all segments, shape (n, 2) [px].
+        gradients: image gradients, which point to the bright side, shape (n, 2) [grey levels / px].
+        starts: start of each segment in ``points``, shape (m + 1,).
+        closed: whether the segment returns to its first point, shape (m,).
+        vertex_indices: indices of the polyline vertices in ``points``, ends included, shape (k,).
+        vertex_starts: start of each segment in ``vertex_indices``, shape (m + 1,).
+        index: index in ``points`` of the edge in each pixel, -1 where there is none, shape (h, w).
     """
 
     points: NDArray[np.float64]
@@ -45,17 +45,17 @@ class Segments:
         return len(self.closed)
 
     def points_of(self, segment: int) -> NDArray[np.float64]:
-        """Return the points of one segment in order, shape (n, 2) [px]."""
+        """Return the edge points of one segment in order, shape (n, 2) [px]."""
         return self.points[self.starts[segment] : self.starts[segment + 1]]
 
     def polyline_of(self, segment: int) -> NDArray[np.float64]:
-        """Return the bend points of one segment in order, ends included, shape (k, 2) [px]."""
+        """Return the polyline vertices of one segment in order, ends included, shape (k, 2) [px]."""
         return self.points[self.bends[self.bend_starts[segment] : self.bend_starts[segment + 1]]]
 
     def chain_code_of(self, segment: int) -> NDArray[np.uint8]:
-        """Return Freeman's code of the steps from pixel to pixel: 0 right, 2 down, 4 left, 6 up.
+        """Return the Freeman chain code of one segment: 0 right, 2 down, 4 left, 6 up.
 
-        A step over a gap of one pixel is coded as two.
+        A step over a gap of one pixel is coded as two steps.
         """
         pixels = np.rint(self.points_of(segment)).astype(np.int64)
         steps = np.diff(pixels, axis=0)
@@ -88,9 +88,9 @@ class Segments:
 
     @cached_property
     def neighbours(self) -> list[list[int]]:
-        """The segments near an end of each, and those whose ends are near it, in rising order.
+        """Indices of the segments with an end point near another, for each segment, in rising order.
 
-        The paper's segments know them (3.4). The detectors here look for ends themselves, each as far as it needs.
+        An attribute of the paper's segments (3.4). The detectors here search end points with their own radii.
         """
         near: list[set[int]] = [set() for _ in range(len(self))]
         reach = math.ceil(NEIGHBOURS_WITHIN)
@@ -112,11 +112,11 @@ class Segments:
 
 
 def follow_segments(edges: Edges, settings: EdgeSettings) -> Segments:
-    """Follow the edges to segments and remove those that are weak or short (paper 3.3b, 3.4).
+    """Link edges to segments and remove weak and short ones (paper 3.3b, 3.4).
 
     Args:
         edges: edges of the image.
-        settings: the image processing taught for the place.
+        settings: edge detection settings that were taught for the place.
     """
     ahead = link_points(edges.points, edges.gradients, edges.index)
     strengths = np.sqrt(np.einsum('ij,ij->i', edges.gradients, edges.gradients))
