@@ -16,8 +16,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog='renew_counters',
         description='Reset a counter file. Commands with counters below the floor are rejected from then on. With a '
-        'new key the floor
----- may be 0; with the old key it must be above all counters ever used.',
+        'new key the floor may be 0; with the old key it must be above all counters ever used.',
     )
     parser.add_argument('counter_file', type=Path, help='file to write; an existing file is replaced')
     parser.add_argument('--floor', type=int, required=True, help='lowest accepted counter; 0 with a new key')

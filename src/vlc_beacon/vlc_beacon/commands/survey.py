@@ -123,7 +123,7 @@ def make_parser() -> argparse.ArgumentParser:
     add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
         help='position of the optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
     add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
-        help='its fixed-axis roll, pitch, yaw in the base frame [rad] (default: looking up, image top ahead)')  # fmt: skip
+        help='its fixed-axis roll, pitch, yaw in the base frame [rad] (default: up, image top ahead)')  # fmt: skip
     return parser
 
 

@@ -1,8 +1,7 @@
 """Mapping of bytes to symbols, shared by UFSOOK and RS-FSK.
 
 All symbols have equal duration. A packet is a preamble followed by its whitened bits, a fixed number of bits per
-symbol, the last symbol padded
----- with zeros. The symbols between two preambles are a packet.
+symbol, the last symbol padded with zeros. The symbols between two preambles are a packet.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""Data whitening: makes long runs of equal symbols, which prevent symbol timing recovery and flicker visibly, as rare as
-in random data.
+"""Data whitening: makes long runs of equal symbols, which prevent symbol timing recovery and flicker visibly, as
+rare as in random data.
 """
 
 from __future__ import annotations
@@ -15,9 +15,8 @@ SKIPPED = 24
 def whiten(data: bytes) -> bytes:
     """XOR the bytes with a fixed pseudorandom sequence; applying it twice restores them.
 
-        The sequence is that of the shift register x^15 + x^14 + 1 (ITU-T O.151), initialized with ones, without its first
-        bits.
-    ----
+    The sequence is that of the shift register x^15 + x^14 + 1 (ITU-T O.151), initialized with ones, without its first
+    bits.
     """
     sequence = np.tile(_SEQUENCE, 1 + len(data) // LENGTH)[: len(data)]
     return (np.frombuffer(data, np.uint8) ^ sequence).tobytes()

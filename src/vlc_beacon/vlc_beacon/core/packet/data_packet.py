@@ -3,8 +3,8 @@
     kind 2 bits | text 1 bit | last 1 bit | tag 4 bits | sequence 8 bits | length 8 bits
     | payload | CRC-32 of all before
 
-A message longer than a packet is fragmented; fragments are numbered from 0 and the last one is flagged. They share a tag
-computed from the message, so that fragments of different messages are not mixed.
+A message longer than a packet is fragmented; fragments are numbered from 0 and the last one is flagged. They share a
+tag computed from the message, so that fragments of different messages are not mixed.
 """
 
 from __future__ import annotations

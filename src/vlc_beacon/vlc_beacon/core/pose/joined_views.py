@@ -40,10 +40,9 @@ class JoinedViews:
     def seen_from(self, T_odom_base: PlanarPose, rays: LampRays) -> LampRays:
         """Return the lamps in view merged with those of earlier keyframes.
 
-                Args:
-                    T_odom_base: current odometry pose.
-                    rays: current observations.
-        ----
+        Args:
+            T_odom_base: current odometry pose.
+            rays: current observations.
         """
         parts = [rays]
         for view, (then, seen) in enumerate(self._views, start=1):

@@ -12,13 +12,12 @@ from vlc_beacon.core.transmitter.lamp_frame import STEP_FRACTION, TICK_RATE, Lam
 def waveform_of_frame(frame: LampFrame, tick_rate: float = TICK_RATE) -> Waveform:
     """Return the waveform of a frame, with two parts.
 
-        The firmware accumulates the step times with their fractions and switches at the nearest tick, so errors stay below
-        a tick.
+    The firmware accumulates the step times with their fractions and switches at the nearest tick, so errors stay below
+    a tick.
 
-        Args:
-            frame: lamp frame.
-            tick_rate: actual clock of the lamp's timer [1/s].
-    ----
+    Args:
+        frame: lamp frame.
+        tick_rate: actual clock of the lamp's timer [1/s].
     """
     symbols = np.concatenate([_played_symbols(section, frame.marker) for section in frame.sections])
     places = [_places(train, len(frame.wheel)) for train in frame.trains]

@@ -121,7 +121,7 @@ class CommandJudge:
         if not self._visits.is_within(distance):
             return Refused(
                 Refusal.OTHER_PLACE,
-                f'command of beacon {beacon} at {distance:.1f} m from the beacon (zone_radius {settings.zone_radius:g} m)',
+                f'command of beacon {beacon} at {distance:.1f} m from it (zone_radius {settings.zone_radius:g} m)',
             )
         return None
 
