@@ -141,8 +141,8 @@ ATTACKS_BY_NAME: dict[str, tuple[Attack, bool]] = {
     'old counter': (replayed_later, False),
     'old counter, after a restart': (replayed_later, True),
     'the last one-shot command again, after a restart': (repeated, True),
-    'spoken by another beacon': (replayed_by_another, False),
-    'spoken at another place': (replayed_elsewhere, False),
+    'sent by another beacon': (replayed_by_another, False),
+    'outside the zone of the beacon': (replayed_elsewhere, False),
 }
 
 
@@ -171,7 +171,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else '')
     parser.add_argument('--share', type=float, default=1.0, help='of the million attacks of each kind')
     count = max(TRUE_EVERY, round(ATTACKS * parser.parse_args().share))
-    print('| attack | judged | accepted | refused as | true commands accepted |\n|---|---|---|---|---|')
+    print('| attack | decisions | accepted | rejected as | true commands accepted |\n|---|---|---|---|---|')
     wrong = 0
     with tempfile.TemporaryDirectory() as folder:
         make_key_file(Path(folder) / 'key')

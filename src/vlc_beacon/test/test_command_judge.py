@@ -78,7 +78,7 @@ def test_another_place_is_refused_and_may_be_judged_again_nearer() -> None:
     judge = judge_at((1.1, 0.0))
     verdict = judge.judge(KEY.sign(RULE), 1, 0.0)
     assert refusal(verdict) is Refusal.OTHER_PLACE
-    assert verdict.message == 'command of beacon 1 1.1 m from its place (zone_radius 1 m)'
+    assert verdict.message == 'command of beacon 1 at 1.1 m from it (zone_radius 1 m)'
     judge.robot_at(1.0, (0.9, 0.0))
     assert refusal(judge.judge(KEY.sign(RULE), 1, 1.0)) is None
 
@@ -144,7 +144,7 @@ def test_lost_counters_refuse_all_with_their_reason() -> None:
     memory.error = 'counter file c.json is missing; renew it'
     judge = judge_at((0.0, 0.0), memory)
     verdict = judge.judge(KEY.sign(RULE), 1, 0.0)
-    expected = 'commands are refused: counter file c.json is missing; renew it'
+    expected = 'commands are rejected: counter file c.json is missing; renew it'
     assert verdict == judge.standing_refusal == Refused(Refusal.COUNTERS_LOST, expected)
 
 
@@ -162,7 +162,9 @@ def test_too_many_forgeries_lock_and_the_lock_opens() -> None:
     for _ in range(3):
         judge.judge(CommandPacket(RULE, b'abcd'), 1, 0.0)
     verdict = judge.judge(KEY.sign(RULE), 1, 1.0)
-    assert verdict == Refused(Refusal.LOCKED, 'commands are refused for 60 s after too many wrong codes')
+    assert verdict == Refused(
+        Refusal.LOCKED, 'commands are rejected for 60 s after too many wrong authentication codes'
+    )
     judge.robot_at(60.0, (0.0, 0.0))
     assert refusal(judge.judge(KEY.sign(RULE), 1, 60.0)) is None
 

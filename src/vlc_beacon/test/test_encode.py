@@ -94,10 +94,10 @@ def test_it_tells_how_large_the_lamp_must_be_and_how_long_it_takes(
     assert run(1, '--csv', tmp_path / 'one.csv') == 0
     out = capsys.readouterr().out
     period = waveform_of_csv((tmp_path / 'one.csv').read_text()).period
-    assert 'must cover 6 rows' in out
+    assert 'must cover at least 6 image rows' in out
     assert f'{period:.2f} s for 1 packet\n' in out
     assert run(1, '--code', 'manchester') == 0
-    assert 'must cover 6 rows' not in capsys.readouterr().out
+    assert 'must cover at least 6 image rows' not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -121,7 +121,7 @@ def test_it_tells_how_large_the_lamp_must_be_and_how_long_it_takes(
         ),
         (
             (3, 'text:hello', '--code', 'tone'),
-            'a tone says nothing but which lamp it is; leave out text:hello',
+            'a tone carries the identity of the lamp only; leave out text:hello',
         ),
         ((3, '--code', 'manchester', '--slot-bytes', 50), 'slot_bytes'),
         ((3, '--frame-rate', 1), 'frame_rate'),

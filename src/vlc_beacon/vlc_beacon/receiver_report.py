@@ -63,9 +63,7 @@ class ReceiverReport:
     def status(self) -> Status:
         """Return the current diagnostics."""
         values = {'beacons': self._beacons_file, 'images with a pose': str(self._fixes)}
-        values |= {
-            f'images without a pose: {reason}': str(number) for reason, number in self._no_fixes.items()
-        }
+        values |= {f'images without: {reason}': str(number) for reason, number in self._no_fixes.items()}
         values |= {f'commands {kind}': str(number) for kind, number in self._commands.items()}
         values |= {f'{speaker} message': words for speaker, words in self._messages.items()}
         if self._latest is None:
