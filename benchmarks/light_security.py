@@ -50,20 +50,20 @@ class Robot:
     counter_file: CounterFile
     now: float = 0.0
     counter: int = 1000
-    judge: CommandJudge = field(init=False)
+    authorizer: CommandJudge = field(init=False)
 
     def __post_init__(self) -> None:
         self.restart()
 
     def restart(self) -> None:
         """Forget all but the file."""
-        self.judge = CommandJudge(self.key, self.counter_file, PLACES, SETTINGS)
+        self.authorizer = CommandJudge(self.key, self.counter_file, PLACES, SETTINGS)
 
     def hear(self, packet: CommandPacket, speaker: int, place: tuple[float, float]) -> str:
         """Return what becomes of a packet: 'accepted' or the reason of the refusal."""
         self.now += 1.0
-        self.judge.robot_at(self.now, place)
-        verdict = self.judge.judge(packet, speaker, self.now)
+        self.authorizer.robot_at(self.now, place)
+        verdict = self.authorizer.judge(packet, speaker, self.now)
         return 'accepted' if isinstance(verdict, Accepted) else verdict.reason.value
 
     def true_command(self, rng: np.random.Generator) -> Command:

@@ -32,8 +32,8 @@ class Clock:
 
 
 def report(key: CommandKey | None = None) -> tuple[ReceiverReport, Clock]:
-    judge, clock = CommandJudge(key, LostCounters(), {}, TrustSettings()), Clock()  # type: ignore[arg-type]
-    return ReceiverReport('hall.yaml', judge, clock), clock
+    authorizer, clock = CommandJudge(key, LostCounters(), {}, TrustSettings()), Clock()  # type: ignore[arg-type]
+    return ReceiverReport('hall.yaml', authorizer, clock), clock
 
 
 def test_silence_is_told_before_and_after_images() -> None:

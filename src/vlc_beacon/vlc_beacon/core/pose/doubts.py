@@ -56,5 +56,5 @@ def _place_at_height(
     ahead = camera.position[:2] + reach * direction[:2]
     d_x, d_y, turn = rays.motions[i]
     ahead_of_stamp = complex(d_x, d_y) + cmath.rect(1.0, turn) * complex(*ahead)
-    place = complex(state[0], state[1]) + cmath.rect(1.0, state[3]) * ahead_of_stamp
-    return place.real, place.imag, float(height)
+    position = complex(state[0], state[1]) + cmath.rect(1.0, state[3]) * ahead_of_stamp
+    return position.real, position.imag, float(height)

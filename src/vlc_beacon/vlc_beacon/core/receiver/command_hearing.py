@@ -38,13 +38,13 @@ class Verdict:
 class CommandHearing:
     """Passes the commands of all lamps to the authorizer."""
 
-    def __init__(self, judge: CommandJudge) -> None:
+    def __init__(self, authorizer: CommandJudge) -> None:
         """Start without commands.
 
         Args:
-            judge: authorizer of commands.
+            authorizer: authorizer of commands.
         """
-        self._judge = judge
+        self._authorizer = authorizer
         self._kept: dict[int, dict[int, CommandPacket]] = {}
         self._told: dict[tuple[int, int], Refusal] = {}
 
@@ -71,7 +71,7 @@ class CommandHearing:
     def _judged(self, stamp: float, lamp: ReadLamp, packet: CommandPacket) -> Verdict | None:
         """Return the decision on a command if it is new, and keep the command if it may be accepted later."""
         key, operation = lamp.sample.key, packet.command.operation
-        answer = self._judge.judge(packet, lamp.beacon, stamp)
+        answer = self._authorizer.judge(packet, lamp.beacon, stamp)
         kept = self._kept.setdefault(key, {})
         if self._may_hold_later(lamp, packet, answer):
             kept[operation] = packet
