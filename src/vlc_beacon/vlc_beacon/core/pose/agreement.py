@@ -84,7 +84,7 @@ def chosen_agreement(
     consistent with the expected pose is used.
 
     Args:
-        agreements: consensus sets from `best_agreements`.
+        agreements: consensus sets, sorted by size.
         unknowns: number of unknowns of the pose.
         expected: expected pose, None if unknown.
         within: maximum distance from the expected pose [standard deviations].

@@ -17,7 +17,7 @@ class LampRays:
     Attributes:
         ids: lamp IDs, shape (n,); an ID may occur more than once.
         rays: x and y of the undistorted rays with z = 1 in the optical frame, shape (n, 2).
-        spreads: Jacobians of the rays with respect to (u, v), shape (n, 2, 2) [1/px]; they vary with lens distortion.
+        spreads: Jacobians of the rays with respect to (u, v), shape (n, 2, 2) [1/px], with lens distortion.
         sigmas: standard deviation of the centres along each image axis, shape (n,) [px].
         motions: pose (x, y [m], yaw [rad]) of the base at each observation, in the base frame at the stamp of the
             pose, shape (n, 3); not zero for rolling shutter rows and earlier images.
