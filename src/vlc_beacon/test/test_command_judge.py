@@ -99,7 +99,10 @@ def test_a_beacon_that_is_not_known_is_refused() -> None:
 def test_a_rule_is_done_once_a_visit() -> None:
     authorizer = judge_at((0.0, 0.0))
     turn = KEY.sign(Command(1, Operation.TURN, -1.570796, 5))
-    assert [refusal(authorizer.judge(KEY.sign(RULE), 1, 0.0)) for _ in range(3)] == [None, *[Refusal.DONE] * 2]
+    assert [refusal(authorizer.judge(KEY.sign(RULE), 1, 0.0)) for _ in range(3)] == [
+        None,
+        *[Refusal.DONE] * 2,
+    ]
     assert refusal(authorizer.judge(turn, 1, 0.0)) is None
     authorizer.robot_at(0.1, (1.5, 0.0))
     authorizer.robot_at(0.2, (0.5, 0.0))
