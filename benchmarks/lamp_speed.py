@@ -121,7 +121,7 @@ def main() -> int:
     seconds = parser.parse_args().seconds
     use_one_core()
     print(
-        '| sequence | receiver ms: median / 95 % | images a second | detector alone ms | ArUco ms: same image / markers '
+        '| video | receiver ms: median / 95 % | images a second | detector alone ms | ArUco ms: same image / markers '
         '| lamps named | commands | poses | error: median / 95 % / max cm |\n|---|---|---|---|---|---|---|---|---|'
     )
     rates = []

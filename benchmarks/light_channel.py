@@ -96,7 +96,7 @@ def print_profiles(runs: int) -> None:
 def print_difficulties(runs: int) -> None:
     """Prints IDs right, wrong and missed for each code and difficulty."""
     print(
-        f'### IDs under adverse conditions\n\nRight % / wrong (number) / missed %, {runs} lamps of {RUN_SECONDS:g} s each.\n'
+        f'### IDs with impairments\n\nRight % / wrong (number) / missed %, {runs} lamps of {RUN_SECONDS:g} s each.\n'
     )
     heads = ' | '.join(link.name for link in LINKS)
     print(f'| | {heads} |\n|---|---|---|---|')
