@@ -1,4 +1,4 @@
-"""What a receiver may answer, made by hand."""
+"""Hand-made receiver outputs."""
 
 import numpy as np
 

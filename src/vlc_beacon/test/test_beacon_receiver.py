@@ -1,4 +1,4 @@
-"""The whole way from rendered images to IDs, pose and commands."""
+"""The complete receiver, from rendered images to IDs, pose and commands."""
 
 from __future__ import annotations
 

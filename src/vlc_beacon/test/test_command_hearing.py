@@ -1,4 +1,4 @@
-"""Rules are heard from afar and obeyed where they hold."""
+"""Zone rules are received outside and executed inside their zone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's run (3.3) in a closed loop: what lamps say moves the robot, and what it sees follows from that."""
+"""The paper's run (3.3) in closed loop: commands move the robot, and images follow from its pose."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A short film under four lamps through ``locate``, as images and as a bag."""
+"""A short image sequence under four lamps processed by ``locate``, as images and as a bag."""
 
 from __future__ import annotations
 

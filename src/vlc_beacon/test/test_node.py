@@ -1,4 +1,4 @@
-"""The node through real topics, with a receiver that tells what it was given."""
+"""The node through real topics, with a receiver that records its inputs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The node when things begin again: time after a jump back, a pose after it was lost."""
+"""Resets of the node: clock jumps back, and a pose found after it was lost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the diagnostics say."""
+"""Diagnostics of the node."""
 
 from __future__ import annotations
 

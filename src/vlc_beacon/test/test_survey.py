@@ -1,4 +1,4 @@
-"""A made-up drive under one lamp, drawn and written as a bag, gives the lamp's place."""
+"""A simulated drive under one lamp, rendered to a bag, gives the lamp's position."""
 
 import math
 from pathlib import Path
