@@ -183,7 +183,7 @@ def main() -> int:
     print('### Two lamps or more in view\n')
     album = album_of(two, arguments.seed)
     print_found(album)
-    print('### Beside the bound\n')
+    print('### Comparison with the bound\n')
     good = print_bounds(album)
     print('### Four lamps in view\n\nmedian / 95 % / max cm (poses)\n')
     print_methods(album_of(four, arguments.seed))

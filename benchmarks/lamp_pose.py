@@ -91,7 +91,7 @@ def drives(count: int) -> None:
 def tilt(count: int, seed: int) -> None:
     """Print errors of a robot that leans, four lamps, 0.2 px of noise."""
     print(
-        '| tilt ° | unknown, taken for level | unknown, found by the lamps (sigma 1°) | IMU with 0.1° of error |'
+        '| tilt ° | unknown, assumed level | unknown, estimated from the lamps (sigma 1°) | IMU with 0.1° of error |'
     )
     print('|---|---|---|---|')
     locators = [

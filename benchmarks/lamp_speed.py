@@ -121,7 +121,7 @@ def main() -> int:
     seconds = parser.parse_args().seconds
     use_one_core()
     print(
-        '| film | receiver ms: median / 95 % | images a second | detector alone ms | ArUco ms: same image / markers '
+        '| video | receiver ms: median / 95 % | images a second | detector alone ms | ArUco ms: same image / markers '
         '| lamps named | commands | poses | error: median / 95 % / max cm |\n|---|---|---|---|---|---|---|---|---|'
     )
     rates = []
@@ -130,7 +130,7 @@ def main() -> int:
         rates.append(1e3 / float(np.mean(run.times[WARM_UP:], axis=0)[WHOLE]))
         print(row_of(film, run), flush=True)
     verdict = 'reached' if min(rates) >= WANTED else 'missed'
-    print(f'\nAt least {WANTED:.0f} images a second: {verdict}, {min(rates):.0f} at the least.')
+    print(f'\nAt least {WANTED:.0f} images/s: {verdict}, minimum {min(rates):.0f}.')
     return 0 if min(rates) >= WANTED else 1
 
 

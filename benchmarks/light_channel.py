@@ -88,13 +88,15 @@ def print_profiles(runs: int) -> None:
             f'| {800.0 / stated.seconds_per_100_bytes:.0f} | {measured} |',
             flush=True,
         )
-    print('\nMeasured: all of the time in view over the packets read, from a cold start, SNR 15, 100 ppm.\n')
+    print(
+        '\nMeasured: total time in view over the number of decoded packets, from a cold start, SNR 15, 100 ppm.\n'
+    )
 
 
 def print_difficulties(runs: int) -> None:
     """Prints IDs right, wrong and missed for each code and difficulty."""
     print(
-        f'### IDs under difficulties\n\nRight % / wrong (number) / missed %, {runs} lamps of {RUN_SECONDS:g} s each.\n'
+        f'### IDs with impairments\n\nRight % / wrong (number) / missed %, {runs} lamps of {RUN_SECONDS:g} s each.\n'
     )
     heads = ' | '.join(link.name for link in LINKS)
     print(f'| | {heads} |\n|---|---|---|---|')
@@ -178,9 +180,7 @@ def print_latencies(runs: int) -> None:
 def print_errors(share: float, processes: int) -> None:
     """Prints what went wrong in a million packets."""
     print('### Wrong IDs and commands\n')
-    print(
-        'Lamps that play their ID nine times and a command, under SNR 2–20, exposure × 0.3–1.7, rows × 0.8–1.5,'
-    )
+    print('Lamps send their ID nine times and a command, under SNR 2–20, exposure × 0.3–1.7, rows × 0.8–1.5,')
     print('±100 ppm, jitter up to 150 µs, up to 5 % of frames lost. All 16 384 IDs are known.\n')
     print(
         '| code | played | read right | IDs: single wrong | reported wrong | commands: single wrong | signed wrong |'
@@ -199,7 +199,7 @@ def print_errors(share: float, processes: int) -> None:
 
 def print_times() -> None:
     """Prints how long decoders take for the lamps of a frame, frame by frame as a node does it."""
-    print('### Time\n\nProcess time of a frame, one core, the first 3 s left out.\n')
+    print('### Time\n\nProcessing time of a frame, one core, without the first 3 s.\n')
     print('| lamps in the frame | median µs | 99 % µs | longest µs |\n|---|---|---|---|')
     for link, lamps in ((LINKS[0], 4), (LINKS[1], 4), (LINKS[2], 2), (LARGE, 1)):
         rng = np.random.default_rng(6)

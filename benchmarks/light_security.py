@@ -50,20 +50,20 @@ class Robot:
     counter_file: CounterFile
     now: float = 0.0
     counter: int = 1000
-    judge: CommandJudge = field(init=False)
+    authorizer: CommandJudge = field(init=False)
 
     def __post_init__(self) -> None:
         self.restart()
 
     def restart(self) -> None:
         """Forget all but the file."""
-        self.judge = CommandJudge(self.key, self.counter_file, PLACES, SETTINGS)
+        self.authorizer = CommandJudge(self.key, self.counter_file, PLACES, SETTINGS)
 
     def hear(self, packet: CommandPacket, speaker: int, place: tuple[float, float]) -> str:
         """Return what becomes of a packet: 'accepted' or the reason of the refusal."""
         self.now += 1.0
-        self.judge.robot_at(self.now, place)
-        verdict = self.judge.judge(packet, speaker, self.now)
+        self.authorizer.robot_at(self.now, place)
+        verdict = self.authorizer.judge(packet, speaker, self.now)
         return 'accepted' if isinstance(verdict, Accepted) else verdict.reason.value
 
     def true_command(self, rng: np.random.Generator) -> Command:
@@ -141,8 +141,8 @@ ATTACKS_BY_NAME: dict[str, tuple[Attack, bool]] = {
     'old counter': (replayed_later, False),
     'old counter, after a restart': (replayed_later, True),
     'the last one-shot command again, after a restart': (repeated, True),
-    'spoken by another beacon': (replayed_by_another, False),
-    'spoken at another place': (replayed_elsewhere, False),
+    'sent by another beacon': (replayed_by_another, False),
+    'outside the zone of the beacon': (replayed_elsewhere, False),
 }
 
 
@@ -171,7 +171,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else '')
     parser.add_argument('--share', type=float, default=1.0, help='of the million attacks of each kind')
     count = max(TRUE_EVERY, round(ATTACKS * parser.parse_args().share))
-    print('| attack | judged | accepted | refused as | true commands accepted |\n|---|---|---|---|---|')
+    print('| attack | decisions | accepted | rejected as | true commands accepted |\n|---|---|---|---|---|')
     wrong = 0
     with tempfile.TemporaryDirectory() as folder:
         make_key_file(Path(folder) / 'key')

@@ -159,6 +159,6 @@ def test_host_speaks_with_the_lamp(firmware: Path, eeprom: Path) -> None:
         port.shine_steadily()
         assert not port.status().is_playing
         port.play()
-        with pytest.raises(VlcBeaconError, match="answers 'ERR crc' to 'k'"):
+        with pytest.raises(VlcBeaconError, match="replied 'ERR crc' to 'k'"):
             port.load(frame[:-1], keep=True)
     assert [tone for tone in lamp.power_off().tones() if tone >= 2000] == [2000, 3000, 4000]

@@ -12,7 +12,7 @@
 
 #define PROTOCOL_VERSION 1
 #define LINE_MAX 80
-// An upload that rests for so many rounds of the light gives way to the frame that is kept.
+// An upload without data for this many repetitions of the frame is dropped in favour of the stored frame.
 #define RESTING_ROUNDS_MAX 2
 
 static char line[LINE_MAX + 1];
@@ -20,7 +20,7 @@ static uint8_t line_length;
 static bool line_is_too_long;
 
 static bool is_uploading, has_kept_frame;
-// Which of the player's frames is the one in the EEPROM.
+// The player's frame that is stored in the EEPROM.
 static const uint8_t *kept_frame;
 static uint16_t upload_length, uploaded;
 static uint8_t upload_round;
@@ -31,7 +31,7 @@ static void reply(const char *text)
     serial_port_write("\r\n");
 }
 
-static void refuse(const char *why)
+static void reply_error(const char *why)
 {
     serial_port_write("ERR ");
     reply(why);
@@ -44,7 +44,7 @@ static void reply_version(void)
     reply(text);
 }
 
-// State, where the frame is from, its length and checksum, whether another one waits.
+// State, source, length and checksum of the frame, and whether another frame is queued.
 static void reply_status(void)
 {
     char text[48];
@@ -61,10 +61,10 @@ static void begin_upload(const char *arguments)
 {
     uint32_t length = strtoul(arguments, 0, 10);
     if (!player_free_frame())
-        return refuse("busy");
+        return reply_error("busy");
     is_uploading = false;
     if (length < 1 || length > FRAME_MAX)
-        return refuse("length");
+        return reply_error("length");
     is_uploading = true;
     upload_length = length;
     uploaded = 0;
@@ -79,22 +79,22 @@ static int8_t hex_digit(char digit)
     return digit >= 'a' && digit <= 'f' ? digit - 'a' + 10 : -1;
 }
 
-static void take_data(const char *arguments)
+static void receive_data(const char *arguments)
 {
     char *hex;
     uint32_t at = strtoul(arguments, &hex, 10);
     if (!is_uploading)
-        return refuse("begin");
-    // A line may come again where its answer was lost, but none may be left out.
+        return reply_error("begin");
+    // A line may be repeated if its reply was lost, but none may be skipped.
     if (*hex != ' ' || at > uploaded)
-        return refuse("offset");
+        return reply_error("offset");
     uint8_t *frame = player_free_frame();
     for (hex++; *hex; hex += 2) {
         int8_t high = hex_digit(hex[0]), low = high < 0 ? -1 : hex_digit(hex[1]);
         if (low < 0)
-            return refuse("hex");
+            return reply_error("hex");
         if (at >= upload_length)
-            return refuse("length");
+            return reply_error("length");
         frame[at++] = high << 4 | low;
     }
     if (at > uploaded)
@@ -105,32 +105,32 @@ static void take_data(const char *arguments)
 static void end_upload(bool is_kept)
 {
     if (!is_uploading)
-        return refuse("begin");
+        return reply_error("begin");
     is_uploading = false;
     uint8_t *frame = player_free_frame();
     const char *fault = uploaded == upload_length ? frame_fault(frame, uploaded) : "length";
     if (fault)
-        return refuse(fault);
+        return reply_error(fault);
     if (is_kept && !store_write(frame))
-        return refuse("eeprom");
+        return reply_error("eeprom");
     has_kept_frame |= is_kept;
     kept_frame = is_kept ? frame : kept_frame == frame ? 0 : kept_frame;
     player_play_free_frame();
     reply("OK");
 }
 
-static void obey(const char *arguments)
+static void execute(const char *arguments)
 {
     switch (line[0]) {
     case 'v': return reply_version();
     case 's': return reply_status();
     case 'b': return begin_upload(arguments);
-    case 'd': return take_data(arguments);
+    case 'd': return receive_data(arguments);
     case 'k': return end_upload(true);
     case 't': return end_upload(false);
     case 'h': player_stop(); return reply("OK");
-    case 'p': return player_resume() ? reply("OK") : refuse("none");
-    default: refuse("command");
+    case 'p': return player_resume() ? reply("OK") : reply_error("none");
+    default: reply_error("command");
     }
 }
 
@@ -139,9 +139,9 @@ static void end_line(void)
     line[line_length] = 0;
     upload_round = player_rounds();
     if (line_is_too_long)
-        refuse("line");
+        reply_error("line");
     else if (line_length)
-        obey(line + 1);
+        execute(line + 1);
     line_length = 0;
     line_is_too_long = false;
 }

@@ -1,8 +1,8 @@
-// What the host says on the serial line and what it is answered. README.md lists the commands.
+// Serial console: requests of the host and replies. README.md specifies the protocol.
 #pragma once
 
-// Play what is kept.
+// Play the frame stored in the EEPROM.
 void console_begin(void);
 
-// Do what came on the line and what the light asks for.
+// Process received requests, and return to the stored frame when a temporary one is finished.
 void console_poll(void);

@@ -4,22 +4,24 @@
 
 static bool header_is_playable(const struct frame_header *header)
 {
-    if (header->wheel_length < 1 || header->wheel_length > WHEEL_MAX)
+    if (header->pattern_length < 1 || header->pattern_length > PATTERN_MAX)
         return false;
     if (header->bits < 1 || header->bits > BITS_MAX)
         return false;
-    if (header->trains < 1 << header->bits || header->trains > TRAINS_MAX || header->marker_length > MARKER_MAX)
+    if (header->pulse_trains < 1 << header->bits || header->pulse_trains > PULSE_TRAINS_MAX)
         return false;
-    for (uint8_t i = 0; i < header->marker_length; i++)
-        if (header->marker[i] >= header->trains)
+    if (header->preamble_length > PREAMBLE_MAX)
+        return false;
+    for (uint8_t i = 0; i < header->preamble_length; i++)
+        if (header->preamble[i] >= header->pulse_trains)
             return false;
     return true;
 }
 
-static bool train_is_playable(const struct train *train, uint8_t wheel_length)
+static bool pulse_train_is_playable(const struct pulse_train *train, uint8_t pattern_length)
 {
     uint16_t ticks = train->step_time >> 16;
-    return ticks >= STEP_TICKS_MIN && ticks <= STEP_TICKS_MAX && train->steps && train->first_place < wheel_length;
+    return ticks >= STEP_TICKS_MIN && ticks <= STEP_TICKS_MAX && train->steps && train->first_index < pattern_length;
 }
 
 static bool sections_fill(const uint8_t *begin, const uint8_t *end, uint8_t bits)
@@ -30,9 +32,9 @@ static bool sections_fill(const uint8_t *begin, const uint8_t *end, uint8_t bits
         const struct section *section = (const struct section *)begin;
         if (end - begin < (int)sizeof(struct section))
             return false;
-        if (!section->groups || !section->repeats || !section->symbols)
+        if (!section->bursts || !section->repeats || !section->symbols)
             return false;
-        uint32_t all = (uint32_t)section->groups * section->symbols * bits;
+        uint32_t all = (uint32_t)section->bursts * section->symbols * bits;
         if (all > 8UL * FRAME_MAX)
             return false;
         begin += sizeof(struct section);
@@ -48,7 +50,7 @@ const char *frame_fault(const uint8_t *frame, uint16_t length)
     const struct frame_header *header = frame_header_of(frame);
     if (length < sizeof(struct frame_header) + FRAME_CRC_LENGTH || length > FRAME_MAX)
         return "length";
-    // The checksum of a message that ends with its checksum is 0.
+    // The CRC of data followed by its CRC is 0.
     if (frame_crc(frame, length))
         return "crc";
     if (header->version != FRAME_VERSION)
@@ -60,8 +62,8 @@ const char *frame_fault(const uint8_t *frame, uint16_t length)
     const uint8_t *begin = frame_sections_of(frame), *end = frame + length - FRAME_CRC_LENGTH;
     if (begin > end)
         return "trains";
-    for (uint8_t i = 0; i < header->trains; i++)
-        if (!train_is_playable(frame_trains_of(frame) + i, header->wheel_length))
+    for (uint8_t i = 0; i < header->pulse_trains; i++)
+        if (!pulse_train_is_playable(frame_pulse_trains_of(frame) + i, header->pattern_length))
             return "trains";
     return sections_fill(begin, end, header->bits) ? 0 : "sections";
 }

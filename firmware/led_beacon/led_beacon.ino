@@ -1,5 +1,5 @@
-// shirube LED beacon: a ceiling lamp that blinks its ID and messages to robots. For Arduino Uno and Nano (ATmega328P,
-// 16 MHz). The host computes all that is played; see README.md.
+// shirube LED beacon: a ceiling lamp that sends its ID and messages to robots. For Arduino Uno and Nano (ATmega328P,
+// 16 MHz). The host computes the frames; see README.md.
 
 #include <avr/interrupt.h>
 
@@ -9,8 +9,8 @@ extern "C" {
 #include "serial_port.h"
 }
 
-// In place of setup() and loop(): the Arduino core, its timers and its Serial stay out, so this is the same program
-// with and without it.
+// Replaces setup() and loop(): the Arduino core, its timers and Serial are not linked, so the program is the same with
+// and without the Arduino tools.
 int main()
 {
     player_begin();

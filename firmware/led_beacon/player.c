@@ -7,7 +7,7 @@
 #define HALVES (_BV(PORTB1) | _BV(PORTB2))
 #define START_TICKS 2000
 
-// What a compare match does to the pins: clear them, or with the other bit set them.
+// Action of a compare match on the pins: clear, or set with the other bit.
 #define MATCH_CLEARS (_BV(COM1A1) | _BV(COM1B1))
 #define MATCH_SETS_A _BV(COM1A0)
 #define MATCH_SETS_B _BV(COM1B0)
@@ -18,23 +18,23 @@ static volatile bool next_waits, is_done;
 static bool has_frame, is_playing;
 static uint8_t plays_left;
 
-// Reads the bits of a section; a copy is a bookmark.
+// Bit reader of a section; copy it to save the position.
 struct bit_reader {
     const uint8_t *byte;
     uint8_t unread;
 };
 
-// Where in the frame the lamp is.
+// Position in the frame.
 static const uint8_t *frame;
-static struct bit_reader reader, group_begin;
+static struct bit_reader reader, burst_begin;
 static struct section section;
-static uint8_t groups_left, repeats_left, marker_left;
+static uint8_t bursts_left, repeats_left, preamble_left;
 static uint16_t symbols_left;
 
-// Where in the symbol.
+// Position in the symbol.
 static uint32_t step_time, due;
-static uint16_t steps_left, wheel_ahead;
-static uint8_t places_ahead;
+static uint16_t steps_left, pattern_ahead;
+static uint8_t states_ahead;
 
 static uint8_t read_bits(uint8_t count)
 {
@@ -49,9 +49,9 @@ static uint8_t read_bits(uint8_t count)
     return bits;
 }
 
-static void begin_group(void)
+static void begin_burst(void)
 {
-    marker_left = frame_header_of(frame)->marker_length;
+    preamble_left = frame_header_of(frame)->preamble_length;
     symbols_left = section.symbols;
 }
 
@@ -60,13 +60,13 @@ static void begin_section(const uint8_t *begin)
     section = *(const struct section *)begin;
     reader.byte = begin + sizeof(struct section);
     reader.unread = 8;
-    group_begin = reader;
-    groups_left = section.groups;
+    burst_begin = reader;
+    bursts_left = section.bursts;
     repeats_left = section.repeats;
-    begin_group();
+    begin_burst();
 }
 
-static void take_next(void)
+static void switch_frame(void)
 {
     if (!next_waits)
         return;
@@ -78,7 +78,7 @@ static void take_next(void)
 
 static void begin_frame(void)
 {
-    take_next();
+    switch_frame();
     if (plays_left && !--plays_left)
         is_done = true;
     frame = frames[playing_index];
@@ -87,38 +87,38 @@ static void begin_frame(void)
 
 static void end_section(void)
 {
-    // Bits fill whole bytes: what is unread of the last one is filling.
+    // Sections are padded to whole bytes.
     const uint8_t *next = reader.byte + 1;
     bool at_end = next + FRAME_CRC_LENGTH >= frame + frame_header_of(frame)->length;
     rounds += at_end;
-    // The last play is not cut short.
+    // The last repetition is always completed.
     if (at_end || (next_waits && !is_done))
         begin_frame();
     else
         begin_section(next);
 }
 
-static void end_group(void)
+static void end_burst(void)
 {
     if (--repeats_left) {
-        reader = group_begin;
-    } else if (--groups_left) {
-        group_begin = reader;
+        reader = burst_begin;
+    } else if (--bursts_left) {
+        burst_begin = reader;
         repeats_left = section.repeats;
     } else {
         end_section();
         return;
     }
-    begin_group();
+    begin_burst();
 }
 
 static uint8_t next_symbol(void)
 {
-    if (!marker_left && !symbols_left)
-        end_group();
+    if (!preamble_left && !symbols_left)
+        end_burst();
     const struct frame_header *header = frame_header_of(frame);
-    if (marker_left)
-        return header->marker[header->marker_length - marker_left--];
+    if (preamble_left)
+        return header->preamble[header->preamble_length - preamble_left--];
     symbols_left--;
     return read_bits(header->bits);
 }
@@ -126,26 +126,26 @@ static uint8_t next_symbol(void)
 static void begin_symbol(void)
 {
     uint8_t symbol = next_symbol();
-    // Only now: the symbol may be the first of another frame.
-    const struct train *train = frame_trains_of(frame) + symbol;
+    // Read the header after next_symbol(), which may have switched to another frame.
+    const struct pulse_train *train = frame_pulse_trains_of(frame) + symbol;
     const struct frame_header *header = frame_header_of(frame);
     step_time = train->step_time;
     steps_left = train->steps;
-    wheel_ahead = header->wheel >> 2 * train->first_place;
-    places_ahead = header->wheel_length - train->first_place;
+    pattern_ahead = header->pattern >> 2 * train->first_index;
+    states_ahead = header->pattern_length - train->first_index;
 }
 
-// Tell Timer1 what the pins shall do at the next step, and when.
+// Set the pin action and the time of the next step in Timer1.
 static void prepare_step(void)
 {
     if (!steps_left)
         begin_symbol();
     steps_left--;
-    uint8_t state = wheel_ahead;
-    wheel_ahead >>= 2;
-    if (!--places_ahead) {
-        wheel_ahead = frame_header_of(frame)->wheel;
-        places_ahead = frame_header_of(frame)->wheel_length;
+    uint8_t state = pattern_ahead;
+    pattern_ahead >>= 2;
+    if (!--states_ahead) {
+        pattern_ahead = frame_header_of(frame)->pattern;
+        states_ahead = frame_header_of(frame)->pattern_length;
     }
     uint16_t when = due >> 16;
     OCR1A = when;
@@ -164,7 +164,7 @@ static void start(void)
     begin_frame();
     steps_left = 0;
     due = (uint32_t)(uint16_t)(TCNT1 + START_TICKS) << 16 | 0x8000;
-    // From the port to Timer1, still shining.
+    // Hand the pins over from the port to Timer1, both on.
     TCCR1A = MATCH_CLEARS | MATCH_SETS_A | MATCH_SETS_B;
     TCCR1C = _BV(FOC1A) | _BV(FOC1B);
     prepare_step();
@@ -200,7 +200,7 @@ void player_stop(void)
     TCCR1A = 0;
     PORTB |= HALVES;
     is_playing = false;
-    take_next();
+    switch_frame();
 }
 
 bool player_resume(void)

@@ -1,7 +1,7 @@
 // Plays frames on the two halves of the lamp: pin 9 (OC1A) and pin 10 (OC1B).
 //
-// Timer1 itself switches the pins, at the tick that was set one step before. An interrupt that comes late
-// changes nothing as long as it comes within the step.
+// Timer1 switches the pins in hardware, at the tick set one step before. Interrupt latency has no effect as long as it
+// is shorter than the step.
 #pragma once
 
 #include <stdbool.h>
@@ -9,28 +9,28 @@
 
 #include "frame.h"
 
-// The lamp shines steadily.
+// Initialize; the lamp is constantly on.
 void player_begin(void);
 
-// Room for a frame of FRAME_MAX bytes that is not playing, or null while another one waits to be played.
+// Buffer of FRAME_MAX bytes for the next frame, or null while a frame is queued.
 uint8_t *player_free_frame(void);
 
-// Play what was put into the free frame, from where the packet that is playing now ends. It must have no fault.
+// Queue the free frame, which must be valid; it starts at the end of the current packet.
 void player_play_free_frame(void);
 
-// Shine steadily; keep the frame, or the one that waits.
+// Stop playing, constantly on; the current or queued frame is kept.
 void player_stop(void);
 
-// Play the frame from its beginning; false where there is none.
+// Play the frame from its beginning; false if there is none.
 bool player_resume(void);
 
 bool player_is_playing(void);
 
-// Whether the frame has been played as often as it asks for; it goes on until another one follows.
+// Whether the frame has completed its number of plays; it continues until another one follows.
 bool player_is_done(void);
 
-// How often a frame has come to its end, modulo 256.
+// Number of completed repetitions, modulo 256.
 uint8_t player_rounds(void);
 
-// The frame that plays or would, null for none.
+// The current frame, null for none.
 const uint8_t *player_frame(void);

@@ -14,7 +14,7 @@ static uint8_t received_begin;
 
 ISR(USART_RX_vect)
 {
-    // One that finds no room falls on the oldest: the line is damaged either way, and the frame's checksum tells.
+    // On overflow the oldest byte is overwritten: the line is corrupted either way, which the checksum detects.
     received[received_end] = UDR0;
     received_end = (received_end + 1) % RECEIVED_MAX;
 }
@@ -53,7 +53,7 @@ void serial_port_sleep(void)
     cli();
     if (is_empty()) {
         sleep_enable();
-        // The instruction after sei is still safe from interrupts.
+        // Interrupts are enabled only after the instruction that follows sei.
         sei();
         sleep_cpu();
         sleep_disable();

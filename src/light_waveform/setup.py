@@ -18,7 +18,7 @@ setup(
     zip_safe=False,
     maintainer='The shirube engineers',
     maintainer_email='shirube@users.noreply.github.com',
-    description='What a lamp plays: brightness over time, and its exact mean over exposures.',
+    description='Brightness of a lamp over time, and its exact mean over exposures.',
     license='Apache-2.0',
     tests_require=['pytest'],
 )

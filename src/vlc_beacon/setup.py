@@ -19,7 +19,7 @@ setup(
     zip_safe=False,
     maintainer='The shirube engineers',
     maintainer_email='shirube@users.noreply.github.com',
-    description='Ceiling LEDs tell a robot where it is and what to do.',
+    description='Localization and visible light communication with ceiling LED beacons.',
     license='Apache-2.0',
     tests_require=['pytest'],
     entry_points={

@@ -1,6 +1,6 @@
-// The pins are those of the datasheet's output compare unit, not simavr's. That one, up to version 1.6, also switches
-// them whenever the time of the next match is set; and while the controller is awake it looks at its timers only
-// between two instructions, where the chip's timer does not wait. So a match is dated back to when it was due.
+// The pins are computed as by the output compare unit of the datasheet, not by simavr. simavr, up to version 1.6, also
+// switches them whenever the compare register is written, and while the controller is awake it updates its timers only
+// between two instructions. A match is therefore dated back to its due time.
 
 #include "pins.h"
 
@@ -11,10 +11,10 @@
 #define TCCR1A 0x80
 #define TCCR1B 0x81
 #define TIMER_PERIOD 0x10000
-// Of a cycle of 62.5 ns, in the dump's unit of 100 ps.
+// Duration of a cycle (62.5 ns) in the unit of the dump (100 ps).
 #define CYCLE_UNITS 625
 
-// A half of the lamp: its pin, the bits of TCCR1A that say what a match does to it, its compare register and interrupt.
+// A half of the lamp: its pin, its mode bits in TCCR1A, its compare register and interrupt.
 struct half {
     char alias;
     uint8_t port_bit, mode_bit, compare, vector;

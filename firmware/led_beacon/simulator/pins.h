@@ -5,8 +5,8 @@
 #include <simavr/sim_avr.h>
 #include <stdbool.h>
 
-// Begin to record to a file; false where it cannot be written.
+// Start recording to a file; false if it cannot be written.
 bool pins_begin(avr_t *avr, const char *path);
 
-// False where not all could be written.
+// False if not everything could be written.
 bool pins_end(void);

@@ -1,10 +1,10 @@
-// Runs the firmware for the tests: a whole ATmega328P with its serial line, its EEPROM and its pins.
+// Runs the firmware for the tests: an ATmega328P with serial port, EEPROM and pins.
 //
 //   simulator FIRMWARE.elf EEPROM.bin PINS.vcd
 //
-// Reads the commands of simulated_chip/chip.h from its standard input, and
-//   e N     run until the controller has written N bytes of its EEPROM, or a second; answered as r is
-// At the end of the input the power goes off: the EEPROM stays as it is then, in its file.
+// Reads the commands of simulated_chip/chip.h from standard input, and
+//   e N     run until the controller has written N bytes of its EEPROM, or for a second; same reply as r
+// At the end of the input the power is switched off; the EEPROM is saved to its file.
 
 #include <simavr/avr_eeprom.h>
 #include <stdio.h>
@@ -46,7 +46,7 @@ static void save_eeprom(const char *path)
         chip_fail("the EEPROM's file cannot be written");
 }
 
-// simavr writes a byte of the EEPROM at once where the chip takes 3.3 ms.
+// simavr writes a byte of the EEPROM immediately, the chip takes 3.3 ms.
 static void count_eeprom_write(avr_t *writing, avr_io_addr_t address, uint8_t value, void *parameter)
 {
     (void)writing, (void)address, (void)parameter;

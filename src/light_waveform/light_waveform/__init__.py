@@ -1,4 +1,4 @@
-"""What a lamp plays: brightness over time, and its exact mean over exposures."""
+"""Brightness of a lamp over time, and its exact mean over camera exposures."""
 
 from light_waveform.light_waveform_error import LightWaveformError
 from light_waveform.waveform import Waveform, steady_light, waveform_of_steps

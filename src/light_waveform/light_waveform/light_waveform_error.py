@@ -1,7 +1,7 @@
-"""The one exception root of the package."""
+"""The root exception of the package."""
 
 from __future__ import annotations
 
 
 class LightWaveformError(ValueError):
-    """What is given is no waveform; the message is one line that says why."""
+    """Invalid waveform; the message is one line with the cause."""

@@ -1,4 +1,4 @@
-"""How bright a lamp is over time: one period of a step function, and its exact mean over exposures."""
+"""Brightness of a lamp over time: one period of a step function, and its exact mean over exposures."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from light_waveform.light_waveform_error import LightWaveformError
 
 @dataclass(frozen=True, eq=False)
 class Waveform:
-    """One whole period of a lamp's light, played again and again; each level holds until the next time.
+    """One period of a lamp's light, repeated forever; each level holds until the next time.
 
     Attributes:
-        times: shape (n,), rising from 0 [s].
-        levels: shape (n, parts), 0 (dark) to 1, for each part of the lamp: one, or the two halves of a panel.
-        period: length of the period [s], above the last time.
+        times: switching times, shape (n,), increasing from 0 [s].
+        levels: brightness, shape (n, parts), 0 (dark) to 1; one part, or the two halves of a panel.
+        period: length of the period [s], greater than the last time.
     """
 
     times: NDArray[np.float64]
@@ -26,10 +26,10 @@ class Waveform:
     period: float
 
     def __post_init__(self) -> None:
-        """Refuse what is not a waveform.
+        """Validate shapes, times and levels.
 
         Raises:
-            LightWaveformError: arrays of other shapes, times that do not rise from 0 and end before the period,
+            LightWaveformError: wrong shapes, times that do not increase from 0 and end before the period,
                 levels outside 0 to 1.
         """
         times, levels = self.times, self.levels
@@ -45,49 +45,49 @@ class Waveform:
 
     @property
     def parts(self) -> int:
-        """Number of parts of the lamp that have a level of their own."""
+        """Number of parts of the lamp that are switched independently."""
         return int(self.levels.shape[1])
 
     def levels_at(self, times: ArrayLike) -> NDArray[np.float64]:
-        """Return the levels at instants.
+        """Return the levels at given times.
 
         Args:
-            times: array-like, any shape [s]; the waveform repeats for ever, before 0 too.
+            times: array-like, any shape [s]; the waveform is periodic, also before 0.
 
         Returns:
-            array, the shape of the times and one more axis for the parts, 0 to 1.
+            array, shape (*times.shape, parts), 0 to 1.
         """
         rest = np.mod(np.asarray(times, dtype=np.float64), self.period)
         return np.array(self.levels[np.searchsorted(self.times, rest, side='right') - 1])
 
     def mean_levels(self, starts: ArrayLike, stops: ArrayLike) -> NDArray[np.float64]:
-        """Return the exact mean over windows of time: the integral of the step function over their length.
+        """Return the exact mean over time windows: the integral of the step function over their length.
 
         Args:
-            starts: array-like, any shape [s].
-            stops: array-like, same shape, not before the starts [s]; where it equals the start, the level
-                at that instant counts.
+            starts: start of each window, array-like, any shape [s].
+            stops: end of each window, same shape, not before the start [s]; where it equals the start, the level
+                at that instant is returned.
 
         Returns:
-            array, the shape of the windows and one more axis for the parts, 0 to 1.
+            array, shape (*starts.shape, parts), 0 to 1.
         """
         begin = np.asarray(starts, dtype=np.float64)
         length = (np.asarray(stops, dtype=np.float64) - begin)[..., None]
-        # From the period in which the window starts, so that no digits are lost far from zero.
+        # Reduce to the first period, so that no precision is lost far from zero.
         first = np.mod(begin, self.period)
         light = self._integral(first + length[..., 0]) - self._integral(first)
         means = np.divide(light, length, out=self.levels_at(begin), where=length > 0.0)
         return np.asarray(np.clip(means, 0.0, 1.0))
 
     def exposed(self, starts: ArrayLike, exposure: float) -> NDArray[np.float64]:
-        """Return the mean levels that a pixel sees whose exposures begin at ``starts`` and last ``exposure`` [s]."""
+        """Return the mean levels over exposures that begin at ``starts`` [s] and last ``exposure`` [s]."""
         begin = np.asarray(starts, dtype=np.float64)
         return self.mean_levels(begin, begin + exposure)
 
     def _integral(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the integral of the levels from 0 to times, shape (..., parts) [s]."""
         turns = np.floor(times / self.period)
-        # Just before a period ends the quotient rounds up to it; the rest must not count back into the last period.
+        # Rounding of the quotient at the end of a period must not give a negative phase.
         rest = np.maximum(times - turns * self.period, 0.0)
         step = np.searchsorted(self.times, rest, side='right') - 1
         within = self._sums[step] + (rest - self.times[step])[..., None] * self.levels[step]
@@ -101,14 +101,14 @@ class Waveform:
 
 
 def waveform_of_steps(durations: ArrayLike, levels: ArrayLike) -> Waveform:
-    """Join steps to one period; neighbours of the same levels become one.
+    """Build one period from steps; adjacent steps with equal levels are merged.
 
     Args:
-        durations: array-like, shape (n,), how long each step lasts [s].
-        levels: array-like, shape (n,) for a lamp of one part, or (n, parts), 0 to 1.
+        durations: duration of each step, array-like, shape (n,) [s].
+        levels: brightness, array-like, shape (n,) for a lamp of one part, or (n, parts), 0 to 1.
 
     Raises:
-        LightWaveformError: other shapes, no step, a duration that is not positive, levels outside 0 to 1.
+        LightWaveformError: wrong shapes, no step, a duration that is not positive, levels outside 0 to 1.
     """
     steps = np.asarray(durations, dtype=np.float64)
     values = np.asarray(levels, dtype=np.float64)
@@ -123,5 +123,5 @@ def waveform_of_steps(durations: ArrayLike, levels: ArrayLike) -> Waveform:
 
 
 def steady_light(parts: int = 1) -> Waveform:
-    """Return the light of a lamp that carries no code and never flickers."""
+    """Return the waveform of a lamp that is constantly on."""
     return waveform_of_steps([1.0], np.ones((1, parts)))

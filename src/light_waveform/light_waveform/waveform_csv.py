@@ -1,7 +1,7 @@
-"""Waveforms as CSV text: how programs that make light and programs that play it exchange what a lamp plays.
+"""Waveforms as CSV text, the exchange format between encoders and simulators.
 
-The header is ``t,level`` for a lamp of one part and ``t,level_a,level_b`` for one of two halves. A row tells from which
-time [s] its levels hold, 0 dark to 1; the last row ends the period and repeats the levels of the first.
+The header is ``t,level`` for a lamp of one part and ``t,level_a,level_b`` for a panel of two halves. Each row gives the
+time [s] from which its levels (0 dark, 1 full) apply; the last row ends the period and repeats the first levels.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _REMEDY = f'the first line must be {_HEADERS[1]} or {_HEADERS[2]}, the others as
 
 
 def csv_of_waveform(waveform: Waveform) -> str:
-    """Return one whole period as CSV text, from which `waveform_of_csv` gives the very same numbers."""
+    """Return one period as CSV text; `waveform_of_csv` restores it exactly."""
     times = [*waveform.times.tolist(), waveform.period]
     levels = [*waveform.levels.tolist(), waveform.levels[0].tolist()]
     rows = [
@@ -27,11 +27,10 @@ def csv_of_waveform(waveform: Waveform) -> str:
 
 
 def waveform_of_csv(text: str) -> Waveform:
-    """Return the waveform that CSV text tells.
+    """Parse a waveform from CSV text.
 
     Raises:
-        LightWaveformError: another header, a row that is no row of numbers, fewer than two rows, or numbers that are
-            no waveform.
+        LightWaveformError: unknown header, malformed row, fewer than two rows, or an invalid waveform.
     """
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     header = lines[0] if lines else ''
@@ -41,7 +40,7 @@ def waveform_of_csv(text: str) -> Waveform:
     rows = [_row(number, line, columns) for number, line in enumerate(lines[1:], start=2)]
     if len(rows) < 2:
         raise LightWaveformError(
-            'the waveform has no period; give one row a level and one that ends the period'
+            'the waveform has no period; give one row per level and a last row that ends the period'
         )
     table = np.array(rows)
     return Waveform(table[:-1, 0], table[:-1, 1:], float(table[-1, 0]))

@@ -1,4 +1,4 @@
-"""Laws of the integral, and a second implementation that counts fine samples."""
+"""Properties of the integral, and comparison with a sampled reference."""
 
 from __future__ import annotations
 

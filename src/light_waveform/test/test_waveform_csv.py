@@ -1,4 +1,4 @@
-"""A waveform survives the way through text, and text that is none is refused."""
+"""CSV round trip of waveforms, and rejection of malformed CSV."""
 
 from __future__ import annotations
 

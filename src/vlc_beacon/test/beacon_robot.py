@@ -1,4 +1,4 @@
-"""The node under test and a robot around it, with a receiver that tells what it was given."""
+"""The node under test with simulated topics, and a receiver that records its inputs."""
 
 from __future__ import annotations
 

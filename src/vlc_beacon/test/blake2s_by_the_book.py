@@ -1,4 +1,4 @@
-"""BLAKE2s written down from RFC 7693, as a second opinion for tests."""
+"""Reference implementation of BLAKE2s from RFC 7693 for tests."""
 
 from __future__ import annotations
 

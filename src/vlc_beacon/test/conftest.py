@@ -1,4 +1,4 @@
-"""Lets tests import the modules that lie beside them, and gives each that wants one a ROS graph."""
+"""Makes helper modules importable, and provides an isolated ROS graph as a fixture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A robot on two wheels that does what it is told a little late, and sees its pose with noise."""
+"""Simulated differential-drive robot with delayed velocities and noisy poses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A film of lamps as a bag, with raw images, odometry and tilt."""
+"""Image sequence of lamps as a bag, with raw images, odometry and tilt."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""How much of a waveform the eye could see, for tests."""
+"""Visible flicker of a waveform, for tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A lamp on a pseudo-terminal that hears and answers."""
+"""Simulated lamp on a pseudo-terminal that receives requests and replies."""
 
 import os
 import pty

@@ -1,4 +1,4 @@
-"""Pictures of lamps by supersampling: discs, half discs, stripes, blooming, noise."""
+"""Supersampled images of lamps: discs, half discs, bands, blooming, noise."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The paper's room: four lamps 2.5 m up, and what a camera on the floor sees of them."""
+"""The paper's room: four lamps at 2.5 m, and their projections in a camera on the floor."""
 
 import math
 

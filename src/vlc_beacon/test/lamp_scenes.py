@@ -1,4 +1,4 @@
-"""Small rendered rooms whose lamps speak: the four lamps of the paper, seen from about their middle."""
+"""Small rendered rooms with modulated lamps: the four lamps of the paper, seen from about their middle."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""From a waveform to what a camera reads, for tests: exposure, clock offset, jitter, noise, lost frames."""
+"""Optical channel from waveform to camera samples: exposure, clock offset, jitter, noise, lost frames."""
 
 from __future__ import annotations
 

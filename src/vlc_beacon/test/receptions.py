@@ -1,4 +1,4 @@
-"""What a receiver may answer, made by hand."""
+"""Hand-made receiver outputs."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ POSE = PlanarPose(1.25, -0.5, 0.75)
 COMMAND = Command(1, Operation.SLOW, 0.125, 7)
 PACKET = CommandKey(bytes(range(32))).sign(COMMAND)
 ACCEPTED = Verdict(PACKET, 1, Accepted(COMMAND))
-REFUSED = Verdict(PACKET, 1, Refused(Refusal.BAD_MAC, 'command of beacon 1 has a wrong code'))
+REFUSED = Verdict(PACKET, 1, Refused(Refusal.BAD_MAC, 'command of beacon 1 has a wrong authentication code'))
 TOO_FAR = Verdict(PACKET, 1, Refused(Refusal.OTHER_PLACE, 'command of beacon 1 3.0 m from its place'))
 
 

@@ -1,4 +1,4 @@
-"""A recorded drive whose time jumps back."""
+"""A bag with a jump back in time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The whole way from rendered images to IDs, pose and commands."""
+"""The complete receiver, from rendered images to IDs, pose and commands."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Heard:
     last: Reception | None = None
 
 
-def judge(key: CommandKey | None) -> CommandJudge:
+def authorizer(key: CommandKey | None) -> CommandJudge:
     return CommandJudge(key, Memory(), {b.id: b.xyz[:2] for b in BEACONS}, TRUST)
 
 
@@ -69,8 +69,8 @@ def lamp_at(sample_centre: np.ndarray, frame: object) -> int:
 
 def hear(waveforms: list, shutter: Shutter, rate: float, seconds: float, settings: ReceiverSettings,
          beacons: list[Beacon] = BEACONS) -> Heard:  # fmt: skip
-    heard, receiver = Heard(), BeaconReceiver(beacons, MOUNT, judge(KEY), settings)
-    keyless = CommandHearing(judge(None))
+    heard, receiver = Heard(), BeaconReceiver(beacons, MOUNT, authorizer(KEY), settings)
+    keyless = CommandHearing(authorizer(None))
     for frame, reception in receptions(receiver, speaking_room(waveforms, shutter, rate), seconds):
         heard.last = reception
         heard.verdicts += reception.verdicts
@@ -142,4 +142,4 @@ def test_without_a_key_the_rule_is_refused_and_the_refusal_told_once(striped: He
 
 def test_a_camera_that_looks_down_is_refused() -> None:
     with pytest.raises(VlcBeaconError, match='does not look up'):
-        BeaconReceiver(BEACONS, CameraMount(), judge(None))
+        BeaconReceiver(BEACONS, CameraMount(), authorizer(None))

@@ -63,7 +63,7 @@ def test_bad_input_ends_in_one_line(
     (tmp_path / 'no.png').write_text('no image')
     bad = {
         'IMAGE=METRES': images[0].rpartition('=')[0],
-        'there is no lamp': f'{tmp_path / "dark.png"}=2',
+        'no lamp found': f'{tmp_path / "dark.png"}=2',
         'is no image': f'{tmp_path / "no.png"}=2',
         'cannot be read': f'{tmp_path / "none.png"}=2',
     }

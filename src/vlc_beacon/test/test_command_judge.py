@@ -20,7 +20,7 @@ SHOT = Command(1, Operation.STOP, 0.0, 5, is_one_shot=True)
 
 
 class Memory:
-    """Counters that outlive a judge."""
+    """Counters that outlive an authorizer."""
 
     def __init__(self) -> None:
         self.counters, self.writes, self.error = Counters(), 0, ''
@@ -39,9 +39,9 @@ class Memory:
 
 
 def judge_at(position: tuple[float, float], memory: Memory | None = None, **changed: object) -> CommandJudge:
-    judge = CommandJudge(KEY, memory or Memory(), PLACES, replace(SETTINGS, **changed))
-    judge.robot_at(0.0, position)
-    return judge
+    authorizer = CommandJudge(KEY, memory or Memory(), PLACES, replace(SETTINGS, **changed))
+    authorizer.robot_at(0.0, position)
+    return authorizer
 
 
 def refusal(verdict: Accepted | Refused) -> Refusal | None:
@@ -54,19 +54,19 @@ def test_a_signed_command_at_its_place_is_accepted() -> None:
 
 
 def test_without_a_key_all_is_refused() -> None:
-    judge = CommandJudge(None, Memory(), PLACES, SETTINGS)
-    judge.robot_at(0.0, (0.0, 0.0))
-    verdict = judge.judge(KEY.sign(RULE), 1, 0.0)
-    assert verdict == judge.standing_refusal
+    authorizer = CommandJudge(None, Memory(), PLACES, SETTINGS)
+    authorizer.robot_at(0.0, (0.0, 0.0))
+    verdict = authorizer.judge(KEY.sign(RULE), 1, 0.0)
+    assert verdict == authorizer.standing_refusal
     assert refusal(verdict) is Refusal.NO_KEY
     assert judge_at((0.0, 0.0)).standing_refusal is None
 
 
 def test_a_forged_command_is_refused() -> None:
-    judge = judge_at((0.0, 0.0))
-    assert refusal(judge.judge(CommandPacket(RULE, b'abcd'), 1, 0.0)) is Refusal.BAD_MAC
+    authorizer = judge_at((0.0, 0.0))
+    assert refusal(authorizer.judge(CommandPacket(RULE, b'abcd'), 1, 0.0)) is Refusal.BAD_MAC
     other = CommandKey(b'x' * 32).sign(RULE)
-    assert refusal(judge.judge(other, 1, 0.0)) is Refusal.BAD_MAC
+    assert refusal(authorizer.judge(other, 1, 0.0)) is Refusal.BAD_MAC
 
 
 @pytest.mark.parametrize('speaker', [2, None])
@@ -75,20 +75,20 @@ def test_another_lamp_cannot_speak_for_a_beacon(speaker: int | None) -> None:
 
 
 def test_another_place_is_refused_and_may_be_judged_again_nearer() -> None:
-    judge = judge_at((1.1, 0.0))
-    verdict = judge.judge(KEY.sign(RULE), 1, 0.0)
+    authorizer = judge_at((1.1, 0.0))
+    verdict = authorizer.judge(KEY.sign(RULE), 1, 0.0)
     assert refusal(verdict) is Refusal.OTHER_PLACE
-    assert verdict.message == 'command of beacon 1 1.1 m from its place (zone_radius 1 m)'
-    judge.robot_at(1.0, (0.9, 0.0))
-    assert refusal(judge.judge(KEY.sign(RULE), 1, 1.0)) is None
+    assert verdict.message == 'command of beacon 1 at 1.1 m from it (zone_radius 1 m)'
+    authorizer.robot_at(1.0, (0.9, 0.0))
+    assert refusal(authorizer.judge(KEY.sign(RULE), 1, 1.0)) is None
 
 
 def test_a_robot_that_does_not_know_where_it_is_refuses() -> None:
-    judge = CommandJudge(KEY, Memory(), PLACES, SETTINGS)
-    assert refusal(judge.judge(KEY.sign(RULE), 1, 0.0)) is Refusal.NO_POSITION
-    judge.robot_at(0.0, (0.0, 0.0))
-    assert refusal(judge.judge(KEY.sign(RULE), 1, 1.5)) is Refusal.NO_POSITION
-    assert refusal(judge.judge(KEY.sign(RULE), 1, 0.9)) is None
+    authorizer = CommandJudge(KEY, Memory(), PLACES, SETTINGS)
+    assert refusal(authorizer.judge(KEY.sign(RULE), 1, 0.0)) is Refusal.NO_POSITION
+    authorizer.robot_at(0.0, (0.0, 0.0))
+    assert refusal(authorizer.judge(KEY.sign(RULE), 1, 1.5)) is Refusal.NO_POSITION
+    assert refusal(authorizer.judge(KEY.sign(RULE), 1, 0.9)) is None
 
 
 def test_a_beacon_that_is_not_known_is_refused() -> None:
@@ -97,26 +97,29 @@ def test_a_beacon_that_is_not_known_is_refused() -> None:
 
 
 def test_a_rule_is_done_once_a_visit() -> None:
-    judge = judge_at((0.0, 0.0))
+    authorizer = judge_at((0.0, 0.0))
     turn = KEY.sign(Command(1, Operation.TURN, -1.570796, 5))
-    assert [refusal(judge.judge(KEY.sign(RULE), 1, 0.0)) for _ in range(3)] == [None, *[Refusal.DONE] * 2]
-    assert refusal(judge.judge(turn, 1, 0.0)) is None
-    judge.robot_at(0.1, (1.5, 0.0))
-    judge.robot_at(0.2, (0.5, 0.0))
-    assert refusal(judge.judge(KEY.sign(RULE), 1, 0.2)) is None
+    assert [refusal(authorizer.judge(KEY.sign(RULE), 1, 0.0)) for _ in range(3)] == [
+        None,
+        *[Refusal.DONE] * 2,
+    ]
+    assert refusal(authorizer.judge(turn, 1, 0.0)) is None
+    authorizer.robot_at(0.1, (1.5, 0.0))
+    authorizer.robot_at(0.2, (0.5, 0.0))
+    assert refusal(authorizer.judge(KEY.sign(RULE), 1, 0.2)) is None
 
 
 def test_a_one_shot_is_done_once() -> None:
-    judge = judge_at((0.0, 0.0))
+    authorizer = judge_at((0.0, 0.0))
     newer = KEY.sign(replace(SHOT, counter=6))
     verdicts = [
-        judge.judge(packet, 1, 0.0) for packet in (*[KEY.sign(SHOT)] * 2, newer, KEY.sign(SHOT), newer)
+        authorizer.judge(packet, 1, 0.0) for packet in (*[KEY.sign(SHOT)] * 2, newer, KEY.sign(SHOT), newer)
     ]
     expected = [None, Refusal.REPEATED, None, Refusal.OLD_COUNTER, Refusal.REPEATED]
     assert [refusal(verdict) for verdict in verdicts] == expected
-    judge.robot_at(0.1, (9.0, 0.0))
-    judge.robot_at(0.2, (0.0, 0.0))
-    assert refusal(judge.judge(newer, 1, 0.2)) is Refusal.REPEATED
+    authorizer.robot_at(0.1, (9.0, 0.0))
+    authorizer.robot_at(0.2, (0.0, 0.0))
+    assert refusal(authorizer.judge(newer, 1, 0.2)) is Refusal.REPEATED
 
 
 def test_replays_are_refused_after_a_restart_too() -> None:
@@ -132,39 +135,41 @@ def test_replays_are_refused_after_a_restart_too() -> None:
 
 def test_only_news_is_written() -> None:
     memory = Memory()
-    judge = judge_at((0.0, 0.0), memory)
+    authorizer = judge_at((0.0, 0.0), memory)
     for stamp in np.arange(50) * 0.01:
-        judge.robot_at(stamp, (9.0 * (round(100 * stamp) % 2), 0.0))
-        judge.judge(KEY.sign(RULE), 1, stamp)
+        authorizer.robot_at(stamp, (9.0 * (round(100 * stamp) % 2), 0.0))
+        authorizer.judge(KEY.sign(RULE), 1, stamp)
     assert memory.writes == 1
 
 
 def test_lost_counters_refuse_all_with_their_reason() -> None:
     memory = Memory()
     memory.error = 'counter file c.json is missing; renew it'
-    judge = judge_at((0.0, 0.0), memory)
-    verdict = judge.judge(KEY.sign(RULE), 1, 0.0)
-    expected = 'commands are refused: counter file c.json is missing; renew it'
-    assert verdict == judge.standing_refusal == Refused(Refusal.COUNTERS_LOST, expected)
+    authorizer = judge_at((0.0, 0.0), memory)
+    verdict = authorizer.judge(KEY.sign(RULE), 1, 0.0)
+    expected = 'commands are rejected: counter file c.json is missing; renew it'
+    assert verdict == authorizer.standing_refusal == Refused(Refusal.COUNTERS_LOST, expected)
 
 
 def test_what_cannot_be_kept_is_not_done() -> None:
     memory = Memory()
-    judge = judge_at((0.0, 0.0), memory)
+    authorizer = judge_at((0.0, 0.0), memory)
     memory.error = 'the disk is full'
-    assert refusal(judge.judge(KEY.sign(SHOT), 1, 0.0)) is Refusal.COUNTERS_LOST
+    assert refusal(authorizer.judge(KEY.sign(SHOT), 1, 0.0)) is Refusal.COUNTERS_LOST
     memory.error = ''
-    assert refusal(judge.judge(KEY.sign(SHOT), 1, 0.0)) is None
+    assert refusal(authorizer.judge(KEY.sign(SHOT), 1, 0.0)) is None
 
 
 def test_too_many_forgeries_lock_and_the_lock_opens() -> None:
-    judge = judge_at((0.0, 0.0), bad_macs_max=3, lockout_time=60.0, position_age_max=60.0)
+    authorizer = judge_at((0.0, 0.0), bad_macs_max=3, lockout_time=60.0, position_age_max=60.0)
     for _ in range(3):
-        judge.judge(CommandPacket(RULE, b'abcd'), 1, 0.0)
-    verdict = judge.judge(KEY.sign(RULE), 1, 1.0)
-    assert verdict == Refused(Refusal.LOCKED, 'commands are refused for 60 s after too many wrong codes')
-    judge.robot_at(60.0, (0.0, 0.0))
-    assert refusal(judge.judge(KEY.sign(RULE), 1, 60.0)) is None
+        authorizer.judge(CommandPacket(RULE, b'abcd'), 1, 0.0)
+    verdict = authorizer.judge(KEY.sign(RULE), 1, 1.0)
+    assert verdict == Refused(
+        Refusal.LOCKED, 'commands are rejected for 60 s after too many wrong authentication codes'
+    )
+    authorizer.robot_at(60.0, (0.0, 0.0))
+    assert refusal(authorizer.judge(KEY.sign(RULE), 1, 60.0)) is None
 
 
 def test_the_speed_limit_holds_whatever_is_signed() -> None:
@@ -174,10 +179,10 @@ def test_the_speed_limit_holds_whatever_is_signed() -> None:
 
 def test_nonsense_is_refused_and_costs_no_counter() -> None:
     memory = Memory()
-    judge = judge_at((0.0, 0.0), memory)
+    authorizer = judge_at((0.0, 0.0), memory)
     wild = KEY.sign(Command(1, Operation.TURN, 100.0, 9))
-    assert refusal(judge.judge(wild, 1, 0.0)) is Refusal.IMPLAUSIBLE
-    assert refusal(judge.judge(KEY.sign(RULE), 1, 0.0)) is None
+    assert refusal(authorizer.judge(wild, 1, 0.0)) is Refusal.IMPLAUSIBLE
+    assert refusal(authorizer.judge(KEY.sign(RULE), 1, 0.0)) is None
 
 
 def test_daily_life_is_not_suspicious() -> None:
@@ -189,12 +194,12 @@ def test_daily_life_is_not_suspicious() -> None:
 
 def test_after_a_jump_back_in_time_a_visit_begins_anew_but_counters_stay() -> None:
     memory = Memory()
-    judge = judge_at((0.0, 0.0), memory)
-    assert judge.judge(KEY.sign(RULE), 1, 0.0) == Accepted(RULE)
-    assert refusal(judge.judge(KEY.sign(RULE), 1, 0.0)) is Refusal.DONE
-    judge.forget_place()
-    assert refusal(judge.judge(KEY.sign(RULE), 1, 0.0)) is Refusal.NO_POSITION
-    judge.robot_at(0.0, (0.0, 0.0))
-    assert judge.judge(KEY.sign(RULE), 1, 0.0) == Accepted(RULE)
+    authorizer = judge_at((0.0, 0.0), memory)
+    assert authorizer.judge(KEY.sign(RULE), 1, 0.0) == Accepted(RULE)
+    assert refusal(authorizer.judge(KEY.sign(RULE), 1, 0.0)) is Refusal.DONE
+    authorizer.forget_place()
+    assert refusal(authorizer.judge(KEY.sign(RULE), 1, 0.0)) is Refusal.NO_POSITION
+    authorizer.robot_at(0.0, (0.0, 0.0))
+    assert authorizer.judge(KEY.sign(RULE), 1, 0.0) == Accepted(RULE)
     older = replace(RULE, counter=RULE.counter - 1)
-    assert refusal(judge.judge(KEY.sign(older), 1, 0.0)) is Refusal.OLD_COUNTER
+    assert refusal(authorizer.judge(KEY.sign(older), 1, 0.0)) is Refusal.OLD_COUNTER

@@ -29,7 +29,7 @@ def test_counters_come_back(tmp_path: Path) -> None:
 
 def test_a_lost_file_is_not_an_empty_one(tmp_path: Path) -> None:
     path = tmp_path / 'counters.json'
-    remedy = 'renew it, with a new key or above all counters used'
+    remedy = 'reset it with renew_counters, with a new key or above all counters used'
     assert error_of(path) == f'counter file {path} is missing; {remedy}'
     CounterFile(path).renew(1_700_000_000)
     assert CounterFile(path).read() == Counters(1_700_000_000)
@@ -59,7 +59,7 @@ def test_a_lost_file_is_not_an_empty_one(tmp_path: Path) -> None:
 def test_a_damaged_file_is_named(tmp_path: Path, content: str) -> None:
     path = tmp_path / 'counters.json'
     path.write_text(content)
-    assert error_of(path).startswith(f'counter file {path} is damaged: ')
+    assert error_of(path).startswith(f'counter file {path} is corrupted: ')
 
 
 def test_what_cannot_be_read_or_written_is_named(tmp_path: Path) -> None:

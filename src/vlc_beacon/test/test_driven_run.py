@@ -1,4 +1,4 @@
-"""The paper's run (3.3) in a closed loop: what lamps say moves the robot, and what it sees follows from that."""
+"""The paper's run (3.3) in closed loop: commands move the robot, and images follow from its pose."""
 
 from __future__ import annotations
 
@@ -82,8 +82,8 @@ def packets_of(beacon: int) -> list[bytes]:
 def run() -> list[tuple[float, PlanarPose, Velocity]]:
     """Stamps, true poses and velocities; the robot begins 0.7 m before A and stands until A was heard."""
     beacons = [Beacon(i + 1, place, RADIUS) for i, place in enumerate(PAPER_LAMPS)]
-    judge = CommandJudge(KEY, Memory(), {b.id: b.xyz[:2] for b in beacons}, TRUST)
-    receiver = BeaconReceiver(beacons, UPWARD, judge, LIGHT)
+    authorizer = CommandJudge(KEY, Memory(), {b.id: b.xyz[:2] for b in beacons}, TRUST)
+    receiver = BeaconReceiver(beacons, UPWARD, authorizer, LIGHT)
     executor = CommandExecutor(DriveSettings(cruise_speed=CRUISE), TRUST.speed_limit)
     eye = CeilingCamera(CAMERA, Shutter(LIGHT.exposure_time, LIGHT.row_time))
     waveforms = [rs_fsk_waveform(packets_of(beacon.id), 30.0) for beacon in beacons]

@@ -94,10 +94,10 @@ def test_it_tells_how_large_the_lamp_must_be_and_how_long_it_takes(
     assert run(1, '--csv', tmp_path / 'one.csv') == 0
     out = capsys.readouterr().out
     period = waveform_of_csv((tmp_path / 'one.csv').read_text()).period
-    assert 'must cover 6 rows' in out
+    assert 'must cover at least 6 image rows' in out
     assert f'{period:.2f} s for 1 packet\n' in out
     assert run(1, '--code', 'manchester') == 0
-    assert 'must cover 6 rows' not in capsys.readouterr().out
+    assert 'must cover at least 6 image rows' not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -107,21 +107,21 @@ def test_it_tells_how_large_the_lamp_must_be_and_how_long_it_takes(
         ((3, 'turn', '--key-file', '{key}'), 'needs a number'),
         ((3, 'stop:1', '--key-file', '{key}'), 'no value'),
         ((3, 'turn:1', 'slow:0.1', '--one-shot', '--key-file', '{key}'), 'one-shot'),
-        ((3, 'dance'), "'dance' means nothing"),
+        ((3, 'dance'), "unknown message 'dance'"),
         ((3, 'hex:0g'), 'hexadecimal'),
         ((99999,), 'beacon ID is 99999'),
         ((3, 'stop', '--key-file', '{tmp}/none'), 'cannot be read'),
         ((3, 'slow:9999', '--key-file', '{key}'), 'value is 9999'),
         ((3, 'stop', '--key-file', '{key}', '--counter', -1), 'counter is -1'),
         ((3, '--code', 'manchester', '--slot-bytes', 9), 'slot_bytes'),
-        ((3, 'turn:1', 'turn:-1', '--key-file', '{key}'), 'turn is there with two values'),
+        ((3, 'turn:1', 'turn:-1', '--key-file', '{key}'), 'turn is given with two values'),
         (
             (3, 'slow:-1', '--key-file', '{key}'),
-            'slow:-1: slow cannot have the value -1, so no robot would obey it',
+            'slow:-1: slow cannot have the value -1, so robots would reject it',
         ),
         (
             (3, 'text:hello', '--code', 'tone'),
-            'a tone says nothing but which lamp it is; leave out text:hello',
+            'a tone carries the identity of the lamp only; leave out text:hello',
         ),
         ((3, '--code', 'manchester', '--slot-bytes', 50), 'slot_bytes'),
         ((3, '--frame-rate', 1), 'frame_rate'),

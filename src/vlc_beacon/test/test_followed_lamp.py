@@ -1,4 +1,4 @@
-"""Lamps that flicker without a code, and lamps that speak up late."""
+"""Lamps that flicker without a code, and lamps that start to send late."""
 
 import math
 

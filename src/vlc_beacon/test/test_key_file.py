@@ -34,7 +34,7 @@ def test_a_new_key_is_secret_and_never_the_same(tmp_path: Path) -> None:
     first, second = (read_key(path) for path in paths)
     assert not second.is_authentic(first.sign(COMMAND))
     assert read_key(paths[0]).is_authentic(first.sign(COMMAND))
-    with pytest.raises(VlcBeaconError, match=r'key file .*/a cannot be made: File exists'):
+    with pytest.raises(VlcBeaconError, match=r'key file .*/a cannot be created: File exists'):
         make_key_file(paths[0])
 
 
@@ -46,13 +46,13 @@ def test_the_key_is_what_the_digits_say(tmp_path: Path) -> None:
 @pytest.mark.parametrize('mode', [0o640, 0o604, 0o620, 0o602, 0o644, 0o610])
 def test_a_key_that_others_can_use_is_refused(tmp_path: Path, mode: int) -> None:
     path = written(tmp_path / 'key', '00' * 32, mode)
-    assert error_of(path) == f'key file {path} can be used by others than its owner; run: chmod 600 {path}'
+    assert error_of(path) == f'key file {path} is accessible to other users; run: chmod 600 {path}'
 
 
 @pytest.mark.parametrize('text', ['', '00' * 15, '00' * 33, 'secret' * 8, '0' * 33, 'ß' * 32, '00' * 9000])
 def test_what_is_no_key_is_refused(tmp_path: Path, text: str) -> None:
     path = written(tmp_path / 'key', text)
-    expected = f'key file {path} holds no key: it must hold 32 to 64 hexadecimal digits and nothing else'
+    expected = f'key file {path} has no valid key: it must hold 32 to 64 hexadecimal digits and nothing else'
     assert error_of(path) == expected
 
 
@@ -61,9 +61,9 @@ def test_what_is_no_file_is_refused(tmp_path: Path) -> None:
         error_of(tmp_path / 'none')
         == f'key file {tmp_path / "none"} cannot be read: No such file or directory'
     )
-    assert error_of(tmp_path) == f'key file {tmp_path} is not a file'
+    assert error_of(tmp_path) == f'key file {tmp_path} is not a regular file'
     os.mkfifo(tmp_path / 'pipe', 0o600)
-    assert error_of(tmp_path / 'pipe') == f'key file {tmp_path / "pipe"} is not a file'
+    assert error_of(tmp_path / 'pipe') == f'key file {tmp_path / "pipe"} is not a regular file'
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason='only root can give files away and reads whatever it likes')

@@ -11,7 +11,7 @@ FRAME = ufsook_frame([b'abc'])
 
 
 def test_steps_that_the_lamp_cannot_play_are_refused() -> None:
-    with pytest.raises(LampFrameError, match='a step lasts 160 ticks, the lamp plays 1000 to 65000'):
+    with pytest.raises(LampFrameError, match='a step lasts 160 ticks, the firmware supports 1000 to 65000'):
         constant_tone_frame(50_000.0)
     with pytest.raises(LampFrameError, match='a step lasts 80000 ticks'):
         constant_tone_frame(100.0)
@@ -21,24 +21,24 @@ def test_steps_that_the_lamp_cannot_play_are_refused() -> None:
 
 def test_packets_that_the_lamp_cannot_play_are_refused() -> None:
     for shape in ((0, 1), (256, 1), (1, 0), (1, 65536)):
-        with pytest.raises(LampFrameError, match=f'{shape[0]} groups of {shape[1]} symbols'):
+        with pytest.raises(LampFrameError, match=f'{shape[0]} bursts of {shape[1]} symbols'):
             Section(np.zeros(shape, np.int64))
-    with pytest.raises(LampFrameError, match='played 256 times'):
+    with pytest.raises(LampFrameError, match='repeated 256 times'):
         Section(np.zeros((1, 1), np.int64), 256)
 
 
 @pytest.mark.parametrize(
     ('change', 'message'),
     [
-        ({'wheel': ()}, 'the wheel is'),
-        ({'wheel': (4,)}, 'the wheel is'),
-        ({'wheel': (3,)}, 'behind the end of the wheel'),
-        ({'bits': 0}, 'symbols do not go with'),
-        ({'bits': 3}, '4 symbols do not go with data symbols of 3 bits'),
-        ({'marker': (4,)}, 'the marker is'),
-        ({'marker': (1, 2, 3)}, 'the marker is'),
+        ({'wheel': ()}, 'the pattern is'),
+        ({'wheel': (4,)}, 'the pattern is'),
+        ({'wheel': (3,)}, 'beyond the end of the pattern'),
+        ({'bits': 0}, 'symbols are invalid for'),
+        ({'bits': 3}, '4 symbols are invalid for data symbols of 3 bits'),
+        ({'marker': (4,)}, 'the preamble is'),
+        ({'marker': (1, 2, 3)}, 'the preamble is'),
         ({'plays': 256}, 'plays is 256'),
-        ({'sections': []}, 'without packets'),
+        ({'sections': []}, 'at least one packet'),
     ],
 )
 def test_frames_that_the_lamp_cannot_play_are_refused(change, message) -> None:

@@ -50,9 +50,7 @@ def test_a_hundred_bytes_fit_in_every_code() -> None:
 
 
 def test_a_frame_too_long_is_refused() -> None:
-    with pytest.raises(
-        LampFrameError, match='the frame has 597 bytes, the lamp holds 508; send fewer packets'
-    ):
+    with pytest.raises(LampFrameError, match='the frame has 597 bytes, the limit is 508; send fewer packets'):
         bytes_of_frame(ufsook_frame([HUNDRED] * 5))
 
 

@@ -1,4 +1,4 @@
-"""Named lamps to poses, by every method."""
+"""Poses from identified lamps, by every method."""
 
 from __future__ import annotations
 

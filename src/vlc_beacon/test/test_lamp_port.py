@@ -46,7 +46,7 @@ def test_what_the_lamp_refuses_is_told() -> None:
     def answers(line: str) -> str:
         return 'ERR crc\r\n' if line == 'k' else usual(line)
 
-    refused = pytest.raises(VlcBeaconError, match="answers 'ERR crc' to 'k'")
+    refused = pytest.raises(VlcBeaconError, match="replied 'ERR crc' to 'k'")
     with lamp_that(answers) as (path, _), LampPort(path) as port, refused:
         port.load(bytes(4), keep=True)
 
@@ -55,13 +55,13 @@ def test_silence_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lamp_port, 'WAKE_SECONDS', 0.1)
     monkeypatch.setattr(lamp_port, 'WAKE_EVERY', 0.05)
     monkeypatch.setattr(lamp_port, 'ANSWER_SECONDS', 0.1)
-    with lamp_that(lambda _: '') as (path, _), pytest.raises(VlcBeaconError, match='no lamp answers on'):
+    with lamp_that(lambda _: '') as (path, _), pytest.raises(VlcBeaconError, match='no lamp replies on'):
         LampPort(path)
 
     def answers(line: str) -> str:
         return '' if line == 's' else usual(line)
 
-    silence = pytest.raises(VlcBeaconError, match='does not answer')
+    silence = pytest.raises(VlcBeaconError, match='does not reply')
     with lamp_that(answers) as (path, _), LampPort(path) as port, silence:
         port.status()
 
@@ -76,7 +76,7 @@ def test_what_is_no_serial_port_is_told(tmp_path: Path) -> None:
     with pytest.raises(VlcBeaconError, match='cannot be opened: No such file'):
         LampPort(tmp_path / 'ttyUSB0')
     (tmp_path / 'file').touch()
-    with pytest.raises(VlcBeaconError, match='is no serial port'):
+    with pytest.raises(VlcBeaconError, match='is not a serial port'):
         LampPort(tmp_path / 'file')
 
 

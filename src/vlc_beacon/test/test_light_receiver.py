@@ -1,4 +1,4 @@
-"""Lamps that are told by a constant tone, and lamps that are small."""
+"""Lamps identified by a constant tone, and small lamps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A short film under four lamps through ``locate``, as images and as a bag."""
+"""A short image sequence under four lamps processed by ``locate``, as images and as a bag."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def test_a_bag_agrees_with_the_truth_and_a_bad_image_in_it_is_no_end(
 ) -> None:
     code, out, _ = run('--bag', film / 'bag')
     assert code == 0
-    assert '1 without: /image_raw' in out
+    assert '1 without a pose: /image_raw' in out
     assert errors(tmp_path / 'out' / 'poses.tum', film, START_NS).max() < 0.005
 
 

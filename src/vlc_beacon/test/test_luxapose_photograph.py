@@ -1,4 +1,4 @@
-"""Five lamps in a telephone's photograph, with the geometry of their rig."""
+"""Five lamps in a phone photograph, with known geometry."""
 
 import os
 from dataclasses import replace

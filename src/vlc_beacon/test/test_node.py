@@ -1,4 +1,4 @@
-"""The node through real topics, with a receiver that tells what it was given."""
+"""The node through real topics, with a receiver that records its inputs."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_accepted_commands_are_published_and_refused_ones_are_not(
         {'beacon': 1, 'counter': 7, 'op': 'slow', 'value': 0.125}
     ]
     report = robot.report()
-    assert (report.level, 'wrong code' in report.message) == (DiagnosticStatus.WARN, True)
+    assert (report.level, 'wrong authentication code' in report.message) == (DiagnosticStatus.WARN, True)
 
 
 def test_only_with_drive_there_are_velocities(graph: IsolatedGraph, beacons_file: Path) -> None:

@@ -1,4 +1,4 @@
-"""The node when things begin again: time after a jump back, a pose after it was lost."""
+"""Resets of the node: clock jumps back, and a pose found after it was lost."""
 
 from __future__ import annotations
 
@@ -71,4 +71,4 @@ def test_a_pose_that_is_lost_at_once_is_told_when_the_line_may_be_said(
     monkeypatch.setattr(robot.node, 'get_logger', Logger)
     for answer in (with_fix(), without_fix(), without_fix(), without_fix()):
         robot.node._tell_change(answer.result)
-    assert lines == ['found: ', 'no pose']
+    assert lines == ['pose: x', 'no pose']

@@ -1,4 +1,4 @@
-"""What the node says of a start that cannot be."""
+"""Startup errors of the node."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the diagnostics say."""
+"""Diagnostics of the node."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class Clock:
 
 
 def report(key: CommandKey | None = None) -> tuple[ReceiverReport, Clock]:
-    judge, clock = CommandJudge(key, LostCounters(), {}, TrustSettings()), Clock()  # type: ignore[arg-type]
-    return ReceiverReport('hall.yaml', judge, clock), clock
+    authorizer, clock = CommandJudge(key, LostCounters(), {}, TrustSettings()), Clock()  # type: ignore[arg-type]
+    return ReceiverReport('hall.yaml', authorizer, clock), clock
 
 
 def test_silence_is_told_before_and_after_images() -> None:
@@ -58,7 +58,7 @@ def test_lamps_that_are_left_alone_are_counted_by_the_reason() -> None:
     lamps = [replace(a_lamp(i), silence=silence) for i, silence in enumerate((*Silence, Silence.NO_CODE))]
     status.add(with_fix(lamps=lamps), 0.01)
     values = status.status().values
-    assert (values['lamps without a code'], values['lamps too small to be read']) == ('2', '1')
+    assert (values['lamps without a code'], values['lamps too small to be decoded']) == ('2', '1')
 
 
 def test_what_lamps_say_is_told_until_they_say_something_else() -> None:
@@ -66,8 +66,8 @@ def test_what_lamps_say_is_told_until_they_say_something_else() -> None:
     for said in ('Door 3\nis shut', None, b'\x00\xff'):
         status.add(with_fix(lamps=[replace(a_lamp(2, beacon=2), said=said)]), 0.01)
         if said is None:
-            assert status.status().values['lamp 2 says'] == r"'Door 3\nis shut'"
-    assert status.status().values['lamp 2 says'] == '00ff'
+            assert status.status().values['lamp 2 message'] == r"'Door 3\nis shut'"
+    assert status.status().values['lamp 2 message'] == '00ff'
 
 
 def test_no_fix_has_its_reason_and_detail() -> None:
@@ -81,7 +81,7 @@ def test_commands_are_counted_and_suspicious_ones_raise_an_alarm_for_a_minute() 
     status, clock = report()
     status.add(with_fix([ACCEPTED, REFUSED]), 0.01)
     assert status.status().values['commands accepted'] == '1'
-    assert 'wrong code' in status.status().message
+    assert 'wrong authentication code' in status.status().message
     clock.now = 61.0
     status.add(with_fix(), 0.01)
     assert status.status().message == 'fix'
@@ -95,9 +95,7 @@ def test_lost_counters_are_told_all_the_time() -> None:
 
 def test_only_a_lamp_without_a_name_that_speaks_for_a_beacon_raises_no_alarm() -> None:
     status, _ = report()
-    early = Refused(
-        Refusal.OTHER_BEACON, 'command of beacon 1 was spoken by a lamp whose ID is not confirmed'
-    )
+    early = Refused(Refusal.OTHER_BEACON, 'command of beacon 1 was sent by a lamp with an unconfirmed ID')
     status.add(with_fix([replace(REFUSED, speaker=None, answer=early)]), 0.01)
     assert status.status().message == 'fix'
     status.add(with_fix([replace(REFUSED, speaker=2, answer=early)]), 0.01)
@@ -107,4 +105,4 @@ def test_only_a_lamp_without_a_name_that_speaks_for_a_beacon_raises_no_alarm() -
 def test_wrong_codes_of_a_lamp_without_a_name_raise_an_alarm() -> None:
     status, _ = report()
     status.add(with_fix([replace(REFUSED, speaker=None)]), 0.01)
-    assert 'wrong code' in status.status().message
+    assert 'wrong authentication code' in status.status().message

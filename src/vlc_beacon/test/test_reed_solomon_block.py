@@ -87,5 +87,5 @@ def test_slots_of_chance_are_no_packet() -> None:
 
 
 def test_what_does_not_fit_is_refused() -> None:
-    with pytest.raises(PacketError, match='packet has 250 bytes, too many for slots of 1 bytes'):
+    with pytest.raises(PacketError, match='packet has 250 bytes, too many for segments of 1 bytes'):
         slots_of_packet(bytes(250), 1)

@@ -1,4 +1,4 @@
-"""Manchester slots on a large lamp, from images to packets."""
+"""Manchester segments on a large lamp, from images to packets."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def test_status_is_read() -> None:
 
 @pytest.mark.parametrize('reply', ['', 'OK', 'playing kept x 7c6d 0', 'playing kept 49 7c6d 0 0'])
 def test_what_is_no_status_is_refused(reply: str) -> None:
-    with pytest.raises(VlcBeaconError, match='no status'):
+    with pytest.raises(VlcBeaconError, match='not a status'):
         read_status(reply)
 
 

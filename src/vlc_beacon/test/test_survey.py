@@ -1,4 +1,4 @@
-"""A made-up drive under one lamp, drawn and written as a bag, gives the lamp's place."""
+"""A simulated drive under one lamp, rendered to a bag, gives the lamp's position."""
 
 import math
 from pathlib import Path
@@ -96,7 +96,7 @@ def test_bad_input_ends_in_one_line(bag: Path, tmp_path: Path, capsys: pytest.Ca
         'has no topic /pose': [bag, '--pose-topic', '/pose'],
         'has no topic /imuu': [bag, '--imu-topic', '/imuu'],
         'exposure_time is 2': [bag, '--exposure-time', '2'],
-        'no lamp was found': [bag, '--camera-rpy', '3.14159', '0', '0'],
+        'no lamp was surveyed': [bag, '--camera-rpy', '3.14159', '0', '0'],
     }
     for complaint, arguments in bad.items():
         assert run(*arguments, '--out', tmp_path / 'beacons.yaml') == 1

@@ -1,4 +1,4 @@
-"""Which poses commands may rely on."""
+"""Odometry consistency check of poses."""
 
 from __future__ import annotations
 

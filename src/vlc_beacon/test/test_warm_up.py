@@ -1,4 +1,4 @@
-"""Nothing is compiled any more after a warm-up."""
+"""No kernel is compiled after `compile_kernels`."""
 
 import subprocess
 import sys

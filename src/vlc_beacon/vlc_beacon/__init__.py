@@ -1,1 +1,1 @@
-"""Ceiling LEDs tell a robot where it is and what to do."""
+"""Localization and visible light communication (VLC) with ceiling LED beacons."""

@@ -1,4 +1,4 @@
-"""A recorded drive through the receiver, as the node would see it, without ROS running."""
+"""Process a recorded bag with the receiver as the node would, without ROS running."""
 
 from __future__ import annotations
 
@@ -25,27 +25,27 @@ from vlc_beacon.located_image import LocatedImage
 def choose_topics(
     bag: BagReader, image: str | None, camera_info: str | None, odometry: str | None, imu: str | None
 ) -> RecordingTopics:
-    """Return the topics to use: those that are named, else the node's own, else the only one of the type.
+    """Return the topics to use: the named ones, else the node's defaults, else the only topic of the type.
 
     Raises:
-        BagError: a named topic is missing or of another type, or none or several are there to choose from.
+        BagError: a named topic is missing or has another type, or the choice is not unique.
     """
     images, camera_infos = choose_images(bag, image), choose_camera_info(bag, camera_info)
     return RecordingTopics((images,), (camera_infos,), choose_odometry(bag, odometry), choose_imu(bag, imu))
 
 
 class BagLocalization:
-    """Feeds a bag's messages to a receiver in their order."""
+    """Feeds a bag's messages to a receiver in recorded order."""
 
     def __init__(
         self, bag: BagReader, topics: RecordingTopics, create_receiver: Callable[[], BeaconReceiver]
     ) -> None:
-        """Begin without a past.
+        """Create the receiver.
 
         Args:
             bag: an open bag.
-            topics: which of its topics are used.
-            create_receiver: makes the state between images, at the start and after a jump back in time.
+            topics: topics to read.
+            create_receiver: factory of the receiver, called at the start and after a jump back in time.
         """
         self._recording = Recording(bag, topics, camera_from_camera_info)
         self._create_receiver = create_receiver
@@ -53,10 +53,10 @@ class BagLocalization:
         self._stamps = StampOrder(self._start_again)
 
     def run(self) -> Iterator[LocatedImage]:
-        """Yield the images with their results; a bad message is no end, it becomes a result or is left out.
+        """Yield the images with their results; malformed messages are reported as results or skipped.
 
         Raises:
-            BagError: the bag is damaged.
+            BagError: the bag is corrupted.
         """
         for message in self._recording.messages():
             match message:
@@ -69,7 +69,7 @@ class BagLocalization:
 
     def _locate(self, image: RecordedImage[PinholeCamera]) -> LocatedImage:
         try:
-            seconds = self._stamps.check(image.header, image.topic)  # may begin a new receiver
+            seconds = self._stamps.check(image.header, image.topic)  # may replace the receiver
             result = self._receiver.receive(seconds, image.pixels, image.calibration)
             return LocatedImage(image.topic, image.stamp_ns, result)
         except (MessageError, VlcBeaconError) as fault:
@@ -77,10 +77,10 @@ class BagLocalization:
 
     def _take(self, message: RecordedOdometry | RecordedTilt) -> None:
         try:
-            # First the stamp: if it tells of a jump back, the message is the new receiver's.
+            # Check the stamp first: after a jump back in time the message goes to the new receiver.
             stamp = self._stamps.check(message.header, message.topic)
         except MessageError:
-            return  # as in the node: a bad message is left out
+            return  # as in the node: malformed messages are skipped
         if isinstance(message, RecordedTilt):
             self._receiver.add_tilt(stamp, *message.tilt)
         else:

@@ -1,4 +1,4 @@
-"""The lamps of the file as markers for RViz."""
+"""Beacons as RViz markers."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _TEXT_HEIGHT = 0.15
 
 
 def beacon_markers(beacons: Iterable[Beacon], reception: Reception, header: Header) -> MarkerArray:
-    """Show the lamps at their places with their IDs: those in view green, doubted ones red, the others grey.
+    """Return markers of the beacons with their IDs: visible ones green, anomalous ones red, the others grey.
 
     Args:
-        beacons: of the file.
-        reception: of the image.
-        header: stamp of the image, map frame.
+        beacons: beacons of the file.
+        reception: receiver output of the image.
+        header: stamp of the image and map frame.
     """
     seen = {lamp.beacon for lamp in reception.lamps}
     doubted = {doubt.id for doubt in reception.result.doubts}

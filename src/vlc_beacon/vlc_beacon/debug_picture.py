@@ -1,4 +1,4 @@
-"""What the node saw, drawn into the image."""
+"""Debug image of the receiver."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from vlc_beacon.core.receiver.beacon_receiver import Reception
 
 _NAMED, _STRANGER, _SILENT = (60, 220, 60), (40, 40, 230), (0, 200, 255)
 _MARGIN = 3.0
-"""A ring stays clear of its lamp [px]."""
+"""Gap between a lamp and its circle [px]."""
 _SUBPIXEL_BITS = 4
 _TEXT = 0.5
 
 
 def debug_picture(pixels: NDArray[np.uint8], reception: Reception) -> NDArray[np.uint8]:
-    """Draw lamps with an ID green, with a strange one red, without one yellow, and the pose or the reason for none.
+    """Draw lamps with a known ID green, unknown ID red, no ID yellow, and the pose or the reason for none.
 
     Args:
-        pixels: shape (h, w) grey or (h, w, 3) blue, green, red; left as it is.
-        reception: what the image told.
+        pixels: grey image, shape (h, w), or BGR image, shape (h, w, 3); not modified.
+        reception: receiver output of the image.
 
     Returns:
-        array, shape (h, w, 3), blue, green, red.
+        BGR image, shape (h, w, 3).
     """
     coloured = cv2.cvtColor(pixels, cv2.COLOR_GRAY2BGR) if pixels.ndim == 2 else pixels
     picture = np.array(coloured, dtype=np.uint8)

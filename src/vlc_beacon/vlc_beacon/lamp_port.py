@@ -1,4 +1,4 @@
-"""The serial line to a lamp that runs `firmware/led_beacon`."""
+"""Serial connection to a lamp with `firmware/led_beacon`."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 BAUD = termios.B115200
 WAKE_SECONDS = 5.0
-"""Opening the line resets an Arduino, whose bootloader then listens for up to two seconds."""
+"""Connection timeout [s]; opening the port resets an Arduino, whose bootloader runs for up to two seconds."""
 WAKE_EVERY = 0.5
 ANSWER_SECONDS = 4.0
-"""Keeping the longest frame takes 1.8 s."""
+"""Reply timeout [s]; storing the longest frame takes 1.8 s."""
 ASK_EVERY = 0.02
 LINE_MAX = 200
-"""No answer is longer; who sends more without an end is no lamp."""
+"""Maximum length of a reply."""
 
 
 class LampPort:
-    """A lamp on a serial line, to be used in a `with` statement.
+    """A lamp on a serial port, used as a context manager.
 
     Args:
-        path: of the device.
+        path: path of the device.
 
     Raises:
-        VlcBeaconError: the device cannot be opened, or no lamp answers.
+        VlcBeaconError: the device cannot be opened, or no lamp replies.
     """
 
     def __init__(self, path: Path) -> None:
@@ -66,43 +66,43 @@ class LampPort:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close the port; the lamp goes on."""
+        """Close the port; the lamp continues."""
         os.close(self._file)
 
     def load(self, frame: bytes, *, keep: bool) -> None:
-        """Let the lamp play a frame.
+        """Upload and play a frame.
 
         Args:
-            frame: its bytes.
-            keep: over power off; or only until the frame has been played as often as it says.
+            frame: frame bytes.
+            keep: whether to store the frame in the EEPROM; otherwise it is played for its number of plays.
 
         Raises:
-            VlcBeaconError: the lamp refuses it, or does not answer.
+            VlcBeaconError: the lamp rejects it, or does not reply.
         """
         for request in upload_requests(frame, keep=keep):
             self._do(request)
 
     def stream(self, frames: Iterable[bytes]) -> None:
-        """Play frames one after the other, each as soon as the lamp takes it; none of them is kept."""
+        """Play frames in sequence, each as soon as the lamp accepts it; none of them is stored."""
         for frame in frames:
             while self.status().is_busy:
                 time.sleep(ASK_EVERY)
             self.load(frame, keep=False)
 
     def status(self) -> LampStatus:
-        """Return what the lamp does."""
+        """Return the status of the lamp."""
         return read_status(self._ask(STATUS_REQUEST))
 
     def shine_steadily(self) -> None:
-        """Stop playing."""
+        """Stop the modulation; the lamp is constantly on."""
         self._do(STEADY_REQUEST)
 
     def play(self) -> None:
-        """Play again."""
+        """Resume playing."""
         self._do(PLAY_REQUEST)
 
     def _set_line(self) -> None:
-        """Eight bits as they are, and no reset when the port is closed and opened again."""
+        """Set raw 8-bit mode, without a reset when the port is closed and opened again."""
         try:
             iflag, oflag, cflag, lflag, _, _, controls = termios.tcgetattr(self._file)
             iflag, oflag, lflag = 0, 0, 0
@@ -111,13 +111,13 @@ class LampPort:
             termios.tcsetattr(self._file, termios.TCSANOW, attributes)
             termios.tcflush(self._file, termios.TCIOFLUSH)
         except termios.error as error:
-            raise VlcBeaconError(f'{self._path} is no serial port: {error.args[1]}') from error
+            raise VlcBeaconError(f'{self._path} is not a serial port: {error.args[1]}') from error
 
     def _wake(self) -> str:
-        """Ask who is there until somebody answers, and drop the answers of the asking before."""
+        """Request the version until the lamp replies, and drop replies to earlier requests."""
         end = time.monotonic() + WAKE_SECONDS
         while time.monotonic() < end:
-            # The carriage return ends what noise may have begun.
+            # The carriage return ends a line started by noise.
             self._write(f'\r{VERSION_REQUEST}\r')
             answer = self._read_line(WAKE_EVERY)
             if answer is not None and not answer.startswith('ERR'):
@@ -125,19 +125,19 @@ class LampPort:
                     pass
                 return answer
         raise VlcBeaconError(
-            f'no lamp answers on {self._path}: check the wiring and flash firmware/led_beacon'
+            f'no lamp replies on {self._path}: check the wiring and flash firmware/led_beacon'
         )
 
     def _do(self, request: str) -> None:
         answer = self._ask(request)
         if answer != DONE:
-            raise VlcBeaconError(f'the lamp on {self._path} answers {answer!r} to {request[:12]!r}')
+            raise VlcBeaconError(f'the lamp on {self._path} replied {answer!r} to {request[:12]!r}')
 
     def _ask(self, request: str) -> str:
         self._write(request + '\r')
         answer = self._read_line(ANSWER_SECONDS)
         if answer is None:
-            raise VlcBeaconError(f'the lamp on {self._path} does not answer')
+            raise VlcBeaconError(f'the lamp on {self._path} does not reply')
         return answer
 
     def _write(self, text: str) -> None:
@@ -147,10 +147,12 @@ class LampPort:
             try:
                 data = data[os.write(self._file, data) :]
             except OSError as error:
-                raise VlcBeaconError(f'the lamp on {self._path} is gone: {error.strerror}') from error
+                raise VlcBeaconError(
+                    f'the lamp on {self._path} was disconnected: {error.strerror}'
+                ) from error
 
     def _read_line(self, seconds: float) -> str | None:
-        """Return the next line, None where none comes in time."""
+        """Return the next line, None on timeout."""
         end = time.monotonic() + seconds
         while b'\n' not in self._received:
             if len(self._received) > LINE_MAX or time.monotonic() > end:
@@ -161,9 +163,11 @@ class LampPort:
             try:
                 received = os.read(self._file, 256)
             except OSError as error:
-                raise VlcBeaconError(f'the lamp on {self._path} is gone: {error.strerror}') from error
+                raise VlcBeaconError(
+                    f'the lamp on {self._path} was disconnected: {error.strerror}'
+                ) from error
             if not received:
-                raise VlcBeaconError(f'the lamp on {self._path} is gone')
+                raise VlcBeaconError(f'the lamp on {self._path} was disconnected')
             self._received += received
         line, self._received = self._received.split(b'\n', 1)
         return line.decode('ascii', 'replace').strip()

@@ -1,4 +1,4 @@
-"""What became of one image when images are located without a running node."""
+"""Result of one image located offline."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ class LocatedImage:
     """One image and its result.
 
     Attributes:
-        name: of its file, or of its topic.
-        stamp_ns: when it was taken [ns]; for files their number over the rate.
-        result: what it told, or the message of the error that it raised.
+        name: name of its file or topic.
+        stamp_ns: stamp [ns]; for files the index over the frame rate.
+        result: receiver output, or the error message.
     """
 
     name: str
@@ -24,14 +24,14 @@ class LocatedImage:
 
     @property
     def fix(self) -> BeaconFix | None:
-        """The pose, None where there is none."""
+        """The pose, None if there is none."""
         if isinstance(self.result, Reception) and isinstance(self.result.result, BeaconFix):
             return self.result.result
         return None
 
     @property
     def failure(self) -> str:
-        """Why there is no pose, empty if there is one."""
+        """Reason for no pose, empty if there is one."""
         if isinstance(self.result, str):
             return self.result
         return '' if isinstance(self.result.result, BeaconFix) else self.result.result.reason.value

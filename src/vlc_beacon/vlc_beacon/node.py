@@ -1,4 +1,4 @@
-"""The ROS node: images of the ceiling in, the robot's pose and the lamps' commands out."""
+"""ROS node: images of the ceiling in; robot pose and lamp commands out."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ from vlc_beacon.receiver_from_files import beacons_of, judge_of
 from vlc_beacon.receiver_report import ReceiverReport, messages_of
 
 _TELL_INTERVAL = 1.0
-"""Between lines about found and lost poses [s]."""
+"""Minimum interval between log lines about found and lost poses [s]."""
 _DRIVE_PERIOD = 0.05
-"""Between velocities [s]."""
+"""Period of velocity commands [s]."""
 
 CreateReceiver = Callable[[list[Beacon], CameraMount, CommandJudge, ReceiverSettings], BeaconReceiver]
 
@@ -59,14 +59,14 @@ CreateReceiver = Callable[[list[Beacon], CameraMount, CommandJudge, ReceiverSett
 def warm_receiver(
     beacons: list[Beacon], mount: CameraMount, judge: CommandJudge, settings: ReceiverSettings
 ) -> BeaconReceiver:
-    """Return a receiver whose first image takes no longer than the others."""
+    """Return a receiver with compiled numba kernels."""
     receiver = BeaconReceiver(beacons, mount, judge, settings)
     warm_up(settings)
     return receiver
 
 
 class VlcBeaconNode(Node):
-    """Publishes where the robot is and what it is told, from the lamps that its upward camera sees.
+    """Publishes the robot's pose and the received commands, from lamps seen by an upward camera.
 
     =========================  ============================  =============================================
     subscribed                 type                          use
@@ -75,7 +75,7 @@ class VlcBeaconNode(Node):
     ``camera_info``            CameraInfo                    its calibration
     ``imu``                    Imu                           optional: tilt of ``base_frame``
     ``attitude``               QuaternionStamped             optional: the same
-    ``odom``                   Odometry                      optional: carries the pose between lamps
+    ``odom``                   Odometry                      optional: dead reckoning between lamps
     =========================  ============================  =============================================
 
     =========================  ============================  =============================================
@@ -85,22 +85,22 @@ class VlcBeaconNode(Node):
     ``~/pose_with_covariance`` PoseWithCovarianceStamped     each image with a fix
     ``~/command``              String                        each command that is accepted, as JSON
     ``~/cmd_vel``              TwistStamped                  with ``drive``, 20 times a second
-    ``~/beacons``              MarkerArray                   while somebody listens
-    ``~/debug_image``          Image                         while somebody listens
+    ``~/beacons``              MarkerArray                   while subscribed
+    ``~/debug_image``          Image                         while subscribed
     ``/diagnostics``           DiagnosticArray               once a second
     =========================  ============================  =============================================
     """
 
     def __init__(self, create_receiver: CreateReceiver = warm_receiver, **options: Any) -> None:
-        """Load the lamps, the key and the counters, and subscribe.
+        """Load beacons, key and counters, and subscribe.
 
         Args:
-            create_receiver: makes the state between images, at start and after a jump back in time.
-            options: passed on to ``rclpy.node.Node``.
+            create_receiver: factory of the receiver, called at the start and after a jump back in time.
+            options: options of ``rclpy.node.Node``.
 
         Raises:
-            SettingsError: a bad parameter.
-            VlcBeaconError: a bad file.
+            SettingsError: invalid parameter.
+            VlcBeaconError: invalid file.
         """
         super().__init__('vlc_beacon', **options)
         self._settings = declare_parameters(self, NodeSettings)
@@ -147,14 +147,14 @@ class VlcBeaconNode(Node):
             self.create_timer(_DRIVE_PERIOD, self._drive)
 
     def _drive(self) -> None:
-        """Publish what the executor of commands decides."""
+        """Publish the velocity of the command executor."""
         executor = self._executor_of_commands
         velocity = None if executor is None else executor.velocity(self.get_clock().now().nanoseconds * 1e-9)
         if velocity is not None and self._cmd_vel is not None:
             self._cmd_vel.send(velocity.forward, velocity.turn_rate)
 
     def stop(self) -> None:
-        """Stop the robot, as the node ends."""
+        """Stop the robot at shutdown."""
         if self._cmd_vel is not None:
             self._cmd_vel.stop()
 
@@ -190,14 +190,14 @@ class VlcBeaconNode(Node):
         map_header = Header(stamp=header.stamp, frame_id=self._settings.map_frame)
         self._publish(stamp, map_header, reception)
         for speaker, words in messages_of(reception):
-            self.get_logger().info(f'{speaker} says {words}')
+            self.get_logger().info(f'{speaker} sent {words}')
         for verdict in reception.verdicts:
             self._take_verdict(verdict)
         if self._debug_image.get_subscription_count() > 0:
             self._debug_image.publish(image_from_array(debug_picture(pixels, reception), header))
 
     def _tell_change(self, result: BeaconFix | NoBeaconFix) -> None:
-        """Say a line when the pose is found or lost; the diagnostics tell the rest."""
+        """Log when the pose is found or lost; details are in the diagnostics."""
         has_fix = isinstance(result, BeaconFix)
         if has_fix == self._had_fix:
             return
@@ -205,11 +205,11 @@ class VlcBeaconNode(Node):
             f'no pose: {result.reason.value} ({result.detail})'
             if isinstance(result, NoBeaconFix)
             else (
-                f'found: x {result.T_map_base.x:.3f} m, y {result.T_map_base.y:.3f} m, '
-                f'yaw {result.T_map_base.yaw:.3f} rad by {int(result.used.sum())} lamps'
+                f'pose: x {result.T_map_base.x:.3f} m, y {result.T_map_base.y:.3f} m, '
+                f'yaw {result.T_map_base.yaw:.3f} rad from {int(result.used.sum())} lamps'
             )
         )
-        # What was not said for its haste is said by a later image.
+        # A throttled line is logged with a later image.
         if self.get_logger().info(line, throttle_duration_sec=_TELL_INTERVAL):
             self._had_fix = has_fix
 
@@ -228,11 +228,11 @@ class VlcBeaconNode(Node):
     def _take_verdict(self, verdict: Verdict) -> None:
         answer = verdict.answer
         if not isinstance(answer, Accepted):
-            # Two calls: rclpy lets one line of code log with one severity only.
+            # Two calls: rclpy requires one severity per call site.
             if answer.reason.is_suspicious:
-                self.get_logger().warning(f'refused: {answer.message}')
+                self.get_logger().warning(f'rejected: {answer.message}')
             else:
-                self.get_logger().info(f'refused: {answer.message}')
+                self.get_logger().info(f'rejected: {answer.message}')
             return
         self.get_logger().info(f'accepted: {answer.to_json()}')
         self._command.publish(String(data=answer.to_json()))
@@ -243,10 +243,10 @@ class VlcBeaconNode(Node):
         base_frame = self._settings.base_frame
         if message.child_frame_id not in ('', base_frame):
             raise PoseError(
-                f'odom is of {message.child_frame_id!r}, base_frame is {base_frame!r}; make them the same'
+                f'child_frame_id of odom is {message.child_frame_id!r}, base_frame is {base_frame!r}; make them equal'
             )
         T_odom_base = planar_pose(message.pose.pose, 'odom')
-        stamp = self._stamps.check(message.header, 'odom')  # may begin a new receiver
+        stamp = self._stamps.check(message.header, 'odom')  # may replace the receiver
         self._receiver.add_odometry(stamp, T_odom_base)
 
     def _take_imu(self, message: Imu) -> None:
@@ -260,14 +260,12 @@ class VlcBeaconNode(Node):
         self._receiver.add_tilt(stamp, *tilt)
 
     def _start_again(self) -> None:
-        self.get_logger().warning(
-            'time jumped back: the lamps, the pose and the odometry so far are forgotten'
-        )
+        self.get_logger().warning('clock jumped back: lamps, pose and odometry were reset')
         self._judge.forget_place()
         self._receiver = self._new_receiver()
         before, self._executor_of_commands = self._executor_of_commands, self._new_executor()
         if before is not None and before.is_stopped and self._executor_of_commands is not None:
-            # Who said stop did not mean until the clock is set.
+            # A stop command survives the reset.
             self._executor_of_commands.obey(Operation.STOP, 0.0)
 
 

@@ -1,4 +1,4 @@
-"""The node's parameters besides those of light and trust, which are the core's own settings."""
+"""Parameters of the node, except those of the receiver and of the command authorization."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vlc_beacon.core.drive.drive_settings import DriveSettings
 
 @dataclass(frozen=True)
 class NodeSettings(CameraSettings):
-    """Where the camera sits, which frames the poses connect, which lamps, whose commands; driving in a group."""
+    """Camera mount, frames, files and drive mode; drive parameters in a group."""
 
     camera_xyz: tuple[float, float, float] = setting(
         (0.0, 0.0, 0.2),
@@ -23,15 +23,13 @@ class NodeSettings(CameraSettings):
     )
     camera_rpy: tuple[float, float, float] = setting(
         (0.0, 0.0, math.pi / 2.0),
-        "fixed-axis roll, pitch, yaw of the optical frame in base_frame; by default up, the image's upper edge ahead",
+        'fixed-axis roll, pitch, yaw of the optical frame in base_frame; default: upward, top of the image ahead',
         unit='rad',
         minimum=-math.tau,
         maximum=math.tau,
     )
-    beacons_file: str = setting('', 'YAML file of the lamps and their places; there is none by default')
-    key_file: str = setting(
-        '', 'file with the secret that commands are signed with; without one all commands are refused'
-    )
-    counter_file: str = setting('', 'file that keeps the counters of commands over restarts')
-    drive: bool = setting(False, 'whether the node drives the robot as the lamps say, on ~/cmd_vel')
+    beacons_file: str = setting('', 'beacons file: YAML of lamp IDs and positions; required')
+    key_file: str = setting('', 'key file of the commands; without a key all commands are rejected')
+    counter_file: str = setting('', 'file that stores the counters of commands over restarts')
+    drive: bool = setting(False, 'whether the node executes commands and publishes ~/cmd_vel')
     driving: DriveSettings = field(default_factory=DriveSettings)

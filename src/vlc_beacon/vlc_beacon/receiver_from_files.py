@@ -1,4 +1,4 @@
-"""Loads the lamps, the key and the counters that the settings name."""
+"""Loads the beacons, key and counters named by the settings."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from vlc_beacon.node_settings import NodeSettings
 
 
 def beacons_of(settings: NodeSettings) -> list[Beacon]:
-    """Return the lamps.
+    """Load the beacons.
 
     Raises:
-        VlcBeaconError: no file is named, or it is bad.
+        VlcBeaconError: no file is set, or it is invalid.
     """
     if not settings.beacons_file:
         raise VlcBeaconError(
@@ -29,14 +29,14 @@ def beacons_of(settings: NodeSettings) -> list[Beacon]:
 
 
 def judge_of(settings: NodeSettings, trust: TrustSettings, beacons: Iterable[Beacon]) -> CommandJudge:
-    """Return who decides on commands; without a key it refuses all.
+    """Create the authorizer of commands; without a key it rejects all.
 
     Raises:
-        VlcBeaconError: a key that cannot be used, or one without a counter file.
+        VlcBeaconError: the key is invalid, or a counter file is missing.
     """
     if settings.key_file and not settings.counter_file:
         raise VlcBeaconError(
-            'counter_file is not set; commands with a key need a file that keeps their counters'
+            'counter_file is not set; commands with a key need a file that stores their counters'
         )
     key = read_key(_path(settings.key_file, 'key_file')) if settings.key_file else None
     store = CounterFile(_path(settings.counter_file, 'counter_file'))
@@ -48,4 +48,4 @@ def _path(text: str, parameter: str) -> Path:
     try:
         return Path(text).expanduser()
     except RuntimeError as fault:
-        raise VlcBeaconError(f'{parameter} is {text}: there is no such user; give a whole path') from fault
+        raise VlcBeaconError(f'{parameter} is {text}: no such user; give an absolute path') from fault

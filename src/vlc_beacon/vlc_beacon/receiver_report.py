@@ -1,4 +1,4 @@
-"""What the node says in the diagnostics: is there a pose, which lamps are in view or in doubt, what of commands."""
+"""Diagnostics of the node: pose, lamps in view, beacon anomalies and commands."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from vlc_beacon.core.trust.command_judge import CommandJudge
 from vlc_beacon.core.trust.verdict import Accepted, Refusal
 
 _LONGEST_SILENCE = 2.0
-"""Without images the latest pose says nothing about now [s]."""
+"""Time without images after which a warning is published [s]."""
 _ALARM = 60.0
-"""A suspicious command is shown for so long [s]."""
+"""Duration of the warning after a suspicious command [s]."""
 
 
 class ReceiverReport:
-    """Remembers the latest reception and counts all of them."""
+    """Collects statistics of the receiver output."""
 
     def __init__(self, beacons_file: str, judge: CommandJudge, now: Callable[[], float] = monotonic) -> None:
-        """Start without receptions.
+        """Start without output.
 
         Args:
-            beacons_file: the file in use, for people.
-            judge: whose standing refusal is told.
-            now: a clock that does not jump [s].
+            beacons_file: path of the beacons file, for display.
+            judge: authorizer whose permanent rejection is reported.
+            now: monotonic clock [s].
         """
         self._beacons_file = beacons_file
         self._judge = judge
@@ -42,7 +42,7 @@ class ReceiverReport:
         self._alarm, self._alarm_at = '', -float('inf')
 
     def add(self, reception: Reception, duration: float) -> None:
-        """Take what an image told that was worked on for ``duration`` [s]."""
+        """Add the output of an image with its processing time ``duration`` [s]."""
         self._latest, self._latest_at, self._duration = reception, self._now(), duration
         if isinstance(reception.result, BeaconFix):
             self._fixes += 1
@@ -54,22 +54,22 @@ class ReceiverReport:
             if isinstance(answer, Accepted):
                 self._commands['accepted'] += 1
                 continue
-            self._commands[f'refused: {answer.reason.value}'] += 1
-            # A true lamp speaks commands also before its ID is confirmed.
+            self._commands[f'rejected: {answer.reason.value}'] += 1
+            # A genuine lamp may send commands before its ID is confirmed.
             is_early = answer.reason is Refusal.OTHER_BEACON and verdict.speaker is None
             if answer.reason.is_suspicious and not is_early:
                 self._alarm, self._alarm_at = answer.message, self._latest_at
 
     def status(self) -> Status:
-        """Return the state of now."""
+        """Return the current diagnostics."""
         values = {'beacons': self._beacons_file, 'images with a pose': str(self._fixes)}
         values |= {f'images without: {reason}': str(number) for reason, number in self._no_fixes.items()}
         values |= {f'commands {kind}': str(number) for kind, number in self._commands.items()}
-        values |= {f'{speaker} says': words for speaker, words in self._messages.items()}
+        values |= {f'{speaker} message': words for speaker, words in self._messages.items()}
         if self._latest is None:
             return Status(Level.WARN, 'no image yet; check the topics image_raw and camera_info', values)
         values |= _reception_values(self._latest) | {
-            'time for the latest image [ms]': f'{1e3 * self._duration:.1f}'
+            'processing time of the latest image [ms]': f'{1e3 * self._duration:.1f}'
         }
         if self._now() - self._latest_at > _LONGEST_SILENCE:
             return Status(Level.WARN, 'images have stopped; check the camera', values)
@@ -82,7 +82,7 @@ class ReceiverReport:
     def _warnings(self, reception: Reception) -> list[str]:
         warnings = [_in_words(doubt) for doubt in reception.result.doubts]
         warnings += [
-            f'a lamp plays the ID {lamp.stranger}, which is not in the beacons file'
+            f'a lamp sends the ID {lamp.stranger}, which is not in the beacons file'
             for lamp in reception.lamps
             if lamp.stranger is not None
         ]
@@ -95,7 +95,7 @@ class ReceiverReport:
 
 
 def messages_of(reception: Reception) -> list[tuple[str, str]]:
-    """Return who said what in an image; bytes in hexadecimal, text in quotes on one line."""
+    """Return sender and text of the messages in an image; bytes in hexadecimal, text quoted."""
     return [
         ('a lamp' if lamp.beacon is None else f'lamp {lamp.beacon}', _quoted(lamp.said))
         for lamp in reception.lamps

@@ -1,4 +1,4 @@
-"""A recorded drive with known poses, image by image with the camera's pose."""
+"""Images of a recorded drive with known camera poses."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from shirube_ros.image_conversion import array_from_compressed_image, array_from
 
 _NANOSECONDS = 1e9
 _GAP_MAX_NS = 200_000_000
-"""Between two poses that are further apart nothing is known."""
+"""Maximum gap between poses for interpolation."""
 
 
 @dataclass(frozen=True)
 class DriveTopics:
-    """Which topics of a bag are used.
+    """Topics of the bag.
 
     Attributes:
-        image: raw or compressed.
-        camera_info: its calibration.
-        pose: of the base in the map.
-        imu: whose orientation tells roll and pitch; empty where the pose tells them.
+        image: raw or compressed images.
+        camera_info: calibration of the images.
+        pose: pose of the base in the map.
+        imu: IMU whose orientation gives roll and pitch; empty to use those of the pose.
     """
 
     image: str
@@ -42,13 +42,13 @@ class DriveTopics:
 
 @dataclass(frozen=True)
 class DriveImage:
-    """An image from a known place.
+    """An image with a known camera pose.
 
     Attributes:
-        stamp: since the first image [s].
-        pixels: shape (h, w), grey.
-        position: shape (3,), of the camera in the map [m].
-        rotation: shape (3, 3), ``R_map_camera``.
+        stamp: time since the first image [s].
+        pixels: grey image, shape (h, w).
+        position: camera position in the map, shape (3,) [m].
+        rotation: camera rotation ``R_map_camera``, shape (3, 3).
     """
 
     stamp: float
@@ -61,8 +61,8 @@ def load_camera(bag: BagReader, topic: str) -> PinholeCamera:
     """Return the calibration of a bag's images.
 
     Raises:
-        BagError: there is none in the bag.
-        CameraInfoError: it is none.
+        BagError: the bag has no calibration.
+        CameraInfoError: the calibration is invalid.
     """
     for raw in bag.messages([topic]):
         return camera_from_camera_info(bag.decode(raw), topic)
@@ -72,24 +72,22 @@ def load_camera(bag: BagReader, topic: str) -> PinholeCamera:
 def drive_images(
     bag: BagReader, topics: DriveTopics, mount: CameraMount, camera: PinholeCamera
 ) -> Iterator[DriveImage]:
-    """Yield the images whose poses are known.
+    """Yield the images with known poses.
 
     Args:
         bag: an open bag.
-        topics: which of its topics are used.
-        mount: the camera on the robot.
-        camera: intrinsics.
+        topics: topics to read.
+        mount: pose of the camera on the robot.
+        camera: camera intrinsics.
 
     Raises:
-        BagError: a topic is missing or damaged, or no image has a pose.
-        MessageError: an image cannot be read.
+        BagError: a topic is missing or corrupted, or no image has a pose.
+        MessageError: an image cannot be decoded.
     """
     stamps = load_header_stamps(bag, topics.image)
     known, positions, rotations = _base_poses(bag, topics, stamps)
     if not known.any():
-        raise BagError(
-            f'{bag.path}: {topics.pose} tells no pose at the stamp of any image; name another topic'
-        )
+        raise BagError(f'{bag.path}: {topics.pose} has no pose at the stamp of any image; use another topic')
     places = positions + rotations @ np.array(mount.xyz)
     turns = rotations @ mount.rotation
     indices = np.cumsum(known) - 1
@@ -105,7 +103,7 @@ def drive_images(
 def _base_poses(
     bag: BagReader, topics: DriveTopics, stamps: NDArray[np.int64]
 ) -> tuple[NDArray[np.bool_], NDArray[np.float64], NDArray[np.float64]]:
-    """Return at which stamps the base's pose is known, and positions (n, 3) and ``R_map_base`` (n, 3, 3) there."""
+    """Return the mask of stamps with a pose, and positions (n, 3) and ``R_map_base`` (n, 3, 3) at them."""
     trajectory = load_bag_trajectory(bag, topics.pose)
     known = can_interpolate(trajectory, stamps, _GAP_MAX_NS)
     tilts = _load_tilts(bag, topics.imu) if topics.imu else None
@@ -114,7 +112,7 @@ def _base_poses(
     poses = interpolate(trajectory, stamps[known])
     turns = Rotation.from_quat(poses.quaternions)
     if tilts is not None and known.any():
-        # The unit knows nothing of the heading, and a pose on the floor nothing of the tilt.
+        # Yaw is from the planar pose, roll and pitch from the IMU.
         times = (stamps[known] - tilts[0][0]) / _NANOSECONDS
         own = (tilts[0] - tilts[0][0]) / _NANOSECONDS
         roll, pitch = (np.interp(times, own, axis) for axis in tilts[1].T)
@@ -128,10 +126,10 @@ def _load_tilts(bag: BagReader, topic: str) -> tuple[NDArray[np.int64], NDArray[
     stamps = load_header_stamps(bag, topic)
     turns = [bag.decode(raw).orientation for raw in bag.messages([topic])]
     if not turns:
-        raise BagError(f'{bag.path}: {topic} is empty; name another topic')
+        raise BagError(f'{bag.path}: {topic} is empty; use another topic')
     quaternions = np.array([(turn.x, turn.y, turn.z, turn.w) for turn in turns])
     if not (np.isfinite(quaternions).all() and np.abs(quaternions).max(axis=1).min() > 0.0):
-        raise BagError(f'{bag.path}: {topic} has no orientation; name another topic, or none with ""')
+        raise BagError(f'{bag.path}: {topic} has no orientation; use another topic, or none with ""')
     return stamps, Rotation.from_quat(quaternions).as_euler('xyz')[:, :2]
 
 

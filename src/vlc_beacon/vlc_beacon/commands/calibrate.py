@@ -1,4 +1,4 @@
-"""``calibrate``: how much larger lamps look than they are, from images of a lamp at known distances."""
+"""``calibrate``: blooming of a lamp from images at known distances."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'calibrate: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:
-        print(f'calibrate: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        print(f'calibrate: {fault.filename}: {fault.strerror}; choose a writable path', file=sys.stderr)
         return 1
     print(f'{"beta":<16}{blooming.beta:.3f} +- {blooming.beta_sigma:.3f} px')
     print(f'{"alpha":<16}{blooming.alpha:.2f} /px')
@@ -43,11 +43,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def calibrate(options: argparse.Namespace) -> BloomingCalibration:
-    """Return the calibration from the images, and tell what each of them says.
+    """Fit the blooming model to the images and print the result of each image.
 
     Raises:
-        VlcBeaconError: an image without a whole lamp, or one whose distance is missing.
-        CameraFileError: a file that is no image.
+        VlcBeaconError: an image without a complete lamp, or without a distance.
+        CameraFileError: a file is not an image.
     """
     fits, depths = [], []
     for text in options.image:
@@ -55,7 +55,7 @@ def calibrate(options: argparse.Namespace) -> BloomingCalibration:
         depths.append(_depth(text, metres))
         fits.append(_brightest_lamp(Path(name)))
         true_radius = options.lamp_radius * options.focal_length / depths[-1]
-        print(f'{name}: radius {fits[-1].half_radius:.2f} px, of which {true_radius:.2f} px are the lamp')
+        print(f'{name}: radius {fits[-1].half_radius:.2f} px, true radius {true_radius:.2f} px')
     return calibrate_blooming(fits, depths, options.lamp_radius, options.focal_length)
 
 
@@ -75,23 +75,33 @@ def _brightest_lamp(path: Path) -> BloomingFit:
     try:
         lamps = LampDetector().detect(image)
         if len(lamps) == 0:
-            raise LampImageError('there is no lamp in it; expose so that it is bright and round')
+            raise LampImageError('no lamp found; expose so that it is bright and round')
         return fit_blooming(image, lamps.centroids[0], float(lamps.radii[0]))
     except LampImageError as fault:
         raise VlcBeaconError(f'{path}: {fault}') from fault
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Return the parser of the command's options."""
+    """Return the command-line parser."""
     parser = argparse.ArgumentParser(
         prog='calibrate',
-        description='Find how much larger a lamp looks than it is, from images of it at known distances. The lamp must '
-        'shine steadily, with both halves, and be the brightest light; two distances or more tell how sure it is.',
+        description='Calibrate the blooming of a lamp from images at known distances. The lamp must be on without '
+        'blinking, with both halves, and be the brightest light; two or more distances give the standard deviation.',
     )
     add = parser.add_argument
-    add('image', nargs='+', metavar='IMAGE=METRES', help='an image and the distance along the optical axis')
-    add('--focal-length', type=float, required=True, help='of the camera [px], fx of its calibration')
-    add('--lamp-radius', type=float, required=True, help='of the bright disc [m]')
+    add(
+        'image',
+        nargs='+',
+        metavar='IMAGE=METRES',
+        help='image and distance of the lamp along the optical axis',
+    )
+    add(
+        '--focal-length',
+        type=float,
+        required=True,
+        help='focal length of the camera [px], fx of its calibration',
+    )
+    add('--lamp-radius', type=float, required=True, help='radius of the bright disc [m]')
     add('--out', type=Path, default=Path('out/blooming.yaml'), metavar='FILE', help='default: %(default)s')
     return parser
 

@@ -1,4 +1,4 @@
-"""``encode``: an ID, data or a signed command to the light of a lamp, as a waveform and as a frame for its firmware."""
+"""``encode``: encode an ID, data or signed commands as a lamp waveform and as a frame for the lamp firmware."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from vlc_beacon.lamp_port import LampPort
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 when an option or a file is bad or the lamp does not answer."""
+    """Run the command; return 0, or 1 when an option or a file is invalid or the lamp does not reply."""
     options = make_parser().parse_args(arguments)
     try:
         encode(options)
@@ -32,22 +32,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'encode: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:
-        print(f'encode: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        print(f'encode: {fault.filename}: {fault.strerror}; choose a writable path', file=sys.stderr)
         return 1
     return 0
 
 
 def encode(options: argparse.Namespace) -> None:
-    """Encode, tell what it takes to read it, and write and send what was asked for."""
+    """Encode, print the requirements of the receiver, and write or send the requested outputs."""
     settings = EncodingSettings(
         **{field.name: getattr(options, field.name) for field in fields(EncodingSettings)}
     )
     check_settings(settings)
     key = read_key(options.key_file) if options.key_file is not None else None
-    # Who counts by the clock need not remember counters; see `files.counter_file`.
+    # Counters from the clock need not be stored; see `files.counter_file`.
     counter = int(time.time()) if options.counter is None else options.counter
     if settings.code == TONE_NAME and options.say != ['id']:
-        raise VlcBeaconError(f'a tone says nothing but which lamp it is; leave out {" ".join(options.say)}')
+        raise VlcBeaconError(
+            f'a tone carries the identity of the lamp only; leave out {" ".join(options.say)}'
+        )
     speaker = Speaker(options.beacon, key, counter, options.one_shot)
     packets = packets_of_words(options.say, speaker)
     program = encode_packets(packets, settings)
@@ -61,7 +63,7 @@ def encode(options: argparse.Namespace) -> None:
 
 
 def _deliver(program: LampProgram, options: argparse.Namespace) -> None:
-    """Write the frame to a file and send it to a lamp, as asked for."""
+    """Write the frame to a file and send it to a lamp, as requested."""
     frame = bytes_of_frame(program.frame)
     print(f'{"frame":<16}{len(frame)} bytes')
     if options.frame is not None:
@@ -70,7 +72,7 @@ def _deliver(program: LampProgram, options: argparse.Namespace) -> None:
     if options.port is not None:
         with LampPort(options.port) as port:
             port.load(frame, keep=options.keep)
-        print(f'{options.port}: plays it' + (' and keeps it' if options.keep else ''))
+        print(f'{options.port}: playing' + (', stored in the EEPROM' if options.keep else ''))
 
 
 def _report(profile: LightProfile, packets: int, period: float) -> str:
@@ -78,36 +80,41 @@ def _report(profile: LightProfile, packets: int, period: float) -> str:
     plural = 's' if packets > 1 else ''
     rows = (
         ('code', profile.name),
-        ('lamp', f'must cover {profile.rows_min} rows or more'),
+        ('lamp', f'must cover at least {profile.rows_min} image rows'),
         (
             'period',
             f'{1e3 * period:.4g} ms'
             if says_only_its_name
             else f'{period:.2f} s for {packets} packet{plural}',
         ),
-        ('an ID takes', f'{profile.id_seconds:.2f} s'),
+        ('ID duration', f'{profile.id_seconds:.2f} s'),
     )
-    command = '' if says_only_its_name else f', a command {profile.command_seconds:.2f} s'
+    command = '' if says_only_its_name else f', command {profile.command_seconds:.2f} s'
     return '\n'.join(f'{name:<16}{text}' for name, text in rows) + command
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Return the parser of the command's options."""
+    """Return the command-line parser."""
     parser = argparse.ArgumentParser(
-        prog='encode', description='Encode an ID, data or a signed command as the light of a lamp.'
+        prog='encode', description='Encode an ID, data or signed commands as the waveform of a lamp.'
     )
     add = parser.add_argument
     add('beacon', type=int, help='ID of the lamp')
-    add('say', nargs='*', default=['id'], metavar='WORD',
-        help='what it says in turn (default: id): id, text:..., hex:..., stop, resume, slow:M_S, speed_up:M_S, '
+    add('say', nargs='*', default=['id'], metavar='MESSAGE',
+        help='messages sent in turn (default: id): id, text:..., hex:..., stop, resume, slow:M_S, speed_up:M_S, '
         'turn:RAD (counterclockwise)')  # fmt: skip
-    add('--csv', type=Path, metavar='FILE', help='write the waveform there: t [s], levels 0..1, one period')
-    add('--frame', type=Path, metavar='FILE', help='write the frame that firmware/led_beacon plays there')
+    add(
+        '--csv',
+        type=Path,
+        metavar='FILE',
+        help='write the waveform to this file: t [s], levels 0..1, one period',
+    )
+    add('--frame', type=Path, metavar='FILE', help='write the frame for firmware/led_beacon to this file')
     add('--port', type=Path, metavar='DEVICE', help='send the frame to the lamp on this serial port')
-    add('--keep', action='store_true', help='let the lamp on the port keep it over power off')
-    add('--key-file', type=Path, metavar='FILE', help='signs commands; made by make_key')
-    add('--counter', type=int, help='of the commands (default: seconds since 1970)')
-    add('--one-shot', action='store_true', help='the command is done once and is no rule of the zone')
+    add('--keep', action='store_true', help='store the frame in the EEPROM of the lamp')
+    add('--key-file', type=Path, metavar='FILE', help='key that signs commands; created by make_key')
+    add('--counter', type=int, help='counter of the commands (default: seconds since 1970)')
+    add('--one-shot', action='store_true', help='the command is executed once and is not a zone rule')
     for each in describe_settings(EncodingSettings):
         unit = f' [{each.unit}]' if each.unit else ''
         add(

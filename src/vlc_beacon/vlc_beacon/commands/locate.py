@@ -33,7 +33,7 @@ _NODE, _LIGHT = NodeSettings(), ReceiverSettings()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 when a file is bad or no image gave a pose."""
+    """Run the command; return 0, or 1 when a file is invalid or no image gave a pose."""
     options = make_parser().parse_args(arguments)
     try:
         images = locate(options)
@@ -43,11 +43,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'locate: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:
-        print(f'locate: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        print(f'locate: {fault.filename}: {fault.strerror}; choose a writable path', file=sys.stderr)
         return 1
     print(f'{fixes} of {len(images)} images have a pose; see {options.out / "poses.csv"}')
     for failure, number in Counter(image.failure for image in images if image.failure).most_common():
-        print(f'{number} without: {failure}')
+        print(f'{number} without a pose: {failure}')
     if fixes == 0:
         print(
             'locate: no image gave a pose; check beacons, shutter, exposure time and camera', file=sys.stderr
@@ -56,7 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def locate(options: argparse.Namespace) -> list[LocatedImage]:
-    """Return the results of all images, in their order."""
+    """Return the results of all images, in order."""
     if options.bag is not None:
         return locate_bag(options)
     if options.calibration is None:
@@ -69,7 +69,7 @@ def locate(options: argparse.Namespace) -> list[LocatedImage]:
 
 
 def create_receiver(options: argparse.Namespace) -> BeaconReceiver:
-    """Return a receiver that is new to all lamps; commands are none of its business."""
+    """Return a new receiver for poses only; it has no key, so it rejects all commands."""
     node = NodeSettings(
         beacons_file=str(options.beacons),
         camera_xyz=tuple(options.camera_xyz),
@@ -94,7 +94,7 @@ def create_receiver(options: argparse.Namespace) -> BeaconReceiver:
 def locate_files(
     receiver: BeaconReceiver, camera: PinholeCamera, paths: Sequence[Path], rate: float
 ) -> Iterator[LocatedImage]:
-    """Yield the result of each image of a film of so many images a second."""
+    """Yield the result of each image of a sequence with the given frame rate [1/s]."""
     for number, path in enumerate(paths):
         pixels = load_image(path)
         height, width = pixels.shape[:2]
@@ -108,7 +108,7 @@ def locate_files(
 
 
 def locate_bag(options: argparse.Namespace) -> list[LocatedImage]:
-    """Return the results of a bag's images, located as the node does."""
+    """Return the results of a bag's images, located as in the node."""
     with BagReader(options.bag) as bag:
         names = (options.topic, options.camera_info_topic, options.odom_topic, options.imu_topic)
         topics = choose_topics(bag, *names)
@@ -118,7 +118,7 @@ def locate_bag(options: argparse.Namespace) -> list[LocatedImage]:
 
 
 def save_fixes(path: Path, images: Sequence[LocatedImage]) -> int:
-    """Write the poses as a TUM file, if there are any, and return their number."""
+    """Write the poses as a TUM file, if any, and return their number."""
     poses = {image.stamp_ns: image.fix.T_map_base for image in images if image.fix is not None}
     if poses:
         flat = [(pose.x, pose.y, pose.yaw) for pose in poses.values()]
@@ -129,24 +129,36 @@ def save_fixes(path: Path, images: Sequence[LocatedImage]) -> int:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Return the parser of the command's options."""
+    """Return the command-line parser."""
     parser = argparse.ArgumentParser(
         prog='locate',
-        description='Find the poses of a film under lamps, as images or a bag. '
-        'Writes poses.tum, and poses.csv with the reason where there is no pose.',
+        description='Compute the poses of an image sequence under beacons, given as images or a bag. '
+        'Writes poses.tum, and poses.csv with the failure reason of images without a pose.',
     )
     add = parser.add_argument
-    add('--beacons', type=Path, required=True, metavar='YAML', help='the lamps and their places')
+    add('--beacons', type=Path, required=True, metavar='YAML', help='beacons file: lamps and their positions')
     source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument(
-        '--images', type=Path, nargs='+', help='a folder of images, or images, in their order'
+    source.add_argument('--images', type=Path, nargs='+', help='a folder of images, or images in order')
+    source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_info and optional odom and imu')
+    add(
+        '--calibration',
+        type=Path,
+        metavar='YAML',
+        help='calibration of the images, as camera_calibration writes it',
     )
-    source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_info and perhaps odom and imu')
-    add('--calibration', type=Path, metavar='YAML', help='of the images, as camera_calibration writes it')
-    add('--rate', type=float, default=60.0, help='images in a second, of a folder (default: %(default)s)')
+    add(
+        '--rate',
+        type=float,
+        default=60.0,
+        help='frame rate of a folder of images [1/s] (default: %(default)s)',
+    )
     for name, what in (('topic', 'images'), ('camera-info-topic', 'calibration'), ('odom-topic', 'odometry'),
                        ('imu-topic', 'inertial unit')):  # fmt: skip
-        add(f'--{name}', metavar='TOPIC', help=f'the {what} in the bag (default: the usual or the only one)')
+        add(
+            f'--{name}',
+            metavar='TOPIC',
+            help=f'topic of the {what} in the bag (default: the usual or the only one)',
+        )
     add('--out', type=Path, default=Path('out/locate'), metavar='FOLDER', help='default: %(default)s')
     _add_camera_options(parser)
     return parser
@@ -155,22 +167,32 @@ def make_parser() -> argparse.ArgumentParser:
 def _add_camera_options(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
-        help='optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
+        help='position of the optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
     add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
-        help='its fixed-axis roll, pitch, yaw there [rad] (default: looking up)')  # fmt: skip
+        help='its fixed-axis roll, pitch, yaw in the base frame [rad] (default: looking up)')  # fmt: skip
     add('--shutter', default=_LIGHT.shutter, help='global or rolling (default: %(default)s)')
     add(
         '--row-time',
         type=float,
         default=_LIGHT.row_time,
-        help='of a rolling shutter [s] (default: %(default)s)',
+        help='line time of a rolling shutter [s] (default: %(default)s)',
     )
-    add('--exposure-time', type=float, default=_LIGHT.exposure_time, help='[s] (default: %(default)s)')
+    add(
+        '--exposure-time',
+        type=float,
+        default=_LIGHT.exposure_time,
+        help='exposure [s] (default: %(default)s)',
+    )
     add('--lamp-frame-rate', type=float, default=_LIGHT.lamp_frame_rate,
-        help='that the lamps were made for, of a rolling shutter [1/s] (default: %(default)s)')  # fmt: skip
-    add('--slot-bytes', type=int, default=_LIGHT.slot_bytes, help='of manchester (default: %(default)s)')
+        help='frame rate the lamps were encoded for, rolling shutter only [1/s] (default: %(default)s)')  # fmt: skip
+    add(
+        '--slot-bytes',
+        type=int,
+        default=_LIGHT.slot_bytes,
+        help='bytes per Manchester segment (default: %(default)s)',
+    )
     add('--blooming', type=float, default=_LIGHT.blooming,
-        help='how much larger than they are lamps look, beta of calibrate [px] (default: %(default)s)')  # fmt: skip
+        help='blooming: increase of the lamp radius, beta of calibrate [px] (default: %(default)s)')  # fmt: skip
     add('--method', default=_LIGHT.method,
         help='centroid, radius_interval or radius_interval_printed (default: %(default)s)')  # fmt: skip
     add('--camera-height-known', action='store_true', help='the base frame is on the floor z = 0 of the map')

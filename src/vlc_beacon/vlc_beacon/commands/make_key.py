@@ -1,4 +1,4 @@
-"""``make_key``: a new secret key for commands, to be copied to the robot and to the host that speaks by the lamps."""
+"""``make_key``: create a secret key for commands, to be copied to the robot and to the host that encodes them."""
 
 from __future__ import annotations
 
@@ -15,16 +15,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 when the file exists or cannot be written."""
     parser = argparse.ArgumentParser(
         prog='make_key',
-        description='Make a new secret key for commands in a file that only its owner may read.',
+        description='Create a secret key for commands in a file that only its owner can read.',
     )
-    parser.add_argument('key_file', type=Path, help='file to write, which must not exist')
+    parser.add_argument('key_file', type=Path, help='file to write; it must not exist')
     path = parser.parse_args(arguments).key_file
     try:
         make_key_file(path)
     except VlcBeaconError as fault:
         print(f'make_key: {fault}', file=sys.stderr)
         return 1
-    print(f'{path}: a new key; copy it to the robot, there run: renew_counters COUNTER_FILE --floor 0')
+    print(
+        f'{path}: new key created; copy it to the robot and run there: renew_counters COUNTER_FILE --floor 0'
+    )
     return 0
 
 

@@ -1,4 +1,4 @@
-"""``renew_counters``: begin the counter file of a robot anew, with a new key or after the file was lost."""
+"""``renew_counters``: reset the counter file of a robot, for a new key or after the file was lost."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 when the floor is out of range or the file cannot be written."""
     parser = argparse.ArgumentParser(
         prog='renew_counters',
-        description='Begin a counter file anew. Commands below the floor are refused from then on. With a new key the '
-        'floor may be 0; with the old key it must be above all counters ever used.',
+        description='Reset a counter file. Commands with counters below the floor are rejected from then on. With a '
+        'new key the floor may be 0; with the old key it must be above all counters ever used.',
     )
-    parser.add_argument('counter_file', type=Path, help='file to write; one that exists is replaced')
-    parser.add_argument('--floor', type=int, required=True, help='0 with a new key')
+    parser.add_argument('counter_file', type=Path, help='file to write; an existing file is replaced')
+    parser.add_argument('--floor', type=int, required=True, help='lowest accepted counter; 0 with a new key')
     options = parser.parse_args(arguments)
     try:
         CounterFile(options.counter_file).renew(options.floor)
     except VlcBeaconError as fault:
         print(f'renew_counters: {fault}', file=sys.stderr)
         return 1
-    print(f'{options.counter_file}: begins at {options.floor}; restart the node, which read it at its start')
+    print(f'{options.counter_file}: reset to {options.floor}; restart the node, which reads it at startup')
     return 0
 
 

@@ -1,4 +1,4 @@
-"""``survey``: where the lamps hang, from a recorded drive with known poses."""
+"""``survey``: beacon positions from a recorded drive with known poses."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ _IMU = '/imu'
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 when the bag is bad or no lamp was found."""
+    """Run the command; return 0, or 1 when the bag is invalid or no lamp was found."""
     options = make_parser().parse_args(arguments)
     try:
         results = survey(options)
         found = {beacon: lamp for beacon, lamp in results.items() if isinstance(lamp, SurveyedLamp)}
         if not found:
-            raise VlcBeaconError(f'{options.bag}: no lamp was found; see the lines above')
+            raise VlcBeaconError(f'{options.bag}: no lamp was surveyed; see the lines above')
         save_beacons(
             options.out, [Beacon(beacon, lamp.xyz, options.lamp_radius) for beacon, lamp in found.items()]
         )
@@ -43,14 +43,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'survey: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:
-        print(f'survey: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        print(f'survey: {fault.filename}: {fault.strerror}; choose a writable path', file=sys.stderr)
         return 1
     print(f'{len(found)} lamps; see {options.out}')
     return 0
 
 
 def survey(options: argparse.Namespace) -> Mapping[int, SurveyedLamp | NotSurveyed]:
-    """Return what became of each lamp that was heard, and tell it."""
+    """Triangulate each lamp whose ID was decoded, print the results and return them."""
     mount = CameraMount(tuple(options.camera_xyz), tuple(options.camera_rpy))
     light = ReceiverSettings(
         options.shutter, options.row_time, options.exposure_time, options.lamp_frame_rate
@@ -88,15 +88,17 @@ def _in_words(result: SurveyedLamp | NotSurveyed) -> str:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Return the parser of the command's options."""
+    """Return the command-line parser."""
     parser = argparse.ArgumentParser(
         prog='survey',
-        description='Find where lamps hang that play their ID, from a bag of images and of known poses. '
-        'Drive past each lamp, back and forth if you can: turns take out errors of the mount.',
+        description='Survey the positions of lamps that send their ID, from a bag of images and known poses. '
+        'Drive past each lamp, in both directions if possible: this cancels errors of the camera mount.',
     )
     add = parser.add_argument
-    add('bag', type=Path, help='rosbag2 with images, camera_info, poses and perhaps an imu')
-    add('--lamp-radius', type=float, required=True, help='of the bright disc [m], for the beacons file')
+    add('bag', type=Path, help='rosbag2 with images, camera_info, poses and optionally an imu')
+    add(
+        '--lamp-radius', type=float, required=True, help='radius of the bright disc [m], for the beacons file'
+    )
     add('--out', type=Path, default=Path('out/beacons.yaml'), metavar='FILE', help='default: %(default)s')
     add('--image-topic', default='/image_raw/compressed', metavar='TOPIC', help='default: %(default)s')
     add('--camera-info-topic', default='/camera_info', metavar='TOPIC', help='default: %(default)s')
@@ -104,24 +106,24 @@ def make_parser() -> argparse.ArgumentParser:
         '--pose-topic',
         default='/ground_truth',
         metavar='TOPIC',
-        help='base in the map (default: %(default)s)',
+        help='pose of the base in the map (default: %(default)s)',
     )
     add('--imu-topic', metavar='TOPIC',
-        help=f'whose orientation tells the tilt (default: {_IMU} where the bag has it)')  # fmt: skip
+        help=f'IMU whose orientation gives the tilt (default: {_IMU} if the bag has it)')  # fmt: skip
     light = ReceiverSettings()
     add('--shutter', choices=('global', 'rolling'), default=light.shutter, help='default: %(default)s')
     add('--row-time', type=float, default=light.row_time,
-        help='from row to row of a rolling shutter [s] (default: %(default)s)')  # fmt: skip
+        help='line time of a rolling shutter [s] (default: %(default)s)')  # fmt: skip
     add('--exposure-time', type=float, default=light.exposure_time,
-        help='how long a row collects light [s] (default: %(default)s)')  # fmt: skip
+        help='exposure of a row [s] (default: %(default)s)')  # fmt: skip
     add('--lamp-frame-rate', type=float, default=light.lamp_frame_rate,
-        help='that the lamps were made for, of a rolling shutter [1/s] (default: %(default)s)')  # fmt: skip
+        help='frame rate the lamps were encoded for, rolling shutter only [1/s] (default: %(default)s)')  # fmt: skip
     add('--tilt-sigma', type=float, default=PoseSettings.tilt_sigma,
-        help='constant error of the known tilt [rad] (default: %(default)s)')  # fmt: skip
+        help='standard deviation of the constant tilt error [rad] (default: %(default)s)')  # fmt: skip
     add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
-        help='optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
+        help='position of the optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
     add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
-        help='its fixed-axis roll, pitch, yaw there [rad] (default: looking up, image top ahead)')  # fmt: skip
+        help='its fixed-axis roll, pitch, yaw in the base frame [rad] (default: up, image top ahead)')  # fmt: skip
     return parser
 
 

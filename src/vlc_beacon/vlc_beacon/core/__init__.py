@@ -1,1 +1,1 @@
-"""The method without ROS and without files: brightness of lamps in, packets and verdicts out."""
+"""The method, without ROS and files: images in; poses, packets and authorized commands out."""

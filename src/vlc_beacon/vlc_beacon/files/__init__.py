@@ -1,1 +1,1 @@
-"""Files of the package: lamps, key, counters, blooming, poses."""
+"""Files of the package: beacons, key, counters, blooming, poses."""

@@ -1,4 +1,4 @@
-"""Lamps at known places from a YAML file: ``beacons: [{id: 1, xyz: [x, y, z], radius: 0.0325, frequency: ...}]``."""
+"""Beacons file (YAML): ``beacons: [{id: 1, xyz: [x, y, z], radius: 0.0325, frequency: ...}]``."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ _REMEDY = 'give beacons: [{id: 1, xyz: [x, y, z], radius: 0.0325}]'
 _NEEDED = ('id', 'xyz', 'radius')
 _FIELDS = (*_NEEDED, 'frequency')
 PLACE_MAX = 10000.0
-"""No building is larger [m]."""
+"""Maximum coordinate [m]."""
 RADIUS_RANGE = (0.001, 1.0)
-"""[m]"""
+"""Range of lamp radii [m]."""
 FREQUENCY_RANGE = (50.0, 100000.0)
-"""[Hz]"""
+"""Range of tones [Hz]."""
 APART_MIN = 0.01
-"""Two lamps nearer than this are one that was entered twice [m]."""
+"""Minimum distance between two lamps [m]; closer ones are duplicates."""
 
 
 class BeaconsFileError(VlcBeaconError):
-    """The beacons cannot be read; the message is one line that names file, beacon, field and remedy."""
+    """Invalid beacons file; the message is one line with file, beacon, field and remedy."""
 
 
 def load_beacons(path: Path) -> list[Beacon]:
-    """Load the lamps, in the order of the file.
+    """Load the beacons, in the order of the file.
 
     Raises:
-        BeaconsFileError: a file that is missing or no YAML, an unknown field, an id that is missing or there twice, or
-            numbers that are not finite or not plausible.
+        BeaconsFileError: the file is missing or not YAML, a field is unknown, an ID is missing or duplicated, or a
+            number is not finite or out of range.
     """
     content = _read_yaml(path)
     _check_fields(f'{path}', content, ('beacons',), ('beacons',))
@@ -51,10 +51,10 @@ def load_beacons(path: Path) -> list[Beacon]:
 
 
 def save_beacons(path: Path, beacons: Sequence[Beacon]) -> None:
-    """Write lamps, places to the tenth of a millimetre, whole or not at all.
+    """Write beacons atomically, positions rounded to 0.1 mm.
 
     Raises:
-        OSError: the place cannot be written to.
+        OSError: the file cannot be written.
     """
     entries = []
     for beacon in beacons:
@@ -64,9 +64,9 @@ def save_beacons(path: Path, beacons: Sequence[Beacon]) -> None:
 
 
 _BYTES_MAX = 1 << 20
-"""A packet has room for more lamps than 64 kB have."""
+"""Maximum file size."""
 _HUGE = 1e15
-"""Numbers that are larger are not worth telling, and whole ones may be too long for it."""
+"""Larger numbers are not printed in error messages."""
 
 
 def _read_yaml(path: Path) -> dict[str, Any]:
@@ -90,7 +90,7 @@ def _check_fields(
 
 
 def _beacon(path: Path, number: int, entry: object) -> Beacon:
-    """Return a lamp; ``number`` is its place in the list, from 1."""
+    """Parse a beacon; ``number`` is its index in the list, from 1."""
     where = f'{path}: beacon number {number}'
     if not isinstance(entry, dict):
         raise BeaconsFileError(f'{where} is {entry!r}; {_REMEDY}')
@@ -112,11 +112,11 @@ def _beacon(path: Path, number: int, entry: object) -> Beacon:
 
 def _number(where: str, field: str, value: object, low: float, high: float, unit: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or str(value) == 'nan':
-        raise BeaconsFileError(f'{where}: {field} holds {value!r}, which is no number; write it like 0.01')
+        raise BeaconsFileError(f'{where}: {field} is {value!r}, not a number; write it like 0.01')
     if not low <= value <= high:
         held = f'{value:g}' if isinstance(value, float) or abs(value) < _HUGE else 'a huge number'
         raise BeaconsFileError(
-            f'{where}: {field} holds {held} {unit}, it must be between {low:g} and {high:g}; is it in {unit}?'
+            f'{where}: {field} is {held} {unit}, it must be between {low:g} and {high:g}; is it in {unit}?'
         )
     return float(value)
 
@@ -126,7 +126,7 @@ def _check_together(path: Path, beacons: list[Beacon]) -> None:
     twice = sorted(id_ for id_, count in counts.items() if count > 1)
     if twice:
         raise BeaconsFileError(
-            f'{path}: id {twice[0]} is there {counts[twice[0]]} times; give each lamp its own'
+            f'{path}: id {twice[0]} is used {counts[twice[0]]} times; give each lamp its own'
         )
     for k, beacon in enumerate(beacons):
         for other in beacons[:k]:

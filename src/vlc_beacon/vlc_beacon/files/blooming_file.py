@@ -1,4 +1,4 @@
-"""How lamps bloom in a camera, as YAML: ``blooming: {alpha: ..., beta: ..., gamma: ..., beta_sigma: ...}``."""
+"""Blooming calibration file (YAML): ``blooming: {alpha: ..., beta: ..., gamma: ..., beta_sigma: ...}``."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 _NAMES = tuple(field.name for field in fields(BloomingCalibration))
 VALUE_MAX = 1e6
-"""Of what is finite."""
+"""Maximum finite value."""
 _REMEDY = 'make it with calibrate'
 
 
 def save_blooming(path: Path, blooming: BloomingCalibration) -> None:
-    """Write a calibration, whole or not at all.
+    """Write a calibration atomically.
 
     Raises:
-        OSError: the place cannot be written to.
+        OSError: the file cannot be written.
     """
     write_text(path, yaml.safe_dump({'blooming': asdict(blooming)}, sort_keys=False))
 
@@ -31,7 +31,7 @@ def load_blooming(path: Path) -> BloomingCalibration:
     """Load a calibration.
 
     Raises:
-        VlcBeaconError: the file is missing, no YAML, lacks a field or holds a value that is no number.
+        VlcBeaconError: the file is missing or not YAML, or a field is missing or not a number.
     """
     try:
         entries = read_yaml(path).get('blooming')
@@ -45,5 +45,5 @@ def load_blooming(path: Path) -> BloomingCalibration:
             or not isinstance(value, int | float)
             or not (abs(value) <= VALUE_MAX or value == math.inf)
         ):
-            raise VlcBeaconError(f'{path}: {name} is {value!r}, which is no number that can be; {_REMEDY}')
+            raise VlcBeaconError(f'{path}: {name} is {value!r}, not a valid number; {_REMEDY}')
     return BloomingCalibration(**{name: float(entries[name]) for name in _NAMES})

@@ -1,9 +1,8 @@
-"""The counter file: which commands were heard last, kept over restarts.
+"""Counter file: the last accepted counters, kept over restarts.
 
-A robot that lost the file cannot tell a replay from a new command, so it refuses all commands until its owner renews
-the file. Renewed with a new key, it may begin at 0: what was signed with the old key is worthless. With the old key it
-must begin above all counters ever used, and the lamps must be given their commands anew. Who counts by the clock,
-in seconds since 1970, gets both from the time of day.
+Without the file a robot cannot detect replays, so it rejects all commands until the file is reset. With a new key the
+counters may start at 0, because commands signed with the old key are invalid. With the old key they must start above
+all counters ever used, and the lamps must be given new commands. Counters in seconds since 1970 satisfy both.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ class CounterFile:
     """A file of counters in JSON.
 
     Args:
-        path: of the file.
+        path: path of the file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -37,9 +36,9 @@ class CounterFile:
         """Return the counters.
 
         Raises:
-            VlcBeaconError: the file is missing, unreadable or damaged.
+            VlcBeaconError: the file is missing, unreadable or corrupted.
         """
-        remedy = 'renew it, with a new key or above all counters used'
+        remedy = 'reset it with renew_counters, with a new key or above all counters used'
         try:
             with self._path.open('rb') as file:
                 content = file.read(_SIZE_MAX)
@@ -50,10 +49,10 @@ class CounterFile:
         try:
             return _counters_of(json.loads(content))
         except (ValueError, RecursionError) as error:
-            raise VlcBeaconError(f'counter file {self._path} is damaged: {error}; {remedy}') from error
+            raise VlcBeaconError(f'counter file {self._path} is corrupted: {error}; {remedy}') from error
 
     def write(self, counters: Counters) -> None:
-        """Keep counters; they are on the disk when this returns.
+        """Store the counters; they are synced to disk on return.
 
         Raises:
             VlcBeaconError: the file cannot be written.
@@ -70,10 +69,10 @@ class CounterFile:
             raise VlcBeaconError(f'counter file {self._path} cannot be written: {error.strerror}') from error
 
     def renew(self, floor: int) -> None:
-        """Begin anew, with commands below the floor refused.
+        """Reset the file, with commands below the floor rejected.
 
         Args:
-            floor: 0 with a new key, otherwise above all counters used.
+            floor: lowest accepted counter: 0 with a new key, otherwise above all counters used.
 
         Raises:
             VlcBeaconError: the floor is out of range, or the file cannot be written.
@@ -84,7 +83,7 @@ class CounterFile:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Have the renaming on the disk too."""
+    """Sync the directory entry to disk."""
     handle = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(handle)
@@ -93,13 +92,13 @@ def _sync_folder(folder: Path) -> None:
 
 
 def _counters_of(fields: object) -> Counters:
-    """Return the counters of the file's content.
+    """Parse the counters of the file.
 
     Raises:
         ValueError: a field is missing or has a wrong value.
     """
     if not isinstance(fields, dict) or fields.get('format') != FORMAT:
-        raise ValueError(f'it is not of format {FORMAT}')
+        raise ValueError(f'its format is not {FORMAT}')
     zone_rules, one_shots = (_by_beacon(fields.get(kind), kind) for kind in _KINDS)
     return Counters(_counter(fields.get('floor'), 'floor'), zone_rules, one_shots)
 
@@ -108,7 +107,7 @@ def _by_beacon(entries: object, kind: str) -> dict[int, int]:
     if not isinstance(entries, dict) or any(
         int(beacon) not in range(BEACON_ID_MAX + 1) for beacon in entries
     ):
-        raise ValueError(f'{kind} is missing or names a beacon that cannot be')
+        raise ValueError(f'{kind} is missing or has an invalid beacon ID')
     return {int(beacon): _counter(counter, kind) for beacon, counter in entries.items()}
 
 

@@ -1,4 +1,4 @@
-"""The key file: hexadecimal digits in a file that only its owner may read."""
+"""Key file: hexadecimal digits in a file that only its owner can read."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ def read_key(path: Path) -> CommandKey:
     """Return the key in a file.
 
     Raises:
-        VlcBeaconError: it cannot be read, others may read it, or it holds no key.
+        VlcBeaconError: it cannot be read, others can read it, or it has no valid key.
     """
     try:
-        # Without O_NONBLOCK a pipe in the file's place would hold the robot up for ever.
+        # Without O_NONBLOCK a named pipe would block forever.
         handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
         try:
             status = os.fstat(handle)
@@ -31,16 +31,16 @@ def read_key(path: Path) -> CommandKey:
     except OSError as error:
         raise VlcBeaconError(f'key file {path} cannot be read: {error.strerror}') from error
     if not stat.S_ISREG(status.st_mode):
-        raise VlcBeaconError(f'key file {path} is not a file')
+        raise VlcBeaconError(f'key file {path} is not a regular file')
     if status.st_mode & _OTHERS:
-        raise VlcBeaconError(f'key file {path} can be used by others than its owner; run: chmod 600 {path}')
+        raise VlcBeaconError(f'key file {path} is accessible to other users; run: chmod 600 {path}')
     if status.st_uid not in (os.geteuid(), 0):
         raise VlcBeaconError(f'key file {path} belongs to another user; run: chown {os.geteuid()} {path}')
     return _key_of(content, path)
 
 
 def make_key_file(path: Path) -> None:
-    """Write a new key to a file that does not exist yet and that only its owner may read.
+    """Write a new key to a new file that only its owner can read.
 
     Raises:
         VlcBeaconError: it exists or cannot be written.
@@ -48,12 +48,12 @@ def make_key_file(path: Path) -> None:
     try:
         handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
     except OSError as error:
-        raise VlcBeaconError(f'key file {path} cannot be made: {error.strerror}') from error
+        raise VlcBeaconError(f'key file {path} cannot be created: {error.strerror}') from error
     try:
         with os.fdopen(handle, 'w') as file:
             file.write(secrets.token_hex(KEY_BYTES_MAX) + '\n')
     except OSError as error:
-        # Half a key would be taken for a whole one.
+        # A truncated key would be accepted as a key.
         path.unlink()
         raise VlcBeaconError(f'key file {path} cannot be written: {error.strerror}') from error
 
@@ -63,4 +63,4 @@ def _key_of(content: bytes, path: Path) -> CommandKey:
     try:
         return CommandKey(bytes.fromhex(content.decode('ascii')))
     except ValueError as error:
-        raise VlcBeaconError(f'key file {path} holds no key: {remedy}') from error
+        raise VlcBeaconError(f'key file {path} has no valid key: {remedy}') from error

@@ -1,1 +1,1 @@
-"""From commands and poses to velocities."""
+"""Velocity commands from lamp commands and poses."""

@@ -1,4 +1,4 @@
-"""Does what lamps say: slow, stop, turn, by the closed loop of the robot's own pose."""
+"""Executes lamp commands (slow, stop, turn) in closed loop on the robot's pose."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from vlc_beacon.core.drive.drive_settings import DriveSettings
 from vlc_beacon.core.drive.velocity import Velocity
 from vlc_beacon.core.packet.operation import Operation
 
-# Deviations from the heading are halved in about this time over ln 2 [s].
+# Time constant of the heading controller [s].
 _STEER_TIME = 0.4
-# The brake on a turn begins earlier than the acceleration asks for: the pose is a little old.
+# Braking of a turn begins earlier than the acceleration limit requires, because poses are delayed.
 _TURN_BRAKE = 0.5
 
 
 class CommandExecutor:
-    """Turns accepted commands and poses into velocities.
+    """Converts accepted commands and poses to velocities.
 
-    The robot follows a line, straight ahead from where it began. A turn is made on the spot: brake, turn, go on along
-    the new line. While there is no fresh pose it brakes; once it stands no velocity is given at all, so that whoever
-    drives next, or the `cmd_vel` timeout of the motors, has its way. The next pose then begins a new line, and a turn
-    that was under way is not resumed.
+    The robot follows a straight reference line through its first pose. A turn is executed in place: brake, turn, follow
+    the new line. Without a fresh pose the robot brakes; once stopped, no velocity is published, so that another
+    controller or the `cmd_vel` timeout of the motors takes over. The next pose then starts a new line, and an
+    interrupted turn is not resumed.
 
     Args:
-        settings: how to drive.
-        speed_limit: no velocity exceeds it, whatever is asked for [m/s].
+        settings: drive parameters.
+        speed_limit: upper bound of the forward speed [m/s].
     """
 
     def __init__(self, settings: DriveSettings, speed_limit: float) -> None:
@@ -42,11 +42,11 @@ class CommandExecutor:
 
     @property
     def is_stopped(self) -> bool:
-        """Whether a lamp said stop, and none has said resume since."""
+        """Whether a stop command is active, not yet followed by resume."""
         return self._is_stopped
 
     def obey(self, operation: Operation, value: float) -> None:
-        """Take an accepted command; see `Operation`. A turn before the first pose is not made."""
+        """Execute an accepted command; see `Operation`. A turn before the first pose is ignored."""
         match operation:
             case Operation.STOP:
                 self._is_stopped = True
@@ -62,7 +62,7 @@ class CommandExecutor:
                 self._is_turning = True
 
     def robot_at(self, stamp: float, T_map_base: PlanarPose) -> None:
-        """Take the robot's pose in the map [s]; the first one, and that after a rest, is on the line and along it."""
+        """Update the robot's pose in the map at a time [s]; the first pose, also after a stop, defines the line."""
         if self._course is None or self._is_left:
             self._course = Course(T_map_base)
             self._is_turning = self._is_left = False
@@ -70,7 +70,7 @@ class CommandExecutor:
         self._pose_stamp = stamp
 
     def velocity(self, stamp: float) -> Velocity | None:
-        """Return the velocity for now [s], to be asked for regularly; None for leaving the wheels to others."""
+        """Return the velocity at a time [s], called periodically; None to release the motors to other publishers."""
         before, last = self._last or (stamp, Velocity())
         step = min(max(stamp - before, 0.0), self._settings.pose_timeout)
         wanted = self._wanted(stamp, last)
@@ -78,7 +78,7 @@ class CommandExecutor:
         settings = self._settings
         velocity = last.toward(given, settings.acceleration * step, settings.turn_acceleration * step)
         self._last = (stamp, velocity)
-        # The zero is said once, or the motors would keep the last step above it until their timeout.
+        # Publish zero once; otherwise the motors would keep the last nonzero velocity until their timeout.
         self._is_left = wanted is None and last.is_standing
         return None if self._is_left else velocity
 

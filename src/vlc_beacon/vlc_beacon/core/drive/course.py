@@ -1,4 +1,4 @@
-"""The line that the robot follows and the heading that it turns to."""
+"""Reference line of the robot and its target heading."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from shirube_geometry import PlanarPose, wrap_angle
 
 
 class Course:
-    """A line through a place, and how far the robot has turned away from it.
+    """A line through a position, and the robot's heading error relative to it.
 
-    The heading counts on beyond half a turn, so that "turn by 270 degrees" goes the way it says.
+    The heading is unwrapped, so that a turn by 270 degrees is made in the commanded direction.
 
     Args:
-        start: pose of the robot in the map, on the line and along it.
+        start: initial pose of the robot in the map; it defines the line.
     """
 
     def __init__(self, start: PlanarPose) -> None:
@@ -22,28 +22,28 @@ class Course:
         self._yaw = self._heading = start.yaw
 
     def robot_at(self, T_map_base: PlanarPose) -> None:
-        """Take the robot's pose."""
+        """Update the robot's pose."""
         self._yaw += wrap_angle(T_map_base.yaw - self._yaw)
         self._pose = T_map_base
 
     def turn(self, angle: float) -> None:
-        """Turn the line [rad]; it gets its place when the turn is done, see `begin_line`."""
+        """Rotate the line [rad]; its origin is set when the turn is complete, see `begin_line`."""
         self._heading += angle
 
     def begin_line(self) -> None:
-        """Lay the line through where the robot is."""
+        """Move the origin of the line to the robot's position."""
         self._origin = (self._pose.x, self._pose.y)
 
     @property
     def left_to_turn(self) -> float:
-        """Angle from the robot's heading to that of the line [rad]."""
+        """Heading error: angle from the robot's heading to the line [rad]."""
         return self._heading - self._yaw
 
     def angle_to_line(self, distance: float) -> float:
-        """Return the angle from the robot's heading to one that leads back to the line [rad].
+        """Return the angle from the robot's heading to the heading that leads back to the line [rad].
 
         Args:
-            distance: along the line, over which the robot comes back [m].
+            distance: lookahead distance along the line [m].
         """
         dx, dy = self._pose.x - self._origin[0], self._pose.y - self._origin[1]
         aside = math.cos(self._heading) * dy - math.sin(self._heading) * dx

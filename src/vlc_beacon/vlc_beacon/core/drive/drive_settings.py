@@ -1,4 +1,4 @@
-"""Settings of driving by the lamps' commands."""
+"""Settings of driving by lamp commands."""
 
 from __future__ import annotations
 
@@ -10,36 +10,40 @@ from shirube_settings import setting
 
 @dataclass(frozen=True)
 class DriveSettings:
-    """How the robot drives while `drive` is on."""
+    """Motion parameters used when `drive` is true."""
 
     cruise_speed: float = setting(
         0.3,
-        'speed ahead until a lamp says otherwise, and after resume',
+        'forward speed until a command changes it, and after resume',
         unit='m/s',
         minimum=0.0,
         maximum=10.0,
     )
     acceleration: float = setting(
-        0.5, 'largest change of the speed, up and down', unit='m/s^2', minimum=0.01, maximum=10.0
+        0.5, 'maximum forward acceleration and deceleration', unit='m/s^2', minimum=0.01, maximum=10.0
     )
-    turn_rate_max: float = setting(1.0, 'largest turn rate', unit='rad/s', minimum=0.05, maximum=10.0)
+    turn_rate_max: float = setting(1.0, 'maximum yaw rate', unit='rad/s', minimum=0.05, maximum=10.0)
     turn_acceleration: float = setting(
-        2.0, 'largest change of the turn rate', unit='rad/s^2', minimum=0.05, maximum=50.0
+        2.0, 'maximum yaw acceleration', unit='rad/s^2', minimum=0.05, maximum=50.0
     )
     turn_tolerance: float = setting(
         math.radians(1.0),
-        'a turn is done when so little of it is left',
+        'a turn is complete when the remaining angle is below this',
         unit='rad',
         minimum=0.001,
         maximum=0.3,
     )
     line_distance: float = setting(
         0.5,
-        'distance over which the robot comes back to its line',
+        'lookahead distance along the reference line',
         unit='m',
         minimum=0.05,
         maximum=10.0,
     )
     pose_timeout: float = setting(
-        0.5, 'the robot brakes when its last pose is older', unit='s', minimum=0.02, maximum=10.0
+        0.5,
+        'maximum age of a pose; without a newer one the robot brakes',
+        unit='s',
+        minimum=0.02,
+        maximum=10.0,
     )

@@ -1,4 +1,4 @@
-"""How a robot with driven wheels moves."""
+"""Velocity of a differential-drive robot."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Velocity:
-    """Velocity of the base frame in itself.
+    """Velocity of the base frame, expressed in the base frame.
 
     Attributes:
-        forward: [m/s].
-        turn_rate: counterclockwise [rad/s].
+        forward: forward speed [m/s].
+        turn_rate: yaw rate, counterclockwise [rad/s].
     """
 
     forward: float = 0.0
@@ -20,16 +20,16 @@ class Velocity:
 
     @property
     def is_standing(self) -> bool:
-        """Whether nothing moves."""
+        """Whether both components are zero."""
         return self.forward == 0.0 and self.turn_rate == 0.0
 
     def toward(self, wanted: Velocity, forward_step: float, turn_step: float) -> Velocity:
-        """Return the velocity next to this one on the way to another.
+        """Return this velocity moved towards a target by at most one step.
 
         Args:
-            wanted: where it is to end.
-            forward_step: largest change of the speed [m/s].
-            turn_step: largest change of the turn rate [rad/s].
+            wanted: target velocity.
+            forward_step: maximum change of the forward speed [m/s].
+            turn_step: maximum change of the yaw rate [rad/s].
         """
         return Velocity(
             _toward(self.forward, wanted.forward, forward_step),

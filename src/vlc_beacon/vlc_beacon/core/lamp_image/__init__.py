@@ -1,1 +1,1 @@
-"""Lamps in grey images: where they are, how large, how bright, and which is which from image to image."""
+"""Lamp detection and tracking in grey images: position, size and brightness of each lamp."""

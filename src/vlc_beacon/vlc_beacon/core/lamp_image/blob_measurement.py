@@ -1,7 +1,7 @@
-"""One lamp in the full image: background, shape and centroid.
+"""Measure one lamp in the full-resolution image: background, shape and centroid.
 
-The background is a plane through the pixels around the lamp. The centroid is that of all brightness above it within a
-disc that is centred on it; nothing is cut off at a level, so noise does not pull it.
+The background is a plane fitted to the pixels around the lamp. The centroid is that of all brightness above this plane
+within a disc centred on it. No threshold is applied, so noise does not bias it.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 RING = 1.1
-"""The disc of the centroid is so much larger than the lamp: blooming belongs to it. [radii]"""
+"""Radius of the centroid disc, which includes the blooming [lamp radii]."""
 RING_MORE = 1.5
-"""[px]"""
+"""Margin added to the radius of the centroid disc [px]."""
 ROUNDS = 6
 STILL = 1e-3
-"""[px]"""
+"""Centroid step that ends the iteration [px]."""
 NOISY = 0.15
-"""Share of the contrast; where the noise is more, the shape is that of the image smoothed over 3 x 3 pixels."""
+"""Noise over contrast above which the shape is measured on an image smoothed over 3 x 3 pixels."""
 MEASURES = 13
 U, V, SIGMA, RADIUS, ROUNDNESS, BRIGHTNESS, BACKGROUND, AREA = range(8)
 PLANE, SLOPE_U, SLOPE_V, RING_SPREAD, UNEVENNESS = range(8, MEASURES)
@@ -36,15 +36,15 @@ def measure_blob(
     stripe_rows: int,
     limits: tuple[float, float, float],
 ) -> NDArray[np.float64]:
-    """Return the measures of a lamp, shape (MEASURES,); an area of 0 where there is none of the wanted shape.
+    """Return the measurements of a lamp, shape (MEASURES,); area 0 if there is no lamp within the limits.
 
     Args:
-        image: shape (h, w).
-        box: shape (4,), of the spot [px].
-        peak: its contrast [grey levels].
-        noise: of a pixel [grey levels].
-        stripe_rows: dark stripes in the lamp are no longer than this [px].
-        limits: smallest and largest diameter [px] and the least roundness.
+        image: grey image, shape (h, w).
+        box: bounding box of the candidate, shape (4,) [px].
+        peak: contrast of the candidate [grey levels].
+        noise: standard deviation of a pixel [grey levels].
+        stripe_rows: maximum height of a dark band in the lamp [px].
+        limits: minimum and maximum diameter [px] and minimum roundness.
     """
     measures = np.zeros(MEASURES)
     side = max(box[2] - box[0], box[3] - box[1])
@@ -58,7 +58,7 @@ def measure_blob(
     measures[U] += left
     measures[V] += top
     measures[BACKGROUND] = measures[PLANE] = level
-    # Most spots of a lit ceiling end here: what follows takes ten times as long.
+    # Most candidates of a lit ceiling end here: the rest takes ten times as long.
     if not (limits[0] <= 2.0 * measures[RADIUS] <= limits[1] and measures[ROUNDNESS] >= limits[2]):
         measures[AREA] = 0.0
     if measures[AREA] < 1.0:
@@ -88,7 +88,7 @@ def _border_median(image: NDArray[np.uint8], left: int, top: int, right: int, bo
 
 @njit(cache=True)
 def _smoothed(window: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Return means over 3 x 3 pixels, at the border over those there are."""
+    """Return means over 3 x 3 pixels, clipped at the border."""
     height, width = window.shape
     smooth = np.empty((height, width))
     for v in range(height):
@@ -102,9 +102,9 @@ def _smoothed(window: NDArray[np.uint8]) -> NDArray[np.float64]:
 def _measure_shape(
     patch: NDArray[np.float64], threshold: float, stripe_rows: int, measures: NDArray[np.float64]
 ) -> None:
-    """Fill in a rough centre in the patch, radius, roundness, area and brightness of what is over a threshold.
+    """Set approximate centre, radius, roundness, area and brightness of the pixels above a threshold.
 
-    Dark stripes between two such pixels of a column count as lamp.
+    Dark bands between two such pixels of a column belong to the lamp.
     """
     area, bright, light = 0.0, 0.0, 0.0
     sums = np.zeros(5)
@@ -127,7 +127,7 @@ def _measure_shape(
     if area < 1.0:
         return
     u, v = sums[0] / area, sums[1] / area
-    # A pixel is a square with a variance of its own.
+    # Add the variance of a square pixel.
     uu, vv, uv = sums[2] / area - u * u + 1 / 12, sums[3] / area - v * v + 1 / 12, sums[4] / area - u * v
     middle, reach = 0.5 * (uu + vv), math.sqrt(0.25 * (uu - vv) ** 2 + uv * uv)
     shortest, longest = max(middle - reach, 1e-9), middle + reach
@@ -142,7 +142,7 @@ def _measure_shape(
 def _fit_background(
     image: NDArray[np.uint8], measures: NDArray[np.float64], reach: float, brightest: float
 ) -> None:
-    """Fill in the plane through the pixels around the lamp that are not bright themselves."""
+    """Set the background plane, fitted to the pixels around the lamp that are not bright."""
     outer = 1.5 * reach + 3.0
     normal, right_side = np.zeros((3, 3)), np.zeros(3)
     for v in range(max(int(measures[V] - outer), 0), min(int(measures[V] + outer) + 2, image.shape[0])):
@@ -155,7 +155,7 @@ def _fit_background(
                     right_side[i] += row[i] * image[v, u]
                     for j in range(3):
                         normal[i, j] += row[i] * row[j]
-    # Too few pixels on one side would tilt the plane at will.
+    # With too few pixels on one side the tilt of the plane is undetermined.
     if normal[0, 0] > 2.0 * outer and np.linalg.det(normal / normal[0, 0]) > 1e-3:
         plane = np.linalg.solve(normal, right_side)
         measures[PLANE], measures[SLOPE_U], measures[SLOPE_V] = plane[0], plane[1], plane[2]
@@ -167,9 +167,9 @@ def _fit_background(
 def _unevenness(
     image: NDArray[np.uint8], measures: NDArray[np.float64], reach: float, outer: float, brightest: float
 ) -> float:
-    """Return by how much sectors around the lamp are off the plane, root mean square [grey levels].
+    """Return the RMS deviation of sectors around the lamp from the background plane [grey levels].
 
-    Stains and tiles of a ceiling do not end where the lamp begins.
+    Stains and tiles of a ceiling continue behind the lamp.
     """
     sums, squares, counts = np.zeros(SECTORS), np.zeros(SECTORS), np.zeros(SECTORS)
     for v in range(max(int(measures[V] - outer), 0), min(int(measures[V] + outer) + 2, image.shape[0])):
@@ -185,7 +185,7 @@ def _unevenness(
     for k in range(SECTORS):
         if counts[k] > 3.0:
             mean = sums[k] / counts[k]
-            # What noise alone does to the mean is no unevenness.
+            # Subtract the variance of the mean due to noise.
             total += mean**2 - (squares[k] / counts[k] - mean**2) / counts[k]
             sectors += 1
     return math.sqrt(max(total / max(sectors, 1), 0.0))
@@ -195,7 +195,7 @@ def _unevenness(
 def _find_centroid(
     image: NDArray[np.uint8], measures: NDArray[np.float64], reach: float, noise: float
 ) -> None:
-    """Fill in centroid and sigma."""
+    """Set centroid and sigma."""
     u0, v0 = measures[U], measures[V]
     for _ in range(ROUNDS):
         light, along_u, along_v, spread = 0.0, 0.0, 0.0, 0.0
@@ -215,7 +215,7 @@ def _find_centroid(
             return
         measures[U] = u_before + along_u / light
         measures[V] = v_before + along_v / light
-        # The slope of the background is uncertain too.
+        # Uncertainty of the slope of the background.
         slope = spread**2 / measures[RING_SPREAD] if measures[RING_SPREAD] > 0.0 else 0.0
         uneven = spread * measures[UNEVENNESS] / reach
         measures[SIGMA] = math.sqrt((spread + slope) * noise**2 + uneven**2) / light

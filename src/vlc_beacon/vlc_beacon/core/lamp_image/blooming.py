@@ -1,8 +1,8 @@
-"""How a lamp blooms, eq. (4) of the paper with its bracket put right, and its true radius.
+"""Blooming model of a lamp, eq. (4) of the paper with its bracket corrected, and the true radius.
 
 At the distance d from the centre the brightness is b within the radius p and beyond it
-``(b - gamma) (1 - s(alpha (d - p - beta))) + gamma`` with the logistic function s. One image tells p + beta only, the
-radius at which half the brightness is left; an image at a known distance, where p is known, parts them.
+``(b - gamma) (1 - s(alpha (d - p - beta))) + gamma`` with the logistic function s. One image determines only p + beta,
+the half-maximum radius; images at known distances, where p is known, separate the two.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from scipy.special import expit
 from vlc_beacon.core.lamp_image.lamp_image_error import LampImageError
 
 BIN = 0.25
-"""Width of the rings over which brightness is averaged [px]."""
+"""Width of the annuli over which brightness is averaged [px]."""
 REACH = 1.8
-"""[radii]"""
+"""Radius of the fitted profile [lamp radii]."""
 REACH_MORE = 4.0
-"""[px]"""
+"""Margin added to the radius of the profile [px]."""
 RADIUS_MIN = 1.0
 
 
 @dataclass(frozen=True)
 class BloomingFit:
-    """The brightness of one lamp around its centre.
+    """Radial brightness profile of one lamp.
 
     Attributes:
         alpha: steepness of the rim [1/px].
-        half_radius: p + beta, where half the brightness is left [px].
-        gamma: brightness far outside [grey levels].
-        brightness: b, within the lamp [grey levels].
-        residual: root mean square of what the curve leaves unexplained [grey levels].
+        half_radius: p + beta, the half-maximum radius [px].
+        gamma: brightness of the background [grey levels].
+        brightness: b, brightness of the lamp [grey levels].
+        residual: RMS residual of the fit [grey levels].
     """
 
     alpha: float
@@ -48,13 +48,13 @@ class BloomingFit:
 
 @dataclass(frozen=True)
 class BloomingCalibration:
-    """How lamps of one kind bloom in one camera.
+    """Blooming of one lamp type in one camera.
 
     Attributes:
         alpha: steepness of the rim [1/px].
-        beta: how much larger a lamp looks than it is [px].
-        gamma: brightness far outside [grey levels].
-        beta_sigma: standard deviation of beta [px]; infinite from one image.
+        beta: increase of the apparent lamp radius [px].
+        gamma: brightness of the background [grey levels].
+        beta_sigma: standard deviation of beta [px]; infinite for one image.
     """
 
     alpha: float
@@ -63,12 +63,12 @@ class BloomingCalibration:
     beta_sigma: float
 
     def radius(self, half_radius: float) -> float:
-        """Return the radius p without blooming [px], of one at which half the brightness is left."""
+        """Return the true radius p [px] for a half-maximum radius."""
         return max(half_radius - self.beta, 0.0)
 
 
 def blooming_brightness(distances: NDArray[np.float64], fit: BloomingFit, beta: float) -> NDArray[np.float64]:
-    """Return the brightness at distances from the centre [px], eq. (4) corrected; same shape [grey levels]."""
+    """Return the brightness at distances from the centre [px], corrected eq. (4); same shape [grey levels]."""
     fall = expit(fit.alpha * (distances - fit.half_radius))
     outside = (fit.brightness - fit.gamma) * (1.0 - fall) + fit.gamma
     return np.asarray(np.where(distances <= fit.half_radius - beta, fit.brightness, outside))
@@ -78,12 +78,12 @@ def fit_blooming(image: NDArray[np.uint8], centre: NDArray[np.float64], radius: 
     """Fit eq. (4) to a lamp.
 
     Args:
-        image: shape (h, w), grey.
-        centre: shape (2,), of the lamp [px].
-        radius: about where half the brightness is left [px].
+        image: grey image, shape (h, w).
+        centre: centre of the lamp, shape (2,) [px].
+        radius: initial half-maximum radius [px].
 
     Raises:
-        LampImageError: the lamp is cut off by the border, or there is no lamp.
+        LampImageError: the lamp is cut off by the image border, or there is no lamp.
     """
     distances, levels, weights = _radial_profile(image, centre, REACH * radius + REACH_MORE)
     brightest, darkest = float(levels[distances < 0.7 * radius].mean()), float(levels[-4:].mean())
@@ -107,16 +107,16 @@ def fit_blooming(image: NDArray[np.uint8], centre: NDArray[np.float64], radius: 
 def calibrate_blooming(
     fits: Sequence[BloomingFit], depths: Sequence[float], lamp_radius: float, focal_length: float
 ) -> BloomingCalibration:
-    """Part p from beta by images of a lamp at known depths.
+    """Separate p from beta with images of a lamp at known depths.
 
     Args:
-        fits: of one lamp or several equal ones.
-        depths: of the lamp along the optical axis in each [m].
-        lamp_radius: [m].
-        focal_length: [px].
+        fits: profiles of one lamp or of several equal lamps.
+        depths: depth of the lamp along the optical axis in each image [m].
+        lamp_radius: true lamp radius [m].
+        focal_length: focal length [px].
 
     Raises:
-        LampImageError: no fits, not as many depths, or sizes that are not positive.
+        LampImageError: no fits, a different number of depths, or sizes that are not positive.
     """
     if len(fits) == 0 or len(fits) != len(depths):
         raise LampImageError(f'{len(fits)} lamps and {len(depths)} depths; give one depth for each lamp')
@@ -138,12 +138,12 @@ def calibrate_blooming(
 def _radial_profile(
     image: NDArray[np.uint8], centre: NDArray[np.float64], reach: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return distances [px], mean brightness and the root of the number of pixels of rings, each of shape (n,)."""
+    """Return distances [px], mean brightness and square roots of pixel counts of annuli, each of shape (n,)."""
     left, top = (int(low) for low in np.floor(centre - reach))
     right, bottom = (int(high) + 1 for high in np.ceil(centre + reach))
     if left < 0 or top < 0 or right > image.shape[1] or bottom > image.shape[0] or reach < RADIUS_MIN:
         raise LampImageError(
-            f'the lamp at ({centre[0]:.0f}, {centre[1]:.0f}) is cut off by the border; take one that is not'
+            f'the lamp at ({centre[0]:.0f}, {centre[1]:.0f}) is cut off by the border; choose another image'
         )
     v, u = np.mgrid[top:bottom, left:right]
     distance = np.hypot(u - centre[0], v - centre[1])

@@ -1,7 +1,7 @@
-"""Spots that may be lamps, on the coarse grid.
+"""Lamp candidates on the coarse grid.
 
-A spot is cut out at between a quarter and a half of its own peak, so a bright lamp loses its halo and a dim one is
-found. Levels rise by factors of two and each spot is kept at the one level that suits its peak.
+A candidate is segmented at between a quarter and a half of its own peak, which removes the halo of bright lamps and
+still finds dim ones. Thresholds increase by factors of two; each component is kept at the threshold that fits its peak.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ from vlc_beacon.core.lamp_image.coarse_contrast import CELL
 from vlc_beacon.core.lamp_image.settings import LampSettings
 
 SPOTS_MAX = 20000
-"""A level with more spots shows texture, not lamps."""
+"""A threshold with more components shows texture, not lamps."""
 
 
 def candidate_spots(
     contrast: NDArray[np.uint8], lowest: float, settings: LampSettings
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return boxes and peaks of spots, the brightest first.
+    """Return bounding boxes and peaks of candidates, brightest first.
 
     Args:
-        contrast: see `coarse_contrast`.
-        lowest: contrast of the dimmest lamp [grey levels].
-        settings: sizes that lamps have.
+        contrast: contrast image, see `coarse_contrast`.
+        lowest: minimum contrast of a lamp [grey levels].
+        settings: lamp size limits.
 
     Returns:
-        shape (n, 4), first column, first row and the column and row after the last [px], and shape (n,), peak of the
-        contrast [grey levels].
+        boxes, shape (n, 4): first column, first row, last column + 1, last row + 1 [px]; and peak contrasts, shape (n,)
+        [grey levels].
     """
     highest = int(contrast.max(initial=0))
     boxes, peaks = [np.empty((0, 4), np.int64)], [np.empty(0)]
@@ -44,7 +44,7 @@ def candidate_spots(
         above = 2.0 * level
     all_boxes, all_peaks = np.concatenate(boxes), np.concatenate(peaks)
     sides = all_boxes[:, 2:] - all_boxes[:, :2]
-    # A cell more: what a lamp covers in part counts.
+    # One cell of tolerance for partly covered cells.
     lamp = (sides.max(axis=1) <= settings.diameter_max + 2 * CELL) & (
         sides.max(axis=1) >= settings.diameter_min - CELL
     )
@@ -53,9 +53,9 @@ def candidate_spots(
 
 
 def _spots_at(contrast: NDArray[np.uint8], level: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return boxes [px] and peaks of what reaches a level."""
+    """Return boxes [px] and peaks of the connected components above a threshold."""
     _, mask = cv2.threshold(contrast, level - 0.5, 255, cv2.THRESH_BINARY)
-    # OpenCV's own statistics take ten times as long as the labels.
+    # connectedComponentsWithStats takes ten times as long.
     count, labels = cv2.connectedComponents(mask, connectivity=8)
     if count > SPOTS_MAX:
         return np.empty((0, 4), np.int64), np.empty(0)
@@ -67,7 +67,7 @@ def _spots_at(contrast: NDArray[np.uint8], level: float) -> tuple[NDArray[np.int
 def _boxes_and_peaks(
     contrast: NDArray[np.uint8], labels: NDArray[np.int32], count: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return boxes, shape (count, 4) [cells], and peaks, shape (count,), of labels; those of label 0 mean nothing."""
+    """Return boxes, shape (count, 4) [cells], and peaks, shape (count,), of labels; label 0 is not set."""
     boxes, peaks = np.zeros((count, 4), np.int64), np.zeros(count)
     boxes[:, :2] = max(labels.shape)
     for row in range(labels.shape[0]):

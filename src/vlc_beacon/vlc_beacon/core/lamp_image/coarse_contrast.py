@@ -1,4 +1,4 @@
-"""How much brighter each part of an image is than what is around it, on a coarse grid: fast, and free of most noise."""
+"""Local contrast of an image on a coarse grid: fast, with reduced noise."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 CELL = 4
-"""Pixels along each side of a cell."""
+"""Side length of a cell [px]."""
 COARSER = 4
-"""Cells along each side of a cell of the background."""
+"""Side length of a cell of the background image [cells]."""
 NOISE_ROWS = 32
 _NORMAL_MAD = 0.6745
 NOISE_MIN = 0.3
-"""Rounding to whole grey levels [grey levels]."""
+"""Quantization noise [grey levels]."""
 
 
 def coarse_contrast(
@@ -23,13 +23,13 @@ def coarse_contrast(
 ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """Return contrast and background, both of shape (h // CELL, w // CELL) [grey levels].
 
-    The background is an opening: what a lamp's diameter does not fit into is no background. A closing along the columns
-    fills the stripes of a rolling shutter beforehand.
+    The background is a morphological opening with a kernel larger than a lamp. Before it, a closing along the columns
+    fills the dark bands of a rolling shutter.
 
     Args:
-        image: shape (h, w).
-        diameter_max: of a lamp [px].
-        stripe_rows: longest dark stripe in a lamp [px], 0 for none.
+        image: grey image, shape (h, w).
+        diameter_max: maximum lamp diameter [px].
+        stripe_rows: maximum height of a dark band in a lamp [px], 0 for none.
     """
     height, width = image.shape
     size = width // CELL, height // CELL
@@ -41,7 +41,7 @@ def coarse_contrast(
         coarse, (max(size[0] // COARSER, 1), max(size[1] // COARSER, 1)), interpolation=cv2.INTER_AREA
     )
     side = 1 + 2 * math.ceil(0.5 * diameter_max / (CELL * COARSER) + 1.0)
-    # Each row and column for itself, as far as the image has them.
+    # Limit the kernel to the size of the image.
     kernel = np.ones((min(side, 2 * coarser.shape[0] - 1), min(side, 2 * coarser.shape[1] - 1)), np.uint8)
     opened = cv2.morphologyEx(coarser, cv2.MORPH_OPEN, kernel)
     background = cv2.resize(opened, size, interpolation=cv2.INTER_LINEAR)
@@ -49,11 +49,11 @@ def coarse_contrast(
 
 
 def noise_sigma(image: NDArray[np.uint8]) -> float:
-    """Return the standard deviation of the noise of a pixel [grey levels], from differences of neighbours."""
+    """Estimate the noise standard deviation of a pixel [grey levels] from second differences along rows."""
     step = max(image.shape[0] // NOISE_ROWS, 1)
     rows = image[step // 2 :: step].astype(np.int16)
     differences = rows[:, :-2] - 2 * rows[:, 1:-1] + rows[:, 2:]
-    # Percentiles of whole numbers are coarse; the mean of all below the typical is not.
+    # The median of integers is coarse; the mean square of the small differences is not.
     magnitude = np.abs(differences)
     typical = float(np.median(magnitude))
     low = magnitude[magnitude <= 3.0 * typical + 1.0]

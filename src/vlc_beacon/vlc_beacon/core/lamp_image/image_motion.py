@@ -1,4 +1,4 @@
-"""How a lamp moves over the image: a Kalman filter of place and speed, the same along u and along v."""
+"""Constant-velocity Kalman filter of a lamp's image position, with equal noise along u and v."""
 
 from __future__ import annotations
 
@@ -6,36 +6,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 SPEED_SIGMA = 250.0
-"""Of a lamp that was just found [px/s]."""
+"""Initial standard deviation of the image velocity [px/s]."""
 ACCELERATION_SIGMA = 800.0
-"""Robots that turn by the spot make lamps far from the middle fast [px/s^2]."""
+"""Process noise [px/s^2]; lamps far from the image centre move fast when the robot turns in place."""
 
 
 class ImageMotion:
-    """Place and speed of one lamp.
+    """Position and velocity of one lamp in the image.
 
     Attributes:
-        stamp: of the last frame [s].
+        stamp: time of the state [s].
     """
 
     def __init__(self, stamp: float, place: NDArray[np.float64], sigma: float) -> None:
-        """Begin at a place, shape (2,) [px], known to ``sigma`` [px]."""
+        """Initialize with a position, shape (2,) [px], and its standard deviation ``sigma`` [px]."""
         self.stamp = stamp
         self._state = np.stack([place, np.zeros(2)])
         self._covariance = np.diag([sigma**2, SPEED_SIGMA**2])
 
     def expect(self, stamp: float) -> tuple[NDArray[np.float64], float]:
-        """Return place, shape (2,), and standard deviation along each axis at a time [px]."""
+        """Return the predicted position, shape (2,), and its standard deviation per axis at a time [px]."""
         state, covariance = self._predicted(stamp)
         return state[0], float(np.sqrt(covariance[0, 0]))
 
     def coast(self, stamp: float) -> None:
-        """Go on to a time without having seen the lamp."""
+        """Advance the state to a time without a measurement."""
         self._state, self._covariance = self._predicted(stamp)
         self.stamp = stamp
 
     def see(self, stamp: float, place: NDArray[np.float64], sigma: float) -> None:
-        """Go on to a time at which the lamp is at a place, shape (2,), known to ``sigma`` [px]."""
+        """Advance the state to a time and update it with a measured position, shape (2,), of ``sigma`` [px]."""
         self.coast(stamp)
         gain = self._covariance[:, 0] / (self._covariance[0, 0] + sigma**2)
         self._state = self._state + gain[:, None] * (place - self._state[0])

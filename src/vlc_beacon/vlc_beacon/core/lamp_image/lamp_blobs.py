@@ -1,4 +1,4 @@
-"""Lamps in one image."""
+"""Detected lamps of one image."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class LampBlobs:
-    """Bright round spots.
+    """Bright round blobs.
 
     Attributes:
-        centroids: shape (n, 2), u and v [px].
-        sigmas: shape (n, 2), their standard deviation along u and along v [px].
-        radii: shape (n,), where half the brightness is reached, with blooming [px].
-        roundness: shape (n,), width over length, 1 for a disc.
-        brightness: shape (n,), of the lamp over what is around it [grey levels].
-        backgrounds: shape (n,), what is around it [grey levels].
+        centroids: centroids (u, v), shape (n, 2) [px].
+        sigmas: standard deviations of the centroids along u and v, shape (n, 2) [px].
+        radii: half-maximum radii including blooming, shape (n,) [px].
+        roundness: width over length, 1 for a disc, shape (n,).
+        brightness: brightness above the background, shape (n,) [grey levels].
+        backgrounds: brightness of the background, shape (n,) [grey levels].
     """
 
     centroids: NDArray[np.float64]

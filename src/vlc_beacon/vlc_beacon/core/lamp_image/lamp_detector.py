@@ -1,4 +1,4 @@
-"""Finds lamps in a grey image: coarse contrast, spots, then each in the full image."""
+"""Detects lamps in a grey image: coarse contrast, candidates, then measurements at full resolution."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from vlc_beacon.core.lamp_image.settings import LampSettings
 from vlc_beacon.core.lamp_image.striped_disc import fit_striped_disc
 
 SIGMA_MIN = 0.02
-"""No centroid is better: pixels are not all the same [px]."""
+"""Lower bound of the centroid standard deviation, due to pixel non-uniformity [px]."""
 SIDE_MIN = 16
-"""Smallest image [px]."""
+"""Minimum image side [px]."""
 SAME_WITHIN = 0.5
-"""Two blobs whose centres are nearer than this share of a radius are one."""
+"""Blobs whose centres are closer than this fraction of a radius are duplicates."""
 
 
 class LampDetector:
-    """Finds lamps."""
+    """Lamp detector."""
 
     def __init__(self, settings: LampSettings | None = None) -> None:
-        """Take what lamps look like; None for the defaults."""
+        """Set the lamp settings; None for the defaults."""
         self._settings = settings or LampSettings()
 
     def detect(self, image: NDArray[np.uint8]) -> LampBlobs:
-        """Return the lamps of an image, the brightest first.
+        """Return the lamps of an image, brightest first.
 
         Args:
-            image: shape (h, w), grey.
+            image: grey image, shape (h, w).
 
         Raises:
-            LampImageError: the image is of another type or shape.
+            LampImageError: the image has a wrong type or shape.
         """
         _check(image)
         settings = self._settings

@@ -1,4 +1,4 @@
-"""Images that lamps cannot be looked for in."""
+"""Error for images that the lamp detector cannot process."""
 
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 

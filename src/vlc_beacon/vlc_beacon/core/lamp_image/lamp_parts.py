@@ -1,7 +1,7 @@
-"""The two halves of a split panel, of which one may be dark while the other is lit.
+"""The two halves of a split panel, one of which may be dark while the other is lit.
 
-The centroid of the light jumps to and fro along the line from half to half; that tells the line. The levels of the
-halves, taken away from rim and split, then tell how far the centroid is off the middle.
+The intensity centroid alternates along the line between the halves, which determines the split axis. The brightness
+levels of the halves, measured away from rim and split, then give the offset of the centroid from the middle.
 """
 
 from __future__ import annotations
@@ -13,24 +13,24 @@ from numba import njit
 from numpy.typing import NDArray
 
 REACH = 1.25
-"""Light is gathered from so far around the middle. [radii]"""
+"""Radius of the centroid window [lamp radii]."""
 FRAMES_MIN = 8
-"""The line is believed after so many frames."""
+"""Number of frames before the split axis is used."""
 JUMP_MIN = 0.15
-"""Halves that go dark make the centroid jump by more, root mean square. [radii]"""
+"""Minimum RMS displacement of the centroid of a split lamp [lamp radii]."""
 JUMP_FULL = 0.3
-"""A jump by so much tells the line. [radii]"""
+"""Displacement with full weight for the split axis [lamp radii]."""
 KEPT = 0.85
-"""Share of what is known of the line that is kept from jump to jump: it turns with the robot."""
+"""Forgetting factor of the axis estimate per jump, because the axis rotates with the robot."""
 HALF_DISC = 4.0 / (3.0 * math.pi)
-"""Distance of a half disc's centroid from the middle. [radii]"""
+"""Distance of a half disc's centroid from the disc centre [lamp radii]."""
 
 
 @njit(cache=True)
 def light_centroid(
     image: NDArray[np.uint8], middle: NDArray[np.float64], radius: float, background: float
 ) -> NDArray[np.float64]:
-    """Return the centroid of the light around a place, shape (2,) [px]; the place itself where there is no light."""
+    """Return the intensity centroid around a position, shape (2,) [px]; the position itself if all is dark."""
     reach = REACH * radius + 1.0
     light, along = 0.0, np.zeros(2)
     for v in range(max(math.ceil(middle[1] - reach), 0), min(int(middle[1] + reach) + 1, image.shape[0])):
@@ -54,14 +54,14 @@ def half_levels(
     axis: NDArray[np.float64],
     background: float,
 ) -> tuple[float, float]:
-    """Return the brightness within both halves, away from rim and split [grey levels], the one along ``axis`` first.
+    """Return the brightness of both halves, away from rim and split [grey levels]; first the one along ``axis``.
 
     Args:
-        image: shape (h, w).
-        middle: shape (2,), of the lamp [px].
-        radius: [px].
-        axis: shape (2,), unit vector from the second half to the first.
-        background: around the lamp [grey levels].
+        image: grey image, shape (h, w).
+        middle: centre of the lamp, shape (2,) [px].
+        radius: lamp radius [px].
+        axis: unit vector from the second half to the first, shape (2,).
+        background: brightness of the background [grey levels].
     """
     sums, counts = np.zeros(2), np.zeros(2)
     top, bottom = max(math.ceil(middle[1] - radius), 0), min(int(middle[1] + radius) + 1, image.shape[0])
@@ -78,15 +78,15 @@ def half_levels(
 
 
 class SplitAxis:
-    """Learns along which line the centroid of a lamp jumps; without jumps the lamp has one part.
+    """Estimates the axis along which the centroid of a lamp alternates; without jumps the lamp has one part.
 
     Attributes:
-        axis: shape (2,), unit vector along the line; either end may be the first half.
-        is_split: whether there is such a line.
+        axis: unit vector of the split axis, shape (2,); the sign is arbitrary.
+        is_split: whether the lamp has a split axis.
     """
 
     def __init__(self) -> None:
-        """Begin without a line."""
+        """Start without an axis."""
         self._scatter = np.zeros((2, 2))
         self._power = 0.0
         self._frames = 0
@@ -95,23 +95,23 @@ class SplitAxis:
 
     @property
     def doubt(self) -> float:
-        """How much the lamp may be split though it did not jump so far, 1 for a new lamp and 0 for an old one."""
+        """Probability-like weight that a lamp without jumps is split after all, from 1 (new) to 0 (old)."""
         return max(1.0 - self._frames / (2.0 * FRAMES_MIN), 0.0)
 
     def add(self, offset: NDArray[np.float64], radius: float) -> None:
-        """Take the offset of a frame's centroid from the lamp's expected middle, shape (2,) [px]."""
+        """Add the offset of a frame's centroid from the predicted lamp centre, shape (2,) [px]."""
         jump = offset / radius
         power = float(jump @ jump)
         self._frames += 1
         self._power += (power - self._power) / min(self._frames, 2 * FRAMES_MIN)
         self._scatter = KEPT ** min(power / JUMP_FULL**2, 1.0) * self._scatter + np.outer(jump, jump)
         self.is_split |= self._frames >= FRAMES_MIN and self._power > JUMP_MIN**2
-        # The line has two ends; the one that was the first stays it while the robot turns.
+        # The sign of an eigenvector is arbitrary; keep it consistent while the robot turns.
         line = np.linalg.eigh(self._scatter)[1][:, 1]
         self.axis = line if line @ self.axis >= 0.0 else -line
 
     def turn(self, angle: float) -> None:
-        """Take that the image turned by an angle [rad], from u to v."""
+        """Rotate the axis by the image rotation [rad], from u to v."""
         cos, sin = math.cos(angle), math.sin(angle)
         R = np.array([[cos, -sin], [sin, cos]])
         self._scatter = R @ self._scatter @ R.T

@@ -1,4 +1,4 @@
-"""One lamp from frame to frame: where it is, though it may be dark or half dark."""
+"""Track of one lamp from frame to frame, also while it is dark or half dark."""
 
 from __future__ import annotations
 
@@ -12,38 +12,38 @@ from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
 from vlc_beacon.core.lamp_image.lamp_parts import HALF_DISC, SplitAxis, half_levels, light_centroid
 
 HALF_JUMP = 0.3
-"""Standard deviation of the centroid of a lamp whose halves may go dark. [radii]"""
+"""Standard deviation of the centroid of a lamp whose halves may go dark [lamp radii]."""
 MIDDLE_ERROR = 0.02
-"""Of the middle of a half dark lamp, which follows from the levels of its halves. [radii]"""
+"""Standard deviation of the centre of a half dark lamp, computed from the levels of its halves [lamp radii]."""
 GATE_SIGMAS = 4.0
 FAINT = 0.06
-"""A lamp whose halves both are darker than this share of their full brightness does not tell where it is."""
+"""A lamp whose halves are both below this fraction of full brightness gives no position measurement."""
 RADIUS_KEPT, FULL_KEPT = 0.998, 0.9995
-"""Share of the largest radius and brightness that is kept from frame to frame."""
+"""Decay of the maximum radius and brightness per frame."""
 HALF_FRAMES = 10.0
-"""The distance of a half's centroid is learned; so many frames weigh the disc's."""
+"""Weight, in frames, of the theoretical half-disc centroid distance when it is learned."""
 
 
 class LampTrack:
-    """A lamp that is followed.
+    """A tracked lamp.
 
     Attributes:
-        key: tells it from all others.
-        place: shape (2,), of its middle at the last frame, expected if it was dark then [px].
-        sigma: shape (2,), standard deviation of ``place``, infinite if it was dark [px].
-        radius: [px].
-        last_seen: stamp of the last frame in which it was not dark [s].
+        key: unique track ID.
+        place: centre in the last frame, shape (2,), predicted if the lamp was dark [px].
+        sigma: standard deviation of the centre, shape (2,), infinite if the lamp was dark [px].
+        radius: lamp radius [px].
+        last_seen: stamp of the last frame in which the lamp was lit [s].
     """
 
     def __init__(self, key: int, stamp: float, blobs: LampBlobs, i: int, *, may_be_split: bool) -> None:
-        """Begin with a blob.
+        """Create a track from a blob.
 
         Args:
-            key: tells it from all others.
-            stamp: of the frame [s].
-            blobs: of the frame.
-            i: the lamp among them.
-            may_be_split: whether its halves may go dark one by one.
+            key: unique track ID.
+            stamp: stamp of the frame [s].
+            blobs: detections of the frame.
+            i: index of the lamp among the blobs.
+            may_be_split: whether its halves may be switched independently.
         """
         self.key = key
         self.place, self.sigma = blobs.centroids[i].copy(), blobs.sigmas[i].copy()
@@ -57,21 +57,21 @@ class LampTrack:
 
     @property
     def split_axis(self) -> NDArray[np.float64] | None:
-        """From the second half to the first, shape (2,), of length 1; None for a lamp of one part."""
+        """Unit vector from the second half to the first, shape (2,); None for a lamp of one part."""
         return self._split.axis if self._split is not None and self._split.is_split else None
 
     def expect(self, stamp: float) -> tuple[NDArray[np.float64], float]:
-        """Return where the lamp is expected, shape (2,), and how far from there it may be found [px]."""
+        """Return the predicted centre, shape (2,), and the gate radius [px]."""
         place, sigma = self._motion.expect(stamp)
         return place, GATE_SIGMAS * math.hypot(sigma, HALF_JUMP * self.radius) + 1.0
 
     def turn(self, angle: float) -> None:
-        """Take that the image turned by an angle [rad] since the last frame, from u to v."""
+        """Account for the image rotation since the last frame [rad], from u to v."""
         if self._split is not None:
             self._split.turn(angle)
 
     def see(self, stamp: float, image: NDArray[np.uint8], blobs: LampBlobs, i: int) -> NDArray[np.float64]:
-        """Take a frame in which the lamp was found and return the brightness of its halves, shape (2,), 1 for full."""
+        """Update with a detection and return the brightness of the halves relative to full light, shape (2,)."""
         expected, _ = self._motion.expect(stamp)
         self.radius = max(RADIUS_KEPT * self.radius, float(blobs.radii[i]))
         self._background = float(blobs.backgrounds[i])
@@ -87,22 +87,22 @@ class LampTrack:
         return parts
 
     def miss(self, stamp: float, image: NDArray[np.uint8]) -> NDArray[np.float64]:
-        """Take a frame in which the lamp was not found and return the brightness of its halves as `see` does."""
+        """Update with a frame without a detection and return the brightness of the halves, as `update` does."""
         self._coast(stamp)
         return self._parts(image)
 
     def _coast(self, stamp: float) -> None:
-        """Take the lamp to be where it is expected."""
+        """Use the predicted position."""
         self._motion.coast(stamp)
         self.place, _ = self._motion.expect(stamp)
         self.sigma = np.full(2, math.inf)
 
     def _find_middle(self, split: SplitAxis, image: NDArray[np.uint8], expected: NDArray[np.float64]) -> None:
-        """Set place and sigma of a lamp whose halves may differ."""
+        """Set centre and sigma of a lamp whose halves may differ in brightness."""
         near = light_centroid(image, expected, self.radius, self._background)
         split.add(near - expected, self.radius)
         if not split.is_split:
-            # A lamp that did not jump for long has one part.
+            # A lamp without jumps for long has one part.
             self.sigma = np.hypot(self.sigma, HALF_JUMP * self.radius * split.doubt)
             return
         middle = expected

@@ -1,4 +1,4 @@
-"""Which lamp of this frame is which of the last, and what each of them plays, also while it is dark."""
+"""Multi-lamp tracking: associates detections with tracks and samples the brightness, also of dark lamps."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
 from vlc_beacon.core.lamp_image.lamp_track import LampTrack
 
 COAST = 0.6
-"""A lamp that was dark for longer is gone [s]. Equal symbols may look dark, and some ID has 16 of them in a row."""
+"""A track without a detection for longer is deleted [s]. Equal symbols may look dark, up to 16 in a row."""
 
 
 @dataclass(frozen=True)
 class LampSample:
-    """A lamp in one frame.
+    """A tracked lamp in one frame.
 
     Attributes:
-        key: of its track.
-        centre: shape (2,), of the whole lamp [px], expected where it is dark.
-        sigma: shape (2,), along u and v [px], infinite where it is dark.
-        radius: [px].
-        parts: shape (2,), brightness of its halves over the full one.
-        split_axis: shape (2,), direction from the second half to the first in the image, None for a lamp of one part.
-            The image does not tell which half is the first: it may be the other one.
-        blob: index of the lamp among the frame's blobs, -1 where it is dark.
+        key: track ID.
+        centre: centre of the lamp, shape (2,) [px], predicted if it is dark.
+        sigma: standard deviation along u and v, shape (2,) [px], infinite if the lamp is dark.
+        radius: lamp radius [px].
+        parts: brightness of the halves relative to full light, shape (2,).
+        split_axis: image direction from the second half to the first, shape (2,), None for a lamp of one part. The
+            order of the halves is ambiguous.
+        blob: index of the lamp among the frame's blobs, -1 if it is dark.
     """
 
     key: int
@@ -40,18 +40,18 @@ class LampSample:
 
     @property
     def is_lit(self) -> bool:
-        """Whether the frame tells where the lamp is."""
+        """Whether the frame has a position measurement of the lamp."""
         return bool(np.isfinite(self.sigma).all())
 
 
 class LampTracks:
-    """Follows all lamps in view."""
+    """Tracks all lamps in view."""
 
     def __init__(self, *, split_lamps: bool = True) -> None:
-        """Begin without lamps.
+        """Start without tracks.
 
         Args:
-            split_lamps: whether halves of lamps may go dark one by one, as a global shutter sees split panels.
+            split_lamps: whether lamp halves may be switched independently (split panels, global shutter).
         """
         self._split_lamps = split_lamps
         self._tracks: list[LampTrack] = []
@@ -60,13 +60,13 @@ class LampTracks:
     def update(
         self, stamp: float, image: NDArray[np.uint8], blobs: LampBlobs, turn: float = 0.0
     ) -> list[LampSample]:
-        """Take the lamps of a frame and return a sample of each lamp that is followed.
+        """Update the tracks with a frame and return a sample of each tracked lamp.
 
         Args:
-            stamp: of the frame, later than the last one [s].
-            image: shape (h, w), grey.
-            blobs: its lamps.
-            turn: of the image since the last frame, from u to v, where odometry tells it [rad].
+            stamp: stamp of the frame, later than the last one [s].
+            image: grey image, shape (h, w).
+            blobs: detections of the image.
+            turn: image rotation since the last frame, from u to v, if known from odometry [rad].
         """
         height, width = image.shape
         self._tracks = [
@@ -88,7 +88,7 @@ class LampTracks:
         return samples
 
     def _associate(self, stamp: float, blobs: LampBlobs) -> dict[int, int]:
-        """Return the blob of each track that has one, the nearest pairs first."""
+        """Assign blobs to tracks by greedy nearest neighbour; return blob indices by track key."""
         if not self._tracks or len(blobs) == 0:
             return {}
         expected = [track.expect(stamp) for track in self._tracks]

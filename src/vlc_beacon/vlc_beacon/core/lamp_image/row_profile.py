@@ -1,8 +1,8 @@
-"""Brightness of a lamp row by row, as a rolling shutter sees it blink.
+"""Brightness of a lamp row by row, as a rolling shutter samples its modulation.
 
-A lamp is round: how its light falls off outwards is the same along the rows, which do not blink, as along the columns.
-So each row is the lamp's own profile times what the lamp shone then, and both follow from each other. Rows near the rim
-and in the halo are then as good as others, and where the lamp ends is no dark stripe.
+A lamp is round: its radial profile is the same along the rows, which are not modulated, as along the columns. Each row
+is the radial profile times the instantaneous light level; both are estimated alternately. Rows near the rim and in the
+halo can then be used as well, and the end of the lamp is not mistaken for a dark band.
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ from numba import njit
 from numpy.typing import NDArray
 
 HALO = (3.0, 24.0)
-"""The halo of a bright lamp blinks too. Rows are taken as far as it shows, at most to so many radii from the centre and
-so many pixels beyond the rim."""
+"""The halo of a bright lamp is modulated too. Rows are used up to this distance from the centre [lamp radii] and from
+the rim [px]."""
 COLUMNS = 20.0
-"""A lamp of so many radii in pixels has columns to spare: of larger ones only some are looked at."""
+"""Lamps with a larger radius [px] are sampled at a subset of their columns."""
 RINGS = 2.0
-"""Points of the profile [1/px]."""
+"""Resolution of the radial profile [1/px]."""
 WEIGHT_MIN = 1.0
-"""Rings that are seen in fewer bright pixels tell nothing."""
+"""Minimum weight of a ring, in bright pixels, to be estimated."""
 ROUNDS = 3
 SIGMA_MAX = 0.15
-"""Rows whose brightness is less certain are left out [shares of full light]."""
+"""Maximum standard deviation of a row's brightness [fraction of full light]; other rows are rejected."""
 LEVELS_MIN = 3.0
-"""And those where the lamp is less bright over its background [grey levels]: this is not known so well."""
+"""Minimum brightness of the lamp above its background in a row [grey levels]."""
 SHARE_MIN = 0.05
-"""And those that are less bright in full light than this share of the brightest: on a steep rim little is known."""
+"""Minimum full brightness of a row as a fraction of the brightest row."""
 
 
 def row_profile(
@@ -38,14 +38,14 @@ def row_profile(
     background: float,
     noise: float = 1.0,
 ) -> tuple[int, NDArray[np.float64]]:
-    """Return the first row and the brightness of the rows over the lamp's full one, shape (m,), about 0 to 1.
+    """Return the first row and the brightness of the rows relative to full light, shape (m,), about 0 to 1.
 
     Args:
-        image: shape (h, w).
-        centre: shape (2,) [px].
-        radius: of the lamp [px].
-        background: around the lamp [grey levels].
-        noise: of a pixel [grey levels].
+        image: grey image, shape (h, w).
+        centre: centre of the lamp, shape (2,) [px].
+        radius: lamp radius [px].
+        background: brightness of the background [grey levels].
+        noise: standard deviation of a pixel [grey levels].
     """
     height, width = image.shape
     reach = min(HALO[0] * radius, radius + HALO[1])
@@ -73,16 +73,16 @@ def row_profile(
 def _shares_of_rows(
     window: NDArray[np.uint8], u: float, v: float, reach: float, background: float, step: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return what share of full light each row shows, and the peak [grey levels] and the sum of squares of the full
+    """Return the fraction of full light of each row, and the peak [grey levels] and the sum of squares of the full
     lamp in it, all of shape (h,).
 
     Args:
-        window: shape (h, w), the lamp and what is around it.
-        u: column of the centre.
-        v: its row.
-        reach: light from farther away is not the lamp's [px].
-        background: around the lamp [grey levels].
-        step: between the columns that are looked at [px].
+        window: image around the lamp, shape (h, w).
+        u: column of the centre [px].
+        v: row of the centre [px].
+        reach: maximum distance from the centre [px].
+        background: brightness of the background [grey levels].
+        step: distance between sampled columns [px].
     """
     profile = _first_profile(window, u, v, reach, background, step)
     rows = len(window)
@@ -108,7 +108,7 @@ def _fit_rows(
     peaks: NDArray[np.float64],
     powers: NDArray[np.float64],
 ) -> None:
-    """Fill in what `_shares_of_rows` returns, of a known profile."""
+    """Set the outputs of `_shares_of_rows` for a known profile."""
     for row in range(len(window)):
         light, powers[row], peaks[row] = 0.0, 0.0, 0.0
         for column in range(0, window.shape[1], step):
@@ -132,7 +132,7 @@ def _fit_profile(
     profile: NDArray[np.float64],
     shares: NDArray[np.float64],
 ) -> None:
-    """Fit the profile to known rows; rings that are dark stay as they are."""
+    """Fit the profile to known rows; dark rings keep their values."""
     light, weights = np.zeros(len(profile)), np.zeros(len(profile))
     for row in range(len(window)):
         if shares[row] > 0.0:
@@ -154,7 +154,7 @@ def _fit_profile(
 def _first_profile(
     window: NDArray[np.uint8], u: float, v: float, reach: float, background: float, step: int
 ) -> NDArray[np.float64]:
-    """Return the brightest of each ring around the centre, shape (rings,) [grey levels]."""
+    """Return the maximum of each ring around the centre, shape (rings,) [grey levels]."""
     profile = np.zeros(int(RINGS * reach) + 2)
     for row in range(len(window)):
         for column in range(0, window.shape[1], step):
@@ -167,6 +167,6 @@ def _first_profile(
 
 @njit(cache=True)
 def _fall_outwards(profile: NDArray[np.float64]) -> None:
-    """Let no ring be darker than those around it: it is in a dark stripe."""
+    """Make the profile monotonically decreasing outwards; a darker ring is in a dark band."""
     for ring in range(len(profile) - 2, -1, -1):
         profile[ring] = max(profile[ring], profile[ring + 1])

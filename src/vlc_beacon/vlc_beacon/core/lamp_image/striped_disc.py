@@ -1,8 +1,8 @@
-"""The centre of a disc of which a rolling shutter shows only stripes.
+"""Centre of a disc that a rolling shutter shows as bright and dark bands.
 
-Where the stripes lie tells when the lamp was lit, not where it is: an intensity centroid would follow them. But each
-bright row ends left and right on the disc's rim, at half the row's own brightness. The circle through these ends is the
-lamp. Spots without a rim keep the centroid of the lamp with its stripes closed, with the uncertainty that is due.
+The position of the bands depends on when the lamp was lit, so an intensity centroid would be biased. But each bright
+row ends left and right at the disc's rim, at half the row's brightness. A circle is fitted to these end points. Blobs
+without a rim keep the centroid of the lamp with its bands closed, with a larger standard deviation.
 """
 
 from __future__ import annotations
@@ -17,24 +17,24 @@ from numpy.typing import NDArray
 from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
 
 LIT = 0.35
-"""Rows that are dimmer than this share of the brightest show no rim."""
+"""Minimum brightness of a row with rim points, as a fraction of the brightest."""
 POINTS_MIN = 6
 ROUGH = 0.12
-"""Rim points that stray farther from the circle than this are no disc's. [radii]"""
+"""Maximum RMS residual of the circle fit [lamp radii]."""
 UNCERTAIN = (0.05, 0.25)
-"""Standard deviation of the place along rows and columns where there is no rim. [radii]"""
+"""Standard deviation along rows and columns if no circle is found [lamp radii]."""
 SIGMA_MIN = 0.03
 STEPS = 8
 OUTLIER = 3.0
 
 
 def fit_striped_disc(image: NDArray[np.uint8], blobs: LampBlobs, noise: float) -> LampBlobs:
-    """Return the blobs with centroids, sigmas and radii of the circles through their rims.
+    """Return the blobs with centroids, sigmas and radii of circles fitted to their rims.
 
     Args:
-        image: shape (h, w).
-        blobs: with stripes.
-        noise: of a pixel [grey levels].
+        image: grey image, shape (h, w).
+        blobs: detections with bands.
+        noise: standard deviation of a pixel [grey levels].
     """
     centroids, sigmas, radii = blobs.centroids.copy(), blobs.sigmas.copy(), blobs.radii.copy()
     for i in range(len(blobs)):
@@ -51,14 +51,14 @@ def fit_striped_disc(image: NDArray[np.uint8], blobs: LampBlobs, noise: float) -
 def rim_points(
     image: NDArray[np.uint8], centre: NDArray[np.float64], radius: float, background: float, dimmest: float
 ) -> NDArray[np.float64]:
-    """Return where bright rows end, shape (n, 2) [px].
+    """Return the end points of bright rows, shape (n, 2) [px].
 
     Args:
-        image: shape (h, w).
-        centre: shape (2,), about where the lamp is [px].
-        radius: about [px].
-        background: around the lamp [grey levels].
-        dimmest: rows that are less bright over it are left out [grey levels].
+        image: grey image, shape (h, w).
+        centre: approximate centre of the lamp, shape (2,) [px].
+        radius: approximate radius [px].
+        background: brightness of the background [grey levels].
+        dimmest: minimum brightness of a row above the background [grey levels].
     """
     reach = 1.8 * radius + 3.0
     first, last = max(int(centre[1] - reach), 0), min(int(centre[1] + reach) + 1, image.shape[0] - 1)
@@ -94,7 +94,7 @@ def rim_points(
 
 @njit(cache=True)
 def _fit_circle(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return u, v, radius and the sigmas of u and v [px], shape (5,); shape (0,) where the points lie on no circle."""
+    """Return u, v, radius and the sigmas of u and v [px], shape (5,); shape (0,) if no circle fits the points."""
     middle = np.array([points[:, 0].mean(), points[:, 1].mean()])
     local = points - middle
     rows = np.column_stack((2.0 * local, np.ones((len(local), 1))))

@@ -1,1 +1,1 @@
-"""How lamps blink: waveforms and their decoders, for global and for rolling shutters."""
+"""Light codes: waveforms and decoders for global and rolling shutters."""

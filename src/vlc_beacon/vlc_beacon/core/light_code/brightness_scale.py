@@ -1,7 +1,7 @@
-"""What dark and full light of a lamp look like to the camera, from what it saw of late.
+"""Gain control: dark and full brightness of a lamp from its recent frames.
 
-Both halves share one scale: clocks that hardly differ show one half at its edges, neither dark nor full, for seconds,
-but the other is dark or full just then.
+Both halves share one scale: with almost equal clocks one half may be sampled at its edges, neither dark nor full, for
+seconds, but the other half is dark or full at that time.
 """
 
 from __future__ import annotations
@@ -14,23 +14,23 @@ from numpy.typing import ArrayLike, NDArray
 FRAMES = 120
 FRAMES_MIN = 12
 TAIL = 0.05
-"""Share of the values that are darker than dark, and of those that are brighter than bright: small, for a clock that
-hardly differs may show one of both rarely."""
+"""Quantile of the dark level, and 1 minus that of the bright level: small, because with almost equal clocks one of the
+two may be sampled rarely."""
 CONTRAST_MIN = 0.1
-"""A lamp whose light changes by less than this share of its full light carries no code."""
+"""A lamp whose modulation is below this fraction of full light carries no code."""
 
 
 class BrightnessScale:
-    """Scales the grey values of one lamp's halves to what `UfsookDecoder` takes."""
+    """Normalizes the grey values of one lamp's halves for `UfsookDecoder`."""
 
     def __init__(self) -> None:
         self._seen: deque[NDArray[np.float64]] = deque(maxlen=FRAMES)
 
     def scaled(self, grey: ArrayLike) -> NDArray[np.float64]:
-        """Take a frame and return its brightness over full light, shape (2,), NaN while that is not known.
+        """Add a frame and return its brightness relative to full light, shape (2,), NaN while the gain is unknown.
 
         Args:
-            grey: shape (2,), mean grey value of each half, in any unit; NaN where it was not seen.
+            grey: mean grey value of each half, shape (2,), any unit; NaN if not visible.
         """
         now = np.asarray(grey, float)
         if not np.isfinite(now).all():

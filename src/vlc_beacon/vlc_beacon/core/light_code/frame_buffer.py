@@ -1,4 +1,4 @@
-"""The frames of the last seconds, kept in one piece of memory."""
+"""Buffer of recent frames in contiguous memory."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 
 class FrameBuffer:
-    """Stamps and likelihood tables of frames, oldest first.
+    """Stamps and log-likelihood tables of frames, oldest first.
 
     Args:
-        bins: of a table.
-        symbols: of a table.
+        bins: number of bins of a table.
+        symbols: number of symbols of a table.
     """
 
     def __init__(self, bins: int, symbols: int) -> None:
@@ -21,12 +21,12 @@ class FrameBuffer:
 
     @property
     def stamps(self) -> NDArray[np.float64]:
-        """Shape (n,), rising [s]; a view."""
+        """Stamps, shape (n,), increasing [s]; a view."""
         return self._stamps[self._first : self._end]
 
     @property
     def tables(self) -> NDArray[np.float32]:
-        """Shape (n, bins, symbols); a view."""
+        """Tables, shape (n, bins, symbols); a view."""
         return self._tables[self._first : self._end]
 
     def add(self, stamps: NDArray[np.float64], tables: NDArray[np.float32]) -> None:
@@ -38,11 +38,11 @@ class FrameBuffer:
         self._end = end
 
     def drop_before(self, stamp: float) -> None:
-        """Forget what is older [s]."""
+        """Drop frames before a stamp [s]."""
         self._first += int(np.searchsorted(self.stamps, stamp))
 
     def _move(self) -> None:
-        """Make room at the end: by what was dropped where that is half, else by more memory."""
+        """Make room at the end: reuse dropped space if it is half of the buffer, else grow."""
         stamps, tables = self.stamps, self.tables
         if len(stamps) > len(self._stamps) // 2 or self._first == 0:
             self._stamps = np.zeros(2 * len(self._stamps))

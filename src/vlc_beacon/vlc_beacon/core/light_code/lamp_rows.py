@@ -1,4 +1,4 @@
-"""What a rolling shutter sees of a lamp."""
+"""Row samples of a lamp under a rolling shutter."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 
 @dataclass(frozen=True)
 class LampRows:
-    """Brightness of a lamp, row by row, in frames in which it covers equally many rows; mostly in one.
+    """Row brightness of a lamp in frames in which it covers the same number of rows; usually one frame.
 
     Attributes:
-        stamps: shape (n,), when the exposure of the images' row 0 began [s].
-        first_rows: shape (n,), the lamp's first row in each image.
-        brightness: shape (n, rows), mean of each row over the lamp, in any unit.
-        row_time: between the beginnings of two rows [s].
-        exposure: of a row [s].
+        stamps: start of exposure of image row 0, shape (n,) [s].
+        first_rows: first row of the lamp in each image, shape (n,).
+        brightness: mean of each row over the lamp, shape (n, rows), any unit.
+        row_time: line time between the starts of two rows [s].
+        exposure: exposure of a row [s].
     """
 
     stamps: NDArray[np.float64]
@@ -28,12 +28,12 @@ class LampRows:
 
     @property
     def middles(self) -> NDArray[np.float64]:
-        """Shape (n,), when the middle of the lamp was seen [s]."""
+        """Times at which the middle of the lamp was exposed, shape (n,) [s]."""
         rows = self.first_rows + 0.5 * (self.brightness.shape[1] - 1)
         return self.stamps + rows * self.row_time + 0.5 * self.exposure
 
     def without_damage(self) -> LampRows:
-        """Return the frames in which every row is a number."""
+        """Return the frames in which all rows are finite."""
         kept = np.isfinite(self.brightness).all(axis=1)
         if kept.all():
             return self
@@ -45,6 +45,6 @@ class LampRows:
 def rows_of_frame(
     stamp: float, first_row: int, brightness: ArrayLike, row_time: float, exposure: float
 ) -> LampRows:
-    """Return the rows of a lamp in one frame; brightness has shape (rows,), the rest is as in `LampRows`."""
+    """Return the rows of a lamp in one frame; brightness has shape (rows,), other arguments as in `LampRows`."""
     seen = np.asarray(brightness, float)[None]
     return LampRows(np.array([stamp]), np.array([first_row]), seen, row_time, exposure)

@@ -1,4 +1,4 @@
-"""What a light code asks for and what it gives, computed from how it is played."""
+"""Requirements and data rates of the light codes."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from vlc_beacon.core.packet.id_packet import ID_BYTES
 
 DATA_BYTES = 100
 TONE_SECONDS = 1.0
-"""About; it depends on how far the other lamps' tones are."""
+"""Approximate identification time of a tone [s]; it depends on the tone separation."""
 UFSOOK_ROWS_MIN = 6
-"""Where the halves of a lamp can be told apart."""
+"""Minimum lamp diameter at which its halves are resolved [px]."""
 
 
 @dataclass(frozen=True)
 class LightProfile:
-    """A light code in numbers.
+    """Requirements and message durations of a light code.
 
     Attributes:
-        name: of the code.
-        rows_min: rows of the image that a lamp must cover.
-        id_seconds: how long an ID packet is played [s].
-        command_seconds: how long a command is played [s].
-        seconds_per_100_bytes: how long a packet with 100 bytes of data is played [s]. Who looks up in the middle of a
-            packet waits up to twice as long, and a packet that was damaged comes again.
+        name: name of the code.
+        rows_min: minimum number of image rows covered by a lamp.
+        id_seconds: duration of an ID packet [s].
+        command_seconds: duration of a command packet [s].
+        seconds_per_100_bytes: duration of a packet with 100 bytes of data [s]. The latency is up to twice as long when
+            reception starts within a packet; corrupted packets are repeated.
     """
 
     name: str
@@ -50,20 +50,20 @@ def rs_fsk_profile(frame_rate: float, row_time: float) -> LightProfile:
     """Return the profile of RS-FSK.
 
     Args:
-        frame_rate: of the slowest camera [1/s].
-        row_time: of the camera [s]; a lamp must show one cycle of the lowest tone.
+        frame_rate: frame rate of the slowest camera [1/s].
+        row_time: line time of the camera [s]; a lamp must show one cycle of the lowest tone.
     """
     rows_min = math.ceil(1.0 / (TONE_LOWEST * row_time))
     return _symbol_profile('rs_fsk', rows_min, rs_fsk_code(frame_rate))
 
 
 def tone_profile(tone: float, row_time: float) -> LightProfile:
-    """Return the profile of a lamp that plays a constant tone [Hz]: its name is all that it says."""
+    """Return the profile of a constant tone [Hz], which carries only the lamp's identity."""
     return LightProfile('tone', math.ceil(1.0 / (tone * row_time)), TONE_SECONDS, math.inf, math.inf)
 
 
 def manchester_profile(slot_format: SlotFormat, row_time: float, exposure: float) -> LightProfile:
-    """Return the profile of Manchester slots for a camera's row time and exposure [s]."""
+    """Return the profile of Manchester segments for a camera's line time and exposure [s]."""
 
     def seconds(packet_bytes: int) -> float:
         return len(slots_of_packet(bytes(packet_bytes), slot_format.slot_bytes)) * slot_format.slot_seconds

@@ -1,13 +1,13 @@
-"""Manchester chips in repeated slots, for rolling shutters and lamps that cover many rows.
+"""Manchester code in repeated segments, for rolling shutters and lamps that cover many rows.
 
-A packet becomes a Reed-Solomon block, the block becomes numbered slots. A slot is
+A packet becomes a Reed-Solomon block, the block is split into numbered segments. A segment is
 
-    preamble 111000 | number 7 bits | bytes of the block | CRC-4
+    preamble 111000 | index 7 bits | bytes of the block | CRC-4
 
-in chips, a bit 1 as 10 and a bit 0 as 01; three equal chips in a row are in the preamble only. A slot is repeated until
-the slowest camera has seen it whole: any rows that show as many chips as a slot has hold all of it, at worst the
-end first and the beginning after it. So nothing has to be known about where a frame falls, and what frames miss,
-because they were dropped or fell on the change from slot to slot, are erasures of the block.
+in chips, a bit 1 as 10 and a bit 0 as 01; three equal chips in a row occur only in the preamble. A segment is repeated
+until the slowest camera has seen it completely: any window of one segment length contains all of its chips, cyclically
+shifted. No frame synchronization is needed. Segments that are missed, because frames were dropped or spanned a segment
+change, are erasures of the block.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ PREAMBLE = (1, 1, 1, 0, 0, 0)
 INDEX_BITS = 7
 CHECK_BITS = 4
 CHECK_POLYNOMIAL = 0b10011
-"""x^4 + x + 1, as in CRC-4/INTERLAKEN but begun with zeros."""
+"""x^4 + x + 1, as in CRC-4/INTERLAKEN but with initial value 0."""
 CHIP_TIMES = (1.0 / 8000.0, 1.0 / 6000.0)
-"""Shortest and longest chip [s]: what rolling shutters resolve, and what leaves the eye no trace of the slots."""
+"""Shortest and longest chip [s]: limited by rolling shutters and by visible flicker of the segments."""
 SLOT_BYTES_MAX = 8
-"""Of the shortest chips; see `REPETITION_MAX`."""
+"""Limit for the shortest chips; see `REPETITION_MAX`."""
 REPETITION_MAX = 0.02
-"""A slot lasts no longer, so that its repetitions are too fast for the eye [s]."""
+"""Maximum duration of a segment, so that its repetitions do not flicker visibly [s]."""
 
 
 @dataclass(frozen=True)
 class SlotFormat:
-    """How a block is cut into slots.
+    """Format of the segments of a block.
 
     Attributes:
-        slot_bytes: bytes of the block in a slot: more of them need more rows and waste less.
-        chip_time: of a chip [s], within `CHIP_TIMES`.
-        frame_rate: of the slowest camera that shall read it [1/s].
+        slot_bytes: bytes of the block per segment: more bytes need more rows and reduce overhead.
+        chip_time: duration of a chip [s], within `CHIP_TIMES`.
+        frame_rate: frame rate of the slowest camera [1/s].
     """
 
     slot_bytes: int = 1
@@ -57,41 +57,41 @@ class SlotFormat:
             chips = int(REPETITION_MAX / self.chip_time + 1e-6)
             most = ((chips - len(PREAMBLE)) // 2 - INDEX_BITS - CHECK_BITS) // 8
             raise VlcBeaconError(
-                f'slot_bytes is {self.slot_bytes}, it must be from 1 to {most}, or the lamp would blink visibly'
+                f'slot_bytes is {self.slot_bytes}, it must be from 1 to {most}, or the lamp would flicker visibly'
             )
 
     @property
     def bits(self) -> int:
-        """Bits of a slot after its preamble."""
+        """Bits of a segment after its preamble."""
         return INDEX_BITS + 8 * self.slot_bytes + CHECK_BITS
 
     @property
     def chips(self) -> int:
-        """Chips of a slot."""
+        """Chips of a segment."""
         return len(PREAMBLE) + 2 * self.bits
 
     @property
     def repeats(self) -> int:
-        """How often a slot is played before the next one."""
+        """Number of repetitions of a segment."""
         return 1 + math.ceil((1.0 / self.frame_rate / self.chip_time + 2.0) / self.chips)
 
     @property
     def slot_seconds(self) -> float:
-        """How long a slot is played with its repetitions [s]."""
+        """Duration of a segment with its repetitions [s]."""
         return self.repeats * self.chips * self.chip_time
 
     def rows_min(self, row_time: float, exposure: float) -> int:
-        """Return how many rows a lamp must cover to be read, for a camera's row time and exposure [s]."""
+        """Return the minimum number of rows of a lamp, for a camera's line time and exposure [s]."""
         return math.ceil(((self.chips + 1) * self.chip_time + exposure) / row_time)
 
 
 @dataclass(frozen=True)
 class Slot:
-    """A part of a block.
+    """A segment of a block.
 
     Attributes:
-        index: its number, 0 to 127.
-        content: its bytes.
+        index: index in the block, 0 to 127.
+        content: bytes of the block.
     """
 
     index: int
@@ -105,7 +105,7 @@ class Slot:
 
 
 def slot_of_bits(bits: NDArray[np.uint8]) -> Slot | None:
-    """Return the slot of the bits after a preamble, shape (bits,), or None where its check is wrong."""
+    """Return the segment of the bits after a preamble, shape (bits,), or None if its CRC is wrong."""
     if (bits @ _check_columns(len(bits)) % 2).any():
         return None
     content = np.packbits(bits[INDEX_BITS:-CHECK_BITS]).tobytes()
@@ -113,12 +113,12 @@ def slot_of_bits(bits: NDArray[np.uint8]) -> Slot | None:
 
 
 def slots_waveform(slots: list[Slot], slot_format: SlotFormat, clock_scale: float = 1.0) -> Waveform:
-    """Return the waveform that plays slots, each repeated, again and again, with one part.
+    """Return the periodic waveform of segments, each repeated, with one part.
 
     Args:
-        slots: at least one.
-        slot_format: the repetitions and the chips' time.
-        clock_scale: duration over nominal duration of everything, to simulate an inexact clock.
+        slots: segments, at least one.
+        slot_format: repetitions and chip time.
+        clock_scale: actual over nominal duration, to simulate a clock error.
     """
     chips = np.concatenate([np.tile(slot.chips(), slot_format.repeats) for slot in slots])
     return waveform_of_steps(np.full(len(chips), slot_format.chip_time * clock_scale), chips)
@@ -137,7 +137,7 @@ def _bytes_bits(content: bytes) -> NDArray[np.uint8]:
 
 
 def _check_of(bits: NDArray[np.uint8]) -> int:
-    """Return the CRC-4 of bits."""
+    """Return the CRC-4 of the bits."""
     value = 0
     for bit in bits.tolist():
         value = value << 1 ^ (bit << CHECK_BITS)
@@ -148,7 +148,7 @@ def _check_of(bits: NDArray[np.uint8]) -> int:
 
 @lru_cache(maxsize=64)
 def _check_columns(count: int) -> NDArray[np.int64]:
-    """Return what each of the bits with their check adds to the remainder, shape (count, CHECK_BITS)."""
+    """Return the contribution of each bit (including the CRC) to the remainder, shape (count, CHECK_BITS)."""
     units = np.eye(count - CHECK_BITS, dtype=np.uint8)
     columns = [_bits_of(_check_of(unit), CHECK_BITS) for unit in units]
     return np.vstack([*columns, np.eye(CHECK_BITS)]).astype(np.int64)

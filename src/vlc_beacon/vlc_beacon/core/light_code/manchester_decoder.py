@@ -1,4 +1,4 @@
-"""Rows of a lamp, frame by frame, to packets (see `manchester`)."""
+"""Decodes Manchester segments from the rows of a lamp (see `manchester`)."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from vlc_beacon.core.light_code.row_chips import bits_of_rows
 from vlc_beacon.core.packet.packet_reader import Packet, ReceivedPacket
 
 ROUNDS = 2.5
-"""Slots that were seen more rounds ago than this are forgotten: the lamp may play another packet by now."""
+"""Segments older than this number of rounds are dropped, because the lamp may send another packet."""
 
 
 class ManchesterDecoder:
     """Decodes one lamp.
 
     Args:
-        slot_format: that the lamp's waveform was made with.
+        slot_format: segment format of the lamp.
     """
 
     def __init__(self, slot_format: SlotFormat) -> None:
@@ -26,7 +26,7 @@ class ManchesterDecoder:
         self._seen: dict[int, tuple[float, bytes]] = {}
 
     def add_frames(self, rows: LampRows) -> list[ReceivedPacket]:
-        """Take frames and return the packets that they complete; damaged frames are left out."""
+        """Add frames and return the packets that they complete; invalid frames are skipped."""
         rows = rows.without_damage()
         bits, is_clear = bits_of_rows(rows, self._format)
         received = []
@@ -38,11 +38,11 @@ class ManchesterDecoder:
         return received
 
     def _take(self, slot: Slot, stamp: float) -> Packet | None:
-        """Return the packet that a slot completes."""
+        """Return the packet completed by a segment, None if incomplete."""
         is_new = self._seen.get(slot.index, (0.0, b''))[1] != slot.content
         self._seen[slot.index] = stamp, slot.content
         self._forget_before(stamp - ROUNDS * self._round_seconds())
-        # The same slot again makes nothing possible that was not so before.
+        # A repeated segment cannot complete a packet.
         packet = packet_of_slots({i: content for i, (_, content) in self._seen.items()}) if is_new else None
         if packet is not None:
             self._seen.clear()

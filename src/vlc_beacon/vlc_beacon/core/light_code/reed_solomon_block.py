@@ -1,7 +1,7 @@
-"""A packet as a Reed-Solomon block in slots, and back from the slots that were seen.
+"""Encodes a packet as a Reed-Solomon block in segments, and decodes it from the received segments.
 
-The block is ``number of slots | packet | zeros | parity``. A seventh of it is parity, four bytes at least: half as many
-damaged bytes are mended, or as many that are known to be missing. Whitened it is cut into slots.
+The block is ``number of segments | packet | zeros | parity``. A seventh of it is parity, at least four bytes: it
+corrects half as many errors or as many erasures. The whitened block is split into segments.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from vlc_beacon.core.packet.packet_error import PacketError
 from vlc_beacon.core.packet.packet_reader import Packet, packet_length, read_packet
 
 BLOCK_MAX = 255
-"""Bytes of a block: the code's symbols are those of GF(256)."""
+"""Maximum bytes of a block over GF(256)."""
 PARITY_SHARE = 7
 PARITY_MIN = 4
 SPARE = 2
-"""Parity bytes that are not spent on missing ones, so that a wrong byte does not go unnoticed."""
+"""Parity bytes reserved for error detection, not used for erasures."""
 
 
 def slots_of_packet(packet: bytes, slot_bytes: int) -> list[Slot]:
-    """Return the slots of a packet.
+    """Return the segments of a packet.
 
     Raises:
-        PacketError: it needs more slots than can be numbered.
+        PacketError: it needs more segments than can be numbered.
     """
     for count in range(1, min((1 << INDEX_BITS) - 1, BLOCK_MAX // slot_bytes) + 1):
         size = count * slot_bytes
@@ -37,14 +37,14 @@ def slots_of_packet(packet: bytes, slot_bytes: int) -> list[Slot]:
             message = bytes([count]) + packet + bytes(room - len(packet))
             block = whiten(bytes(_codec(parity_of(size)).encode(message)))
             return [Slot(i, block[i * slot_bytes : (i + 1) * slot_bytes]) for i in range(count)]
-    raise PacketError(f'packet has {len(packet)} bytes, too many for slots of {slot_bytes} bytes')
+    raise PacketError(f'packet has {len(packet)} bytes, too many for segments of {slot_bytes} bytes')
 
 
 def packet_of_slots(content_of_index: Mapping[int, bytes]) -> Packet | None:
-    """Return the packet of the slots that were seen, or None where they are too few or contradict each other.
+    """Return the packet of the received segments, or None if they are too few or inconsistent.
 
     Args:
-        content_of_index: of each slot seen; slot 0 tells how many there are.
+        content_of_index: content of each received segment; segment 0 holds their number.
     """
     if 0 not in content_of_index:
         return None
@@ -65,12 +65,12 @@ def packet_of_slots(content_of_index: Mapping[int, bytes]) -> Packet | None:
 
 
 def slot_count(first: bytes) -> int:
-    """Return how many slots a block has, from the content of its first slot."""
+    """Return the number of segments of a block, from the content of its first segment."""
     return whiten(first)[0]
 
 
 def parity_of(size: int) -> int:
-    """Return how many bytes of a block are parity."""
+    """Return the number of parity bytes of a block."""
     return max(PARITY_MIN, size // PARITY_SHARE)
 
 

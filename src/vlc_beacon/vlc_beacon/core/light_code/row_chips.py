@@ -1,4 +1,4 @@
-"""Rows of a lamp to the bits of the slot that it shows."""
+"""Demodulates the rows of a lamp to the bits of a Manchester segment."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from vlc_beacon.core.light_code.lamp_rows import LampRows
 from vlc_beacon.core.light_code.manchester import PREAMBLE, SlotFormat
 
 PHASES = 10
-"""Places within a chip that are tried for the beginning of the first row."""
+"""Number of tested chip phases of the first row."""
 SWING_MIN = 0.25
-"""The weakest bit over the mean of all, below which a frame is not trusted."""
+"""Minimum contrast of the weakest bit over the mean contrast; other frames are rejected."""
 
 
 def bits_of_rows(rows: LampRows, slot_format: SlotFormat) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    """Return the bits of the slot in view of each frame, and which frames show enough rows and clear bits.
+    """Return the bits of the segment in each frame, and a mask of frames with enough rows and clear bits.
 
-    Chips are laid over the rows in every phase, wrapped around after one slot, and the slot's beginning is tried at
-    every chip: preamble and bits together swing most where both are right.
+    All chip phases are tested, wrapped around after one segment, and all chips as the start of the segment: the correct
+    alignment maximizes the contrast of preamble and bits.
 
     Returns:
-        Shapes (n, bits) and (n,).
+        bits, shape (n, bits), and valid frames, shape (n,).
     """
     swings, preambles = _best_swings(
         rows.brightness,
@@ -40,9 +40,9 @@ def bits_of_rows(rows: LampRows, slot_format: SlotFormat) -> tuple[NDArray[np.ui
 def _best_swings(
     brightness: NDArray[np.float64], row_chips: float, exposure_chips: float, chips: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return each bit's first chip less its second, shape (n, bits), and the same of the preamble's halves, (n,).
+    """Return first minus second chip of each bit, shape (n, bits), and of the preamble halves, shape (n,).
 
-    Zeros where the rows do not show all chips. Times are in chips.
+    Zeros if the rows do not show all chips. Times are in chips.
     """
     frames, head = len(brightness), len(PREAMBLE)
     swings, preambles = np.zeros((frames, (chips - head) // 2)), np.zeros(frames)
@@ -61,14 +61,14 @@ def _best_swings(
 
 @njit(cache=True)
 def _best_beginning(levels: NDArray[np.float64]) -> tuple[int, float, float]:
-    """Return the chip at which the slot begins, its score and its preamble's swing; score 0 where chips lack."""
+    """Return the first chip of the segment, its score and preamble contrast; score 0 if chips are missing."""
     chips, head = len(levels), len(PREAMBLE)
     sums = np.zeros(2)
     for k in range(chips):
         sums[k % 2] += abs(levels[k] - levels[(k + 1) % chips])
     best, best_score, best_preamble = 0, 0.0, 0.0
     for first in range(chips if np.isfinite(sums).all() else 0):
-        # Chips are even in number: the bits' swings are all of one parity but those within the preamble.
+        # The number of chips is even: the transitions within bits all have one parity, except in the preamble.
         preamble, score = 0.0, sums[first % 2]
         for i in range(head):
             preamble += levels[(first + i) % chips] * (1.0 if PREAMBLE[i] else -1.0)
@@ -83,12 +83,12 @@ def _best_beginning(levels: NDArray[np.float64]) -> tuple[int, float, float]:
 def _chip_levels(
     brightness: NDArray[np.float64], phase: float, row_chips: float, exposure_chips: float, chips: int
 ) -> NDArray[np.float64]:
-    """Return the mean brightness of each chip of a slot, shape (chips,), NaN where no row shows it."""
+    """Return the mean brightness of each chip of a segment, shape (chips,), NaN if no row shows it."""
     sums, weights = np.zeros(chips), np.zeros(chips)
     for row in range(len(brightness)):
         start = phase + row * row_chips
         chip = int(start + 0.5 * exposure_chips)
-        # How much more of the exposure lies in this chip than in its neighbours.
+        # Part of the exposure in this chip minus that in its neighbours.
         inside = min(start + exposure_chips, chip + 1.0) - max(start, float(chip))
         weight = max(2.0 * inside / exposure_chips - 1.0, 0.0)
         sums[chip % chips] += weight * brightness[row]

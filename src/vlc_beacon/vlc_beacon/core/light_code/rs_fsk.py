@@ -1,7 +1,7 @@
-"""RS-FSK: frequency shift keying for rolling shutters, for lamps that cover few rows.
+"""RS-FSK: rolling shutter frequency shift keying, for lamps that cover few rows.
 
-A symbol is a tone, eight tones carry three bits, a ninth is the marker. A symbol lasts two frames, so each is seen
-once at least. The tones begin where 16 rows of a usual phone (18.9 us) show one cycle.
+A symbol is a tone: eight tones carry three bits, a ninth is the preamble. A symbol lasts two frames, so each is sampled
+at least once. The lowest tone shows one cycle in 16 rows of a typical phone (18.9 us per row).
 """
 
 from __future__ import annotations
@@ -15,30 +15,30 @@ from vlc_beacon.core.light_code.symbol_code import SymbolCode
 BITS = 3
 MARKER = 1 << BITS
 TONE_LOWEST = 3500.0
-"""[Hz]"""
+"""Lowest tone [Hz]."""
 TONE_SPACING = 500.0
-"""[Hz]; 200 Hz would do for one lamp that plays one tone for long, not for symbols of two frames on 16 rows."""
+"""Tone spacing [Hz]; 200 Hz suffices for a constant tone, but not for symbols of two frames on 16 rows."""
 FRAMES_A_SYMBOL = 2
 
 
 def rs_fsk_code(frame_rate: float) -> SymbolCode:
-    """Return the code for cameras of at least so many frames a second."""
+    """Return the code for cameras with at least this frame rate [1/s]."""
     return SymbolCode(BITS, (MARKER,), FRAMES_A_SYMBOL / frame_rate)
 
 
 def symbol_tones(code: SymbolCode) -> tuple[float, ...]:
-    """Return the tone of each symbol [Hz], the marker's last: whole cycles fit into a symbol, so the mean is even."""
+    """Return the tone of each symbol [Hz], the preamble last; symbols hold whole cycles, so their mean is equal."""
     wanted = TONE_LOWEST + TONE_SPACING * np.arange(MARKER + 1)
     return tuple((np.round(wanted * code.duration) / code.duration).tolist())
 
 
 def rs_fsk_waveform(packets: list[bytes], frame_rate: float, clock_scale: float = 1.0) -> Waveform:
-    """Return the waveform that plays packets one after the other, again and again, with one part.
+    """Return the periodic waveform of a sequence of packets, with one part.
 
     Args:
-        packets: at least one.
-        frame_rate: of the slowest camera that shall read it [1/s].
-        clock_scale: duration over nominal duration of everything, to simulate an inexact clock.
+        packets: encoded packets, at least one.
+        frame_rate: frame rate of the slowest camera [1/s].
+        clock_scale: actual over nominal duration, to simulate a clock error.
     """
     code = rs_fsk_code(frame_rate)
     symbols = np.concatenate([code.symbols_of(packet) for packet in packets])
@@ -46,7 +46,7 @@ def rs_fsk_waveform(packets: list[bytes], frame_rate: float, clock_scale: float 
 
 
 def constant_tone_waveform(tone: float) -> Waveform:
-    """Return the waveform of a lamp that is told by its tone [Hz] alone."""
+    """Return the waveform of a lamp that is identified by a constant tone [Hz]."""
     return waveform_of_steps([0.5 / tone, 0.5 / tone], [1.0, 0.0])
 
 

@@ -1,4 +1,4 @@
-"""Rows of a lamp, frame by frame, to packets or to a known tone (see `rs_fsk`)."""
+"""Decodes RS-FSK packets or a constant tone from the rows of a lamp (see `rs_fsk`)."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from vlc_beacon.core.packet.packet_reader import ReceivedPacket
 
 BEATS = 24
 TONE_MARGIN = 8.0
-"""Log likelihood by which a lamp's tone must be better than that of any other lamp."""
+"""Minimum log-likelihood ratio between the best tone and the runner-up."""
 TONES_APART = 200.0
-"""The tones of two lamps must differ by so much [Hz]."""
+"""Minimum separation between the tones of two lamps [Hz]."""
 FOREIGN_HIGHEST = 11000.0
-"""Exposures of usual cameras leave little of higher tones [Hz]."""
+"""Highest unknown tone considered [Hz]; typical exposures suppress higher ones."""
 
 
 class RsFskDecoder:
     """Decodes one lamp.
 
     Args:
-        frame_rate: that the lamp's waveform was made for [1/s].
+        frame_rate: frame rate the lamp was encoded for [1/s].
     """
 
     def __init__(self, frame_rate: float) -> None:
@@ -35,21 +35,21 @@ class RsFskDecoder:
         self._receiver = SymbolReceiver(code, symbols=MARKER + 1, bins=1, candidates=BEATS)
 
     def add_frames(self, rows: LampRows) -> list[ReceivedPacket]:
-        """Take frames and return the packets that they complete; damaged frames are left out."""
+        """Add frames and return the packets that they complete; invalid frames are skipped."""
         rows = rows.without_damage()
         tables = tone_likelihoods(rows, self._tones).astype(np.float32)[:, None]
         return self._receiver.add(rows.middles, tables)
 
 
 class ToneDecoder:
-    """Tells which of the known lamps plays a constant tone; to be used where lamps have no packets.
+    """Identifies which known lamp sends a constant tone, for lamps without packets.
 
-    A lamp that is not known plays some tone too. Foreign tones in the gaps between the known ones stand against them,
-    so a lamp is named only where its tone explains the rows better than those. How much of the rows a tone explains
-    would not do: few rows or noise leave a true tone less than many rows leave a foreign one.
+    An unknown lamp may send any tone. Unknown tones in the gaps between the known ones are alternative hypotheses, so a
+    lamp is identified only if its tone is more likely than those. A threshold on the residual would not work: it
+    depends on the number of rows and on the noise.
 
     Args:
-        tone_of_beacon: [Hz]; at least two lamps, `TONES_APART` or more apart.
+        tone_of_beacon: tone of each beacon by ID [Hz]; at least two, separated by `TONES_APART` or more.
     """
 
     def __init__(self, tone_of_beacon: Mapping[int, float]) -> None:
@@ -59,7 +59,7 @@ class ToneDecoder:
         self._sums = np.zeros(len(self._tones))
 
     def add_frames(self, rows: LampRows) -> int | None:
-        """Take frames and return the beacon that all since the last answer speak for, or None so far."""
+        """Add frames and return the identified beacon, or None while it is ambiguous."""
         self._sums += tone_likelihoods(rows.without_damage(), self._tones).sum(axis=0)
         ordered = np.argsort(self._sums)
         if self._sums[ordered[-1]] - self._sums[ordered[-2]] < TONE_MARGIN:
@@ -69,7 +69,7 @@ class ToneDecoder:
 
 
 def _foreign_tones(known: Collection[float]) -> tuple[float, ...]:
-    """Return tones in the gaps between known ones, `TONE_SPACING` or more from each other and from those [Hz]."""
+    """Return unknown tones in the gaps between known ones, at least `TONE_SPACING` from any other tone [Hz]."""
     edges = [0.0, *sorted(known), max(FOREIGN_HIGHEST, *known) + 2.0 * TONE_SPACING]
     gaps = [
         np.linspace(low, high, max(int((high - low) / TONE_SPACING), 1) + 1) for low, high in pairwise(edges)

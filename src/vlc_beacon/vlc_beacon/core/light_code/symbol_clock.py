@@ -1,8 +1,8 @@
-"""The beat of the symbols, found from the frames alone.
+"""Symbol timing recovery from the frames alone.
 
-Lamp and camera share no clock. For each time tau at which symbols may begin (modulo their duration), the frames fall
-into symbols; each symbol explains its frames at best by the likelihood of its best hypothesis; the sum over all
-symbols is tau's score. A generalised likelihood ratio, so frames may be missing or unevenly spaced.
+Lamp and camera share no clock. For each candidate symbol phase tau (modulo the symbol duration), frames are assigned to
+symbols; the score of tau is the sum over all symbols of the log-likelihood of their best hypothesis. This is a
+generalised likelihood ratio, so frames may be missing or unevenly spaced.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ def symbol_likelihoods(
     duration: float,
     count: int,
 ) -> NDArray[np.float64]:
-    """Sum the frames' log likelihoods over each symbol.
+    """Sum the log-likelihoods of the frames over each symbol.
 
     Args:
-        stamps: shape (f,), of the frames [s].
-        tables: shape (f, bins, symbols), log likelihood of each frame for each place within a symbol's duration where
-            it may have been taken, and each symbol.
-        begin: of the first symbol [s].
-        duration: of a symbol [s].
-        count: of symbols.
+        stamps: stamps of the frames, shape (f,) [s].
+        tables: log-likelihood of each frame for each position within a symbol and each symbol, shape
+            (f, bins, symbols).
+        begin: start of the first symbol [s].
+        duration: duration of a symbol [s].
+        count: number of symbols.
 
     Returns:
-        Shape (count, symbols), log likelihoods, 0 where a symbol has no frames.
+        log-likelihoods, shape (count, symbols), 0 if a symbol has no frames.
     """
     bins, symbols = tables.shape[1:]
     sums = np.zeros((count, symbols))
@@ -52,19 +52,19 @@ def beat_scores(
     duration: float,
     begins: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return the score of each beat, shape (n,).
+    """Return the score of each symbol phase, shape (n,).
 
     Args:
-        stamps: as in `symbol_likelihoods`.
-        tables: as in `symbol_likelihoods`.
-        duration: of a symbol [s].
-        begins: shape (n,), a time at which a symbol begins [s].
+        stamps: stamps of the frames, see `symbol_likelihoods`.
+        tables: log-likelihood tables, see `symbol_likelihoods`.
+        duration: duration of a symbol [s].
+        begins: candidate start times of a symbol, shape (n,) [s].
     """
     bins, symbols = tables.shape[1:]
     scores = np.zeros(len(begins))
     sums = np.zeros((len(begins), symbols))
     lasts = np.zeros(len(begins), np.int64)
-    # Frame by frame, for neighbouring beats read neighbouring columns of its table.
+    # Loop over frames first: neighbouring phases read neighbouring columns of a table.
     for f in range(len(stamps)):
         for i in range(len(begins)):
             place = (stamps[f] - begins[i]) / duration

@@ -1,7 +1,7 @@
-"""Bytes as symbols: what UFSOOK and RS-FSK have in common.
+"""Mapping of bytes to symbols, shared by UFSOOK and RS-FSK.
 
-A lamp plays symbols of equal length. A packet is a marker and then its bits, whitened, a fixed number of bits in
-each symbol, the last symbol filled up with zeros. The symbols between two markers are a packet.
+All symbols have equal duration. A packet is a preamble followed by its whitened bits, a fixed number of bits per
+symbol, the last symbol padded with zeros. The symbols between two preambles are a packet.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from vlc_beacon.core.packet.data_packet import DATA_OVERHEAD, PAYLOAD_MAX
 
 @dataclass(frozen=True)
 class SymbolCode:
-    """How bits become symbols.
+    """Mapping of bits to symbols.
 
     Attributes:
-        bits: of a data symbol; data symbols are 0 to 2^bits - 1.
-        marker: symbols that begin a packet; none of them is a data symbol.
-        duration: of a symbol [s].
+        bits: bits per data symbol; data symbols are 0 to 2^bits - 1.
+        marker: symbols that start a packet; none of them is a data symbol.
+        duration: duration of a symbol [s].
     """
 
     bits: int
@@ -31,22 +31,22 @@ class SymbolCode:
 
     @property
     def symbols_max(self) -> int:
-        """How many data symbols the longest packet has."""
+        """Number of data symbols of the longest packet."""
         return -(-8 * (PAYLOAD_MAX + DATA_OVERHEAD) // self.bits)
 
     @property
     def data_symbols(self) -> int:
-        """How many data symbols there are."""
+        """Number of different data symbols."""
         return 1 << self.bits
 
     def symbols_of(self, packet: bytes) -> NDArray[np.int64]:
-        """Return the symbols of a packet with its marker, shape (n,)."""
+        """Return the symbols of a packet with its preamble, shape (n,)."""
         bits = np.unpackbits(np.frombuffer(whiten(packet), np.uint8))
         groups = np.append(bits, np.zeros(-len(bits) % self.bits, np.uint8)).reshape(-1, self.bits)
         return np.concatenate([self.marker, groups @ (1 << np.arange(self.bits)[::-1])]).astype(np.int64)
 
     def bytes_of(self, symbols: ArrayLike) -> bytes | None:
-        """Return the packet of the data symbols between two markers, shape (n,), or None for no whole bytes."""
+        """Return the packet of the data symbols between two preambles, shape (n,), or None for incomplete bytes."""
         symbols = np.asarray(symbols, np.int64)
         bits = (symbols[:, None] >> np.arange(self.bits)[::-1] & 1).ravel()
         filling = len(bits) % 8
@@ -55,5 +55,5 @@ class SymbolCode:
         return whiten(np.packbits(bits[: len(bits) - filling]).tobytes())
 
     def seconds_of(self, packet_bytes: int) -> float:
-        """Return how long a packet takes with its marker [s]."""
+        """Return the duration of a packet with its preamble [s]."""
         return (len(self.marker) - (-8 * packet_bytes // self.bits)) * self.duration

@@ -1,7 +1,7 @@
-"""Frames of one lamp to packets: beat, symbols, markers, checksum. Shared by UFSOOK and RS-FSK.
+"""Decodes packets of one lamp: symbol timing, symbols, preambles, checksum. Shared by UFSOOK and RS-FSK.
 
-The received symbols are known a little after their end. The beat is looked for again and again and followed where it
-drifts; where another beat explains the frames better by far, all begins anew, with the frames that are at hand.
+Symbols are decided shortly after their end. The symbol timing is tracked as it drifts and searched again periodically;
+if another timing is much more likely, decoding restarts with the buffered frames.
 """
 
 from __future__ import annotations
@@ -20,40 +20,40 @@ from vlc_beacon.core.packet.id_packet import ID_BYTES
 from vlc_beacon.core.packet.packet_reader import Packet, ReceivedPacket, read_packet
 
 BEAT_SYMBOLS = 40
-"""The beat is found from the frames of so many symbols,"""
+"""Window of the symbol timing estimate [symbols]."""
 BEAT_SYMBOLS_MIN = 12
-"""at first from fewer,"""
+"""Minimum window of the first estimate [symbols]."""
 BEAT_EVERY = 4
-"""and once in so many symbols."""
+"""Interval between timing updates [symbols]."""
 DRIFT = 0.03
-"""Between two looks the beat moves by no more than this share of a symbol."""
+"""Maximum drift of the timing between two updates, as a fraction of a symbol."""
 SEARCH_EVERY = 30
-"""All beats are looked at once in so many symbols in which no packet was read."""
+"""Interval between full timing searches while no packet is decoded [symbols]."""
 BETTER_BEAT = 20.0
-"""Log likelihood by which another beat must be better to be taken for it. A beat that is off by one blink explains
-the frames of some seconds as well as the right one, by chance up to 15 better, and changing it costs a packet."""
+"""Minimum log-likelihood ratio to change to another timing. A timing off by one cycle is by chance up to 15 better over
+some seconds, and a change costs a packet."""
 PLATEAU = 0.5
-"""Beats whose log likelihoods differ by less are the same to us."""
+"""Timings whose log-likelihoods differ by less are equivalent."""
 SILENCE_MAX = 20.0
-"""After no frames for so many symbols all begins anew."""
+"""Gap without frames after which the receiver is reset [symbols]."""
 MARKER_MARGIN = 3.0
-"""Log likelihood by which a marker must be better than data."""
+"""Minimum log-likelihood ratio between a preamble and data."""
 SYMBOL_MARGIN = 2.0
-"""Log likelihood by which each symbol of a packet must be better than the next best,"""
+"""Minimum log-likelihood ratio between the best symbol and the runner-up."""
 UNCLEAR_MAX = 4
-"""but for so many, mostly of lost frames, for which the checksum decides: it lets one of 2^12 damaged packets pass;"""
+"""Maximum ambiguous symbols of a packet, mostly lost frames; the checksum decides, with 2^-12 false positives."""
 UNCLEAR_MAX_ID = 1
-"""of an ID packet, whose checksum is short, one."""
+"""Maximum ambiguous symbols of an ID packet, whose checksum is short."""
 
 
 class SymbolReceiver:
-    """Listens to one lamp.
+    """Symbol receiver of one lamp.
 
     Args:
-        code: what the lamp's symbols mean.
-        symbols: how many different ones there are, with those of the marker.
-        bins: of the frames' tables.
-        candidates: how many beats are told apart.
+        code: symbol code of the lamp.
+        symbols: number of different symbols, including the preamble.
+        bins: number of bins of the tables.
+        candidates: number of tested symbol phases.
     """
 
     def __init__(self, code: SymbolCode, symbols: int, bins: int, candidates: int) -> None:
@@ -75,11 +75,11 @@ class SymbolReceiver:
         self._unread: NDArray[np.float64] | None = None
 
     def add(self, stamps: NDArray[np.float64], tables: NDArray[np.float32]) -> list[ReceivedPacket]:
-        """Take frames, one or many, and return the packets that they complete.
+        """Add frames and return the packets that they complete.
 
         Args:
-            stamps: shape (n,), of the frames [s]; those that do not rise are left out.
-            tables: shape (n, bins, symbols), as `symbol_likelihoods` takes them.
+            stamps: stamps of the frames, shape (n,) [s]; those that do not increase are skipped.
+            tables: log-likelihood tables, shape (n, bins, symbols), see `symbol_likelihoods`.
         """
         known = self._frames.stamps
         before = np.append(known[-1] if len(known) else -np.inf, stamps)
@@ -96,7 +96,7 @@ class SymbolReceiver:
         return packets
 
     def _piece_end(self, stamps: NDArray[np.float64], first: int, silences: NDArray[np.int64]) -> int:
-        """Return how far frames may be taken together: up to the next look at the beat or the next silence."""
+        """Return the end of the batch of frames up to the next timing update or gap."""
         if stamps[first] >= self._next_beat:
             return first + 1
         until_beat = int(np.searchsorted(stamps, self._next_beat))
@@ -112,7 +112,7 @@ class SymbolReceiver:
         return [] if math.isnan(self._begin) else self._read_symbols(float(stamps[-1]))
 
     def _follow_beat(self, stamp: float) -> None:
-        """Find the beat or correct it, and drop frames that are no longer needed."""
+        """Search or track the symbol timing, and drop old frames."""
         duration = self._code.duration
         self._frames.drop_before(stamp - BEAT_SYMBOLS * duration)
         self._next_beat = stamp + BEAT_EVERY * duration
@@ -122,7 +122,7 @@ class SymbolReceiver:
         is_time = math.isnan(self._begin) or stamp >= self._next_search
         if is_time:
             self._next_search = stamp + SEARCH_EVERY * duration
-        # A beat that brings packets is the right one.
+        # A timing that yields packets is correct.
         if is_time and not self._is_heard:
             self._search_beat(stamps, tables)
         else:
@@ -130,7 +130,7 @@ class SymbolReceiver:
         self._is_heard &= not is_time
 
     def _search_beat(self, stamps: NDArray[np.float64], tables: NDArray[np.float32]) -> None:
-        """Look at all beats there are."""
+        """Search all symbol phases."""
         duration = self._code.duration
         old = stamps[0] if math.isnan(self._begin) else self._begin
         steps = np.arange(self._candidates)
@@ -139,14 +139,14 @@ class SymbolReceiver:
         best = int(scores.argmax())
         if not math.isnan(self._begin) and scores[best] - scores[0] <= BETTER_BEAT:
             return
-        # The middle of the beats around the best that are as good.
+        # Take the middle of the plateau around the best phase.
         alike = np.roll(scores >= scores[best] - PLATEAU, self._candidates // 2 - best)
         edges = np.flatnonzero(~alike) - self._candidates // 2
         left, right = edges[edges < 0].max(initial=-1), edges[edges > 0].min(initial=1)
         self._start(float(begins[best] + 0.5 * (left + right) * duration / self._candidates))
 
     def _correct_beat(self, stamps: NDArray[np.float64], tables: NDArray[np.float32]) -> None:
-        """Look at the beats near the one that was."""
+        """Search near the current timing."""
         step = self._code.duration / self._candidates
         reach = max(1, round(DRIFT * self._candidates))
         shifts = np.arange(-reach, reach + 1) * step
@@ -154,16 +154,16 @@ class SymbolReceiver:
         self._begin += float(shifts[scores >= scores.max() - PLATEAU].mean())
 
     def _start(self, shift: float) -> None:
-        """Begin anew with a beat and the frames at hand."""
+        """Restart decoding with a new timing and the buffered frames."""
         duration = self._code.duration
-        # The marker that ended the last packet may begin the next; what was before it was read.
+        # The preamble that ended the last packet may start the next; earlier symbols are decoded already.
         first = max(float(self._frames.stamps[0]), self._read_until - 0.5 * duration)
         self._begin = shift + math.ceil((first - shift) / duration) * duration
         self._symbols, self._marker = [], None
         self._margins.clear()
 
     def _read_symbols(self, stamp: float) -> list[ReceivedPacket]:
-        """Decide the symbols that are over for sure."""
+        """Decide the symbols that are complete."""
         duration = self._code.duration
         end = self._begin + len(self._symbols) * duration
         ready = int((stamp - end) / duration - DRIFT)
@@ -188,7 +188,7 @@ class SymbolReceiver:
         return packets
 
     def _shorten(self) -> None:
-        """Drop symbols before the last marker, or all but as many as a packet may have."""
+        """Drop symbols before the last preamble, or beyond the maximum packet length."""
         drop = max(0, len(self._symbols) - self._kept)
         if self._marker is not None:
             drop = max(drop, self._marker)
@@ -199,7 +199,7 @@ class SymbolReceiver:
         self._begin += drop * self._code.duration
 
     def _take_marker(self) -> Packet | None:
-        """Return the packet that ends where the newest symbols are a marker."""
+        """Return the packet that ends if the newest symbols are a preamble."""
         length = len(self._code.marker)
         margin = sum(row[place] for place, row in enumerate(self._margins))
         if len(self._margins) < length or margin < MARKER_MARGIN:
@@ -210,9 +210,9 @@ class SymbolReceiver:
         return self._read_packet(np.array(self._symbols[begin + length : self._marker]))
 
     def _read_packet(self, likelihoods: NDArray[np.float64]) -> Packet | None:
-        """Return the packet of the symbols between two markers, shape (n, symbols).
+        """Return the packet of the symbols between two preambles, shape (n, symbols).
 
-        Lamps repeat themselves: what could not be read alone is read together with the packet before.
+        Lamps repeat their packets: an undecodable packet is combined with the previous one.
         """
         packet = self._read_clear(likelihoods)
         before, self._unread = self._unread, None
@@ -226,10 +226,10 @@ class SymbolReceiver:
         return packet
 
     def _read_clear(self, likelihoods: NDArray[np.float64]) -> Packet | None:
-        """Return the one packet that symbols may be of which some few are not clear, or None for none or several."""
+        """Return the only valid packet over all choices of the ambiguous symbols, or None for none or several."""
         if len(likelihoods) == 0:
             return None
-        # Between two markers there is none, so only data symbols are compared.
+        # There is no preamble between two preambles, so only data symbols are compared.
         data = likelihoods[:, : self._code.data_symbols]
         second, best = np.argsort(data, axis=1)[:, -2:].T
         rows = np.arange(len(data))

@@ -1,13 +1,12 @@
-"""UFSOOK: undersampled frequency shift on-off keying, for global shutters at 60 frames a second (after Roberts 2013).
+"""UFSOOK: undersampled frequency shift on-off keying, for global shutters at 60 frames/s (after Roberts 2013).
 
-A symbol lasts two frames. In it the lamp blinks 8 times (*space*, 240 Hz, bit 0) or 7 times (*mark*, 210 Hz, bit 1): to
-frames a sixtieth of a second apart, space looks steady and mark toggles. The marker is two symbols with 15 blinks
-together (225 Hz): to the frames it advances a quarter of a cycle each, which no data does. The second half of the
-panel runs a quarter of a cycle ahead: where the camera catches the edges of one
-half, it catches the middle of the other.
+A symbol lasts two frames and holds 8 cycles (*space*, 240 Hz, bit 0) or 7 cycles (*mark*, 210 Hz, bit 1): sampled at
+60 Hz, space is constant and mark toggles. The preamble is two symbols with 15 cycles in total (225 Hz): it advances by
+a quarter of a cycle per frame, which no data does. The second half of the panel leads by a quarter of a cycle: when the
+camera samples the edges of one half, it samples the middle of the other.
 
-Nothing blinks slowly: all symbols begin and end an eighth of a cycle into the first half, about which both halves
-together are symmetric, so neither the mean nor the first moment of the light depends on the symbol.
+There is no low-frequency flicker: all symbols begin and end an eighth of a cycle into the first half, about which both
+halves together are symmetric, so neither the mean nor the first moment of the light depends on the symbol.
 """
 
 from __future__ import annotations
@@ -20,22 +19,22 @@ from vlc_beacon.core.light_code.symbol_code import SymbolCode
 
 SPACE, MARK, MARKER_BEGIN, MARKER_END = range(4)
 FRAME_RATE = 60.0
-"""Of the camera [1/s]."""
+"""Frame rate of the camera [1/s]."""
 UFSOOK = SymbolCode(bits=1, marker=(MARKER_BEGIN, MARKER_END), duration=2.0 / FRAME_RATE)
 EIGHTHS = (64, 56, 60, 60)
-"""Eighths of a cycle in each symbol: eight, seven and seven and a half blinks."""
+"""Eighths of a cycle in each symbol: 8, 7, 7.5 and 7.5 cycles."""
 FIRST_EIGHTH = (1, 1, 1, 5)
-"""The eighth of a cycle that each symbol begins with."""
+"""Initial phase of each symbol in eighths of a cycle."""
 HALVES = np.repeat([[1.0, 1.0], [1.0, 0.0], [0.0, 0.0], [0.0, 1.0]], 2, axis=0)
 """Levels of both halves in each eighth of a cycle, shape (8, 2)."""
 
 
 def ufsook_waveform(packets: list[bytes], clock_scale: float = 1.0) -> Waveform:
-    """Return the waveform that plays packets one after the other, again and again.
+    """Return the periodic waveform of a sequence of packets.
 
     Args:
-        packets: at least one.
-        clock_scale: duration over nominal duration of everything, to simulate an inexact clock.
+        packets: encoded packets, at least one.
+        clock_scale: actual over nominal duration, to simulate a clock error.
     """
     symbols = np.concatenate([UFSOOK.symbols_of(packet) for packet in packets])
     return waveform_of_symbols(symbols, clock_scale)
@@ -51,22 +50,22 @@ def waveform_of_symbols(symbols: NDArray[np.int64], clock_scale: float = 1.0) ->
 def expected_levels(
     exposure: float, bins: int, timing_sigma: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return what a frame sees of each symbol when its time is not quite certain.
+    """Return the expected brightness of each symbol in a frame with uncertain time.
 
     Args:
-        exposure: of the frame [s].
-        bins: places within a symbol, evenly spaced, at whose middles exposure begins.
-        timing_sigma: standard deviation of that time [s].
+        exposure: exposure of the frame [s].
+        bins: number of evenly spaced positions within a symbol, at whose centres the exposure starts.
+        timing_sigma: standard deviation of the start of exposure [s].
 
     Returns:
-        Mean and variance of the brightness, each of shape (4 symbols, bins, 2 halves).
+        mean and variance of the brightness, each of shape (4 symbols, bins, 2 halves).
     """
     starts = (np.arange(bins) + 0.5) / bins * UFSOOK.duration
     around = np.linspace(-2.5, 2.5, 21)
     weights = np.exp(-0.5 * around**2) / np.exp(-0.5 * around**2).sum()
     levels = []
     for symbol in range(4):
-        # Exposures that run out of the symbol go on as the symbol would, which is as good a guess as any.
+        # Exposures that extend beyond the symbol are computed as if it continued.
         eighth = UFSOOK.duration / EIGHTHS[symbol]
         blinks = waveform_of_steps(np.full(8, eighth), HALVES)
         shift = FIRST_EIGHTH[symbol] * eighth

@@ -1,4 +1,4 @@
-"""Brightness of a lamp's halves, frame by frame, to packets (see `ufsook`)."""
+"""Decodes UFSOOK packets from the brightness of a lamp's halves (see `ufsook`)."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from vlc_beacon.core.light_code.ufsook import UFSOOK, expected_levels
 from vlc_beacon.core.packet.packet_reader import ReceivedPacket
 
 BINS = 240
-"""Places within a symbol: steps of 0.14 ms, a thirtieth of a blink."""
+"""Positions within a symbol: steps of 0.14 ms, 1/30 of a cycle."""
 TIMING_SIGMA = 1.2e-4
-"""Uncertainty of when within its symbol a frame was taken: jitter of the stamps and of the beat [s]."""
+"""Standard deviation of a frame's position in its symbol, from jitter of stamps and symbol timing [s]."""
 NOISE_SIGMA = 0.1
 """Standard deviation of the brightness."""
 SURPRISE_MAX = 10.0
-"""A frame speaks against a symbol by no more than this log likelihood: something may have passed the lamp."""
+"""Maximum penalty of one frame in log-likelihood: the lamp may have been occluded."""
 
 
 class UfsookDecoder:
@@ -29,19 +29,18 @@ class UfsookDecoder:
         self._receiver = SymbolReceiver(UFSOOK, symbols=4, bins=BINS, candidates=BINS)
 
     def add_frame(self, stamp: float, brightness: ArrayLike, exposure: float) -> list[ReceivedPacket]:
-        """Take a frame and return the packets that it completes; see `add_frames`."""
+        """Add a frame and return the packets that it completes; see `add_frames`."""
         return self.add_frames(np.array([stamp]), np.asarray(brightness, float)[None], exposure)
 
     def add_frames(
         self, stamps: NDArray[np.float64], brightness: NDArray[np.float64], exposure: float
     ) -> list[ReceivedPacket]:
-        """Take frames and return the packets that they complete.
+        """Add frames and return the packets that they complete.
 
         Args:
-            stamps: shape (n,), when the exposures began [s].
-            brightness: shape (n, 2), of the panel's halves, over their full brightness. A frame with a value that is
-                not a number is left out.
-            exposure: of the frames [s].
+            stamps: start of the exposures, shape (n,) [s].
+            brightness: brightness of the halves relative to full light, shape (n, 2). Frames with NaN are skipped.
+            exposure: exposure of the frames [s].
         """
         kept = np.isfinite(brightness).all(axis=1)
         tables = _frame_tables(*_model(round(exposure, 6)), brightness[kept])
@@ -55,7 +54,7 @@ def _frame_tables(
     constants: NDArray[np.float64],
     brightness: NDArray[np.float64],
 ) -> NDArray[np.float32]:
-    """Return the log likelihood of each frame for each bin and symbol, shape (n, BINS, symbols)."""
+    """Return the log-likelihood of each frame for each bin and symbol, shape (n, BINS, symbols)."""
     bins, symbols = constants.shape
     tables = np.empty((len(brightness), bins, symbols), np.float32)
     for f in range(len(brightness)):
@@ -69,7 +68,7 @@ def _frame_tables(
 
 @lru_cache(maxsize=64)
 def _model(exposure: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return mean and inverse variance, shape (BINS, symbols, 2), and the constant of the log likelihood."""
+    """Return mean and inverse variance, shape (BINS, symbols, 2), and the constant of the log-likelihood."""
     levels = expected_levels(exposure, BINS, TIMING_SIGMA)
     means, variances = (np.ascontiguousarray(array.swapaxes(0, 1)) for array in levels)
     precisions = 1.0 / (variances + NOISE_SIGMA**2)

@@ -1,5 +1,5 @@
-"""Makes any content look like chance, so that long runs of equal symbols, which hide the symbols' beat and which
-the eye could see, are as rare as in chance.
+"""Data whitening: makes long runs of equal symbols, which prevent symbol timing recovery and flicker visibly, as
+rare as in random data.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 LENGTH = 512
 SKIPPED = 24
-"""Bits of the register's sequence that are left out: it begins with 14 zeros, and so do the packets of most IDs."""
+"""Skipped bits of the sequence: it begins with 14 zeros, and so do the packets of most IDs."""
 
 
 def whiten(data: bytes) -> bytes:
-    """Add a fixed sequence to bytes modulo 2; a second time takes it away again.
+    """XOR the bytes with a fixed pseudorandom sequence; applying it twice restores them.
 
-    The sequence is that of the shift register x^15 + x^14 + 1, from all ones, as used by ITU-T O.151, but for its
-    beginning.
+    The sequence is that of the shift register x^15 + x^14 + 1 (ITU-T O.151), initialized with ones, without its first
+    bits.
     """
     sequence = np.tile(_SEQUENCE, 1 + len(data) // LENGTH)[: len(data)]
     return (np.frombuffer(data, np.uint8) ^ sequence).tobytes()

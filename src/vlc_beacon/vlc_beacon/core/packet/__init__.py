@@ -1,1 +1,1 @@
-"""What lamps say: IDs, data and commands as bytes with checksums."""
+"""Packets sent by lamps: IDs, data and commands as bytes with checksums."""

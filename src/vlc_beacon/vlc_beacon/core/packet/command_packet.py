@@ -1,10 +1,10 @@
-"""The packet that tells a robot what to do.
+"""Command packet.
 
     kind 2 bits | one-shot 1 bit | operation 5 bits | beacon 16 bits | counter 32 bits | value 32 bits
     | MAC 32 bits of all before | CRC-16 of all before
 
-136 bits. The CRC tells damage on the way from forgery: only what arrived whole is held against the sender. The
-packet does not know the key; see `vlc_beacon.core.trust`.
+136 bits. The CRC separates transmission errors from forgeries: only packets with a correct CRC count as authentication
+failures. The packet is independent of the key; see `vlc_beacon.core.authorization`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ MAC_BYTES = 4
 COMMAND_BYTES = 17
 COUNTER_MAX = (1 << 32) - 1
 VALUE_STEP = 1e-6
-"""Values are sent in whole micrometres a second or microradians."""
+"""Resolution of values: 1 micrometre per second or 1 microradian."""
 _BODY = struct.Struct('>BHIi')
 _ONE_SHOT = 0x20
 _OPERATION_MAX = 0x1F
@@ -30,14 +30,14 @@ _OPERATION_MAX = 0x1F
 
 @dataclass(frozen=True)
 class Command:
-    """What a lamp asks for.
+    """A command sent by a lamp.
 
     Attributes:
-        beacon: ID of the lamp it is spoken by.
-        operation: number of what to do, 0 to 31; see `Operation`.
-        value: its argument in SI units, to the next `VALUE_STEP`.
-        counter: never decreasing number of the command, 0 to `COUNTER_MAX`.
-        is_one_shot: whether it is to be done once, or is a rule of the zone under the lamp.
+        beacon: ID of the sending lamp.
+        operation: operation code, 0 to 31; see `Operation`.
+        value: argument in SI units, rounded to `VALUE_STEP`.
+        counter: non-decreasing counter against replay, 0 to `COUNTER_MAX`.
+        is_one_shot: whether it is executed once, or is a rule of the zone under the lamp.
     """
 
     beacon: int
@@ -56,7 +56,7 @@ class Command:
             raise PacketError(f'value is {self.value}, its size must be below {VALUE_STEP * (1 << 31):.0f}')
 
     def signed_bytes(self) -> bytes:
-        """Return what the MAC is computed over."""
+        """Return the bytes that the MAC authenticates."""
         first = PacketKind.COMMAND << KIND_SHIFT | _ONE_SHOT * self.is_one_shot | self.operation
         return _BODY.pack(first, self.beacon, self.counter, self._steps)
 
@@ -67,11 +67,11 @@ class Command:
 
 @dataclass(frozen=True)
 class CommandPacket:
-    """A command with its code of authentication, which may be wrong.
+    """A command with its message authentication code (MAC), not yet verified.
 
     Attributes:
-        command: what is asked for.
-        mac: `MAC_BYTES` bytes.
+        command: the command.
+        mac: authentication code, `MAC_BYTES` bytes.
     """
 
     command: Command
@@ -84,7 +84,7 @@ class CommandPacket:
 
 
 def read_command_packet(data: bytes) -> CommandPacket | None:
-    """Return the packet, or None where length, kind, a field or the checksum is wrong."""
+    """Parse a command packet; None if length, kind, a field or the checksum is wrong."""
     if len(data) != COMMAND_BYTES or data[0] >> KIND_SHIFT != PacketKind.COMMAND:
         return None
     if crc16(data[:-2]) != int.from_bytes(data[-2:]):

@@ -1,10 +1,10 @@
-"""The packet that carries text or binary data.
+"""Data packet with text or bytes.
 
     kind 2 bits | text 1 bit | last 1 bit | tag 4 bits | sequence 8 bits | length 8 bits
     | payload | CRC-32 of all before
 
-A message that is longer than a packet goes in several, numbered from 0, the last one marked. They share a tag made
-of the message, so that parts of different messages are not joined.
+A message longer than a packet is fragmented; fragments are numbered from 0 and the last one is flagged. They share a
+tag computed from the message, so that fragments of different messages are not mixed.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from vlc_beacon.core.packet.packet_kind import KIND_SHIFT, PacketKind
 
 PAYLOAD_MAX = 100
 DATA_OVERHEAD = 7
-"""Bytes of a packet beside its payload."""
+"""Bytes of a packet without its payload."""
 TAG_MAX = 0x0F
 _TEXT, _LAST = 0x20, 0x10
 
 
 @dataclass(frozen=True)
 class DataPacket:
-    """A part of a message.
+    """A fragment of a message.
 
     Attributes:
-        payload: up to `PAYLOAD_MAX` bytes.
-        sequence: number of the part, 0 to 255.
-        is_last: whether no part follows.
+        payload: payload of up to `PAYLOAD_MAX` bytes.
+        sequence: number of the fragment, 0 to 255.
+        is_last: whether it is the last fragment.
         is_text: whether the message is text in UTF-8.
-        tag: of the message, 0 to `TAG_MAX`.
+        tag: tag of the message, 0 to `TAG_MAX`.
     """
 
     payload: bytes
@@ -56,7 +56,7 @@ class DataPacket:
 
 
 def read_data_packet(data: bytes) -> DataPacket | None:
-    """Return the packet, or None where kind, length or checksum are wrong."""
+    """Parse a data packet; None if kind, length or checksum is wrong."""
     if len(data) < DATA_OVERHEAD or data[0] & ~(_TEXT | _LAST | TAG_MAX) != PacketKind.DATA << KIND_SHIFT:
         return None
     if len(data) != DATA_OVERHEAD + data[2] or data[2] > PAYLOAD_MAX:
@@ -67,7 +67,7 @@ def read_data_packet(data: bytes) -> DataPacket | None:
 
 
 def packets_of_message(message: bytes | str) -> list[DataPacket]:
-    """Cut a message into packets; text is sent in UTF-8.
+    """Split a message into packets; text is encoded as UTF-8.
 
     Raises:
         PacketError: it is longer than 256 packets.

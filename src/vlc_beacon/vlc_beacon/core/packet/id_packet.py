@@ -1,8 +1,8 @@
-"""The packet that tells which lamp shines.
+"""ID packet: identifies the lamp.
 
     kind 2 bits | ID 14 bits | CRC-8 of both bytes
 
-24 bits: 0.8 s at 30 bit/s and the marker's two bit times.
+24 bits: 0.8 s at 30 bit/s, plus two bit times of the preamble.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class IdPacket:
     """The ID of a lamp.
 
     Attributes:
-        beacon: 0 to `BEACON_ID_MAX`.
+        beacon: ID, 0 to `BEACON_ID_MAX`.
     """
 
     beacon: int
@@ -37,14 +37,14 @@ class IdPacket:
 
 
 def read_id_packet(data: bytes) -> IdPacket | None:
-    """Return the packet, or None where length, kind or checksum are wrong."""
+    """Parse an ID packet; None if length, kind or checksum is wrong."""
     if len(data) != ID_BYTES or data[0] >> KIND_SHIFT != PacketKind.ID or crc8(data[:2]) != data[2]:
         return None
     return IdPacket(int.from_bytes(data[:2]) & BEACON_ID_MAX)
 
 
 def check_beacon_id(beacon: int) -> None:
-    """Check that an ID can be sent.
+    """Check the range of an ID.
 
     Raises:
         PacketError: it is out of range.

@@ -1,4 +1,4 @@
-"""Data packets of one lamp to whole messages."""
+"""Reassembles messages from the data packets of one lamp."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from vlc_beacon.core.packet.data_packet import DataPacket
 
 
 class MessageAssembly:
-    """Joins the parts of what one lamp says; it says the same again and again, so a missed part comes next time."""
+    """Reassembles fragmented messages; lamps repeat them, so a missed fragment is received later."""
 
     def __init__(self) -> None:
-        """Begin without parts."""
+        """Start without fragments."""
         self._parts: dict[int, DataPacket] = {}
         self._told: str | bytes | None = None
 
     def add(self, packet: DataPacket) -> str | bytes | None:
-        """Take a part and return the message that it completes, None while parts are missing or for one told before.
+        """Add a fragment and return the completed message; None if incomplete or equal to the last one.
 
         Args:
-            packet: with a right checksum.
+            packet: data packet with a correct checksum.
         """
         if not all(_may_be_of_one_message(part, packet) for part in self._parts.values()):
             self._parts.clear()

@@ -1,23 +1,23 @@
-"""What a command can ask for."""
+"""Operations of commands."""
 
 from enum import IntEnum
 
 
 class Operation(IntEnum):
-    """Operations by their number in the packet. Speeds are in m/s, angles in rad, counterclockwise."""
+    """Operation codes of the packet. Speeds are in m/s, angles in rad, counterclockwise."""
 
     STOP = 1
-    """Stop and stay; no value."""
+    """Stop until resume; no value."""
     RESUME = 2
-    """Go on as if no light had spoken; no value."""
+    """Resume driving at the cruise speed; no value."""
     SLOW = 3
-    """Drive no faster than the value."""
+    """Limit the speed to the value."""
     SPEED_UP = 4
-    """Drive as fast as the value, or as the speed limit where that is lower."""
+    """Set the speed to the value, bounded by the speed limit."""
     TURN = 5
-    """Turn on the spot by the value."""
+    """Turn in place by the value."""
 
     @property
     def word(self) -> str:
-        """The operation as topics and files call it."""
+        """Name of the operation in topics and files."""
         return self.name.lower()

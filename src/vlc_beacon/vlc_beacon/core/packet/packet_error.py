@@ -1,7 +1,7 @@
-"""What a packet cannot carry."""
+"""Error of packet contents."""
 
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 
 class PacketError(VlcBeaconError):
-    """A value that does not fit into a packet."""
+    """A value does not fit into a packet."""

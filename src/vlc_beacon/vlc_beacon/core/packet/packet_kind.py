@@ -1,13 +1,13 @@
-"""The first two bits of every packet tell its kind."""
+"""Packet kind, the first two bits of every packet."""
 
 from enum import IntEnum
 
 KIND_SHIFT = 6
-"""The kind stands in the two highest bits of the first byte; 0 is no kind, so that darkness says nothing."""
+"""The kind is in the two highest bits of the first byte; 0 is invalid, so that darkness is not a packet."""
 
 
 class PacketKind(IntEnum):
-    """What a packet is."""
+    """Kind of a packet."""
 
     ID = 1
     DATA = 2

@@ -1,4 +1,4 @@
-"""Bytes from the light to a packet, whatever its kind."""
+"""Parses packets of all kinds."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ Packet = IdPacket | DataPacket | CommandPacket
 
 @dataclass(frozen=True)
 class ReceivedPacket:
-    """A packet whose checksum is right.
+    """A packet with a correct checksum.
 
     Attributes:
-        stamp: of the frame that completed it [s].
-        packet: what it says. One frame's checksum is no proof: see `id_confirmation` and `vlc_beacon.core.trust`.
+        stamp: stamp of the frame that completed it [s].
+        packet: packet contents, not yet confirmed: see `id_confirmation` and `vlc_beacon.core.authorization`.
     """
 
     stamp: float
@@ -26,7 +26,7 @@ class ReceivedPacket:
 
 
 def read_packet(data: bytes) -> Packet | None:
-    """Return the packet that the bytes are, or None where they are none."""
+    """Parse a packet; None if it is invalid."""
     if not data:
         return None
     match data[0] >> KIND_SHIFT:
@@ -41,7 +41,7 @@ def read_packet(data: bytes) -> Packet | None:
 
 
 def packet_length(data: bytes) -> int | None:
-    """Return how many bytes the packet has that data begins with, or None where it begins with none."""
+    """Return the length of the packet at the start of data [bytes], or None if there is none."""
     if len(data) < ID_BYTES:
         return None
     lengths = {

@@ -1,1 +1,1 @@
-"""Poses from lamps: where the robot is when it sees these lamps there."""
+"""Robot poses from lamp observations."""

@@ -1,4 +1,4 @@
-"""The poses that some of the lamps agree on, where not all do."""
+"""Consensus of a subset of the lamps, used when no pose explains all of them."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from vlc_beacon.core.pose.pose_least_squares import PoseEstimate, PoseLeastSquar
 
 ROUNDS = 3
 LOOSE = 3.0
-"""A pose of two lamps tells where others are seen less exactly, by about this factor."""
+"""Factor on the gate of a pose from two lamps, which predicts other lamps less accurately."""
 SAME_WITHIN = 0.005
-"""Poses of which no part differs by more are one [m, rad]."""
+"""Poses whose components differ by less are equal [m, rad]."""
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """A pose and the lamps that speak for it.
+    """A pose and its consensus set.
 
     Attributes:
-        fit: to the lamps that are where they should be.
-        own: shape (n,), sightings of lamps at their own places, each lamp once.
-        place: shape (n,), index of the other lamp at whose place a sighting is, -1 where there is none.
+        fit: pose fitted to the inliers.
+        own: mask of the inliers, observations of lamps at their own positions, each lamp once, shape (n,).
+        place: index of the other lamp at whose position an observation is, -1 for none, shape (n,).
     """
 
     fit: PoseEstimate
@@ -36,12 +36,12 @@ class Agreement:
 
     @property
     def swapped(self) -> NDArray[np.bool_]:
-        """Shape (n,), sightings of lamps at the places of others."""
+        """Mask of observations of lamps at the positions of others, shape (n,)."""
         return self.place >= 0
 
     @property
     def score(self) -> int:
-        """How many sightings are where a lamp should be."""
+        """Number of observations at the position of a known lamp."""
         return int(self.own.sum() + self.swapped.sum())
 
 
@@ -52,14 +52,14 @@ def best_agreements(
     camera: LevelCamera,
     gate: float,
 ) -> list[Agreement]:
-    """Return the different poses that lamps agree on, those of most lamps first.
+    """Return the distinct consensus sets, those with most lamps first.
 
     Args:
-        squares: the sightings.
-        starts: states to try, each of shape (6,).
-        places: shape (m, 3), of all known lamps in the map frame [m].
-        camera: where it is on the robot.
-        gate: a lamp that is this many standard deviations off does not agree.
+        squares: least-squares problem of the observations.
+        starts: initial states, each of shape (6,).
+        places: positions of all known lamps in the map frame, shape (m, 3) [m].
+        camera: gravity-aligned camera pose on the robot.
+        gate: maximum residual of an inlier [standard deviations].
     """
     agreements: list[Agreement] = []
     for start in starts:
@@ -78,16 +78,16 @@ def best_agreements(
 def chosen_agreement(
     agreements: list[Agreement], unknowns: int, expected: ExpectedPose | None, within: float
 ) -> Agreement | None:
-    """Return the agreement that can be trusted, or None.
+    """Select a reliable consensus set, or return None.
 
-    More lamps than the pose needs must speak for it and no other pose have as many; else the only one that is where
-    the robot is expected is taken.
+    It must contain more lamps than the minimum for a pose, and no other set may have as many; otherwise the only set
+    consistent with the expected pose is used.
 
     Args:
-        agreements: as `best_agreements` returns them.
-        unknowns: of the pose.
-        expected: where the robot should be, None where nobody knows.
-        within: standard deviations that a pose may be off the expected one.
+        agreements: consensus sets, sorted by size.
+        unknowns: number of unknowns of the pose.
+        expected: expected pose, None if unknown.
+        within: maximum distance from the expected pose [standard deviations].
     """
     if not agreements:
         return None
@@ -103,7 +103,7 @@ def chosen_agreement(
 def _fit_of_agreeing(
     squares: PoseLeastSquares, state: NDArray[np.float64], gate: float
 ) -> tuple[PoseEstimate, NDArray[np.bool_]] | None:
-    """Return a fit to the sightings that agree with it, and which these are."""
+    """Fit iteratively to the inliers; return the fit and the mask of the inliers."""
     own = _nearest_of_each(squares, squares.evaluate(state), LOOSE * gate)
     for _ in range(ROUNDS):
         fit = squares.refine(state, own)
@@ -119,7 +119,7 @@ def _fit_of_agreeing(
 
 
 def _nearest_of_each(squares: PoseLeastSquares, fit: PoseEstimate, gate: float) -> NDArray[np.bool_]:
-    """Return the sightings within the gate; of an image's sightings of the same lamp only the nearest."""
+    """Return the observations within the gate; only the nearest one per lamp and image."""
     distances, chosen = fit.distances, np.zeros(len(squares.rays), dtype=np.bool_)
     seen: set[tuple[int, int]] = set()
     for i in np.argsort(distances):
@@ -138,7 +138,7 @@ def _other_places(
     camera: LevelCamera,
     gate: float,
 ) -> NDArray[np.int64]:
-    """Return at which known place each other sighting is, shape (n,), -1 for none."""
+    """Return the index of the known lamp at whose position each outlier is, shape (n,), -1 for none."""
     found = np.full(len(own), -1)
     own_ids = set(squares.rays.ids[own].tolist())
     for i in np.flatnonzero(~own):

@@ -1,4 +1,4 @@
-"""A lamp at a known place."""
+"""A lamp at a known position."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Beacon:
-    """A lamp as the beacons file tells it.
+    """A lamp of the beacons file.
 
     Attributes:
-        id: that it plays.
-        xyz: its centre in the map frame [m].
-        radius: of its bright disc [m].
-        frequency: that it plays instead of an ID [Hz], None for a lamp that plays its ID.
+        id: transmitted ID.
+        xyz: position of its centre in the map frame [m].
+        radius: radius of its bright disc [m].
+        frequency: constant tone sent instead of an ID [Hz], None for a lamp that sends its ID.
     """
 
     id: int

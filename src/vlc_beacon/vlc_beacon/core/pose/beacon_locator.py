@@ -1,7 +1,7 @@
-"""The method ``centroid``: least squares over x, y, z and yaw on the centres of lamps at known places.
+"""The method ``centroid``: least squares for x, y, z and yaw on the centres of lamps at known positions.
 
-Two lamps and the quadratic equation of `closed_form` give the start, all lamps the pose; where they do not fit
-together, the pose that most of them agree on is looked for and the others are named.
+Two lamps and the quadratic equation of `closed_form` give the initial state, all lamps the pose. If they are
+inconsistent, the pose with the largest consensus set is used and the outliers are classified.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from vlc_beacon.core.pose.pose_least_squares import PoseEstimate, PoseLeastSquar
 from vlc_beacon.core.pose.settings import PoseSettings
 
 GATE_PROBABILITY = 1e-6
-"""Of refusing lamps that do fit together."""
+"""Probability of rejecting consistent lamps."""
 START_PAIRS, PAIRS_MAX = 4, 66
-"""Of lamps that are tried where all fit together, and where they do not: all pairs of a dozen lamps."""
+"""Number of tested lamp pairs if all lamps are consistent, and otherwise (all pairs of 12 lamps)."""
 EXPECTED_SIGMAS = 5.0
 
 
 class BeaconLocator:
-    """Finds the robot under known lamps."""
+    """Computes the robot's pose from known lamps."""
 
     def __init__(
         self,
@@ -40,13 +40,13 @@ class BeaconLocator:
         known: KnownStates | None = None,
         settings: PoseSettings | None = None,
     ) -> None:
-        """Take what is known.
+        """Set the known quantities.
 
         Args:
-            beacons: the lamps, each id once.
-            mount: the camera on the robot.
-            known: what of the pose is given, None for nothing.
-            settings: None for the defaults.
+            beacons: known lamps, each ID once.
+            mount: pose of the camera on the robot.
+            known: known components of the pose, None for none.
+            settings: noise settings, None for the defaults.
         """
         self.beacons = {beacon.id: beacon for beacon in beacons}
         self._mount = mount
@@ -61,7 +61,7 @@ class BeaconLocator:
         sigmas: ArrayLike,
         motions: ArrayLike | None = None,
     ) -> LampRays:
-        """Return the rays of those lamps that are known; arguments as of `lamp_rays`."""
+        """Return the rays of the known lamps; arguments as in `lamp_rays`."""
         rays = lamp_rays(camera, ids, pixels, sigmas, motions)
         return rays.subset(np.isin(rays.ids, list(self.beacons)))
 
@@ -71,13 +71,13 @@ class BeaconLocator:
         tilt: tuple[float, float] = (0.0, 0.0),
         expected: ExpectedPose | None = None,
     ) -> BeaconFix | NoBeaconFix:
-        """Find the pose.
+        """Compute the pose.
 
         Args:
-            rays: known lamps, see `rays`.
+            rays: rays to known lamps, see `rays`.
             tilt: roll and pitch of the robot [rad].
-            expected: where it should be: it decides between poses that fit as well, and a pose that nothing but two
-                lamps speaks for must agree with it.
+            expected: expected pose: it resolves ambiguities, and a pose from the minimum number of lamps must be
+                consistent with it.
         """
         if len(rays) == 0:
             return NoBeaconFix(NoFixReason.NO_LAMP, 'no lamp of the file is in view')
@@ -96,7 +96,7 @@ class BeaconLocator:
     def _all_together(
         self, squares: PoseLeastSquares, closed: ClosedForm, expected: ExpectedPose | None
     ) -> BeaconFix | NoBeaconFix | None:
-        """Return the answer if one pose explains all lamps, None where none does."""
+        """Return the result if one pose explains all lamps, None otherwise."""
         rays = squares.rays
         if rays.copied.any():
             return None
@@ -125,7 +125,7 @@ class BeaconLocator:
         return _fix(fits[0], used)
 
     def _explains(self, fit: PoseEstimate) -> bool:
-        """Tell whether a fit to all lamps leaves no more than noise."""
+        """Return whether the residuals of a fit to all lamps pass the chi-square test."""
         if not fit.in_front.all():
             return False
         freedom = fit.residuals.size - self._known.unknowns
@@ -143,7 +143,7 @@ class BeaconLocator:
         camera: LevelCamera,
         expected: ExpectedPose | None,
     ) -> BeaconFix | NoBeaconFix:
-        """Return the pose that most lamps agree on, and name the others."""
+        """Return the pose with the largest consensus set, and classify the outliers."""
         rays, gate = squares.rays, self._settings.gate_sigmas
         if not closed.widest_pairs(1):
             return NoBeaconFix(NoFixReason.POOR_GEOMETRY, _names(rays))
@@ -181,6 +181,6 @@ def _names(rays: LampRays) -> str:
 
 
 def _starts(closed: ClosedForm, pairs: int) -> Iterator[NDArray[np.float64]]:
-    """Yield states to begin with, from the widest pairs."""
+    """Yield initial states from the widest pairs."""
     for pair in closed.widest_pairs(pairs):
         yield from closed.states_of_pair(*pair)

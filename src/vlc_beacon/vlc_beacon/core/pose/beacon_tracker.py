@@ -1,4 +1,4 @@
-"""The pose over time: many lamps give it, one lamp and odometry carry it on, none and odometry bridge a gap."""
+"""Pose tracking: several lamps give a pose, one lamp and odometry track it, odometry alone bridges gaps."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from vlc_beacon.core.pose.pose_least_squares import PoseLeastSquares
 from vlc_beacon.core.pose.settings import PoseSettings
 
 LOST_IMAGES = 60
-"""The robot is elsewhere when two lamps or more are in view and none is in place, in so many images."""
+"""Number of images with two or more lamps, all of them outliers, after which the filter is reset."""
 
 
 class BeaconTracker:
-    """Follows a robot under lamps."""
+    """Tracks the robot's pose under lamps."""
 
     def __init__(
         self,
@@ -34,14 +34,14 @@ class BeaconTracker:
         settings: PoseSettings | None = None,
         odometry_settings: OdometrySettings | None = None,
     ) -> None:
-        """Begin without knowing where the robot is.
+        """Start without a pose.
 
         Args:
-            beacons: the lamps, each id once.
-            mount: the camera on the robot.
-            known: what of the pose is given, None for nothing.
-            settings: how exactly lamps are known, None for the defaults.
-            odometry_settings: how exact the odometry is, None for the defaults.
+            beacons: known lamps, each ID once.
+            mount: pose of the camera on the robot.
+            known: known components of the pose, None for none.
+            settings: measurement noise, None for the defaults.
+            odometry_settings: odometry noise, None for the defaults.
         """
         self._settings = settings or PoseSettings()
         self._odometry_settings = odometry_settings or OdometrySettings()
@@ -53,22 +53,22 @@ class BeaconTracker:
         self._lost_images = 0
 
     def forget(self) -> None:
-        """Forget where the robot is."""
+        """Reset the pose."""
         self._filter = None
         self._views.clear()
         self._lost_images = 0
 
     def add_odometry(self, T_odom_base: PlanarPose) -> None:
-        """Take the newest odometry pose, before the lamps that are seen there."""
+        """Add the newest odometry pose; call it before `track` for the same time."""
         if self._filter is not None and self._T_odom_base is not None:
             self._filter.move(self._T_odom_base.inverse() @ T_odom_base)
         self._T_odom_base = T_odom_base
 
     def track(self, rays: LampRays, tilt: tuple[float, float] = (0.0, 0.0)) -> BeaconFix | NoBeaconFix:
-        """Find the pose at the newest odometry pose.
+        """Compute the pose at the time of the newest odometry pose.
 
         Args:
-            rays: known lamps in view, from `BeaconLocator.rays`; may be none.
+            rays: rays to known lamps from `BeaconLocator.rays`, possibly none.
             tilt: roll and pitch of the robot [rad].
         """
         if self._filter is not None and not (self._filter.is_certain and self._lost_images < LOST_IMAGES):
@@ -88,7 +88,7 @@ class BeaconTracker:
     def _joined(
         self, rays: LampRays, tilt: tuple[float, float], alone: NoBeaconFix
     ) -> BeaconFix | NoBeaconFix:
-        """Return the pose by the lamps in view and those of earlier views."""
+        """Return the pose from the lamps in view and those of earlier keyframes."""
         if self._T_odom_base is None:
             return alone
         joined = self._views.seen_from(self._T_odom_base, rays)
@@ -110,7 +110,7 @@ class BeaconTracker:
         tilt: tuple[float, float],
         found: BeaconFix | NoBeaconFix,
     ) -> BeaconFix | NoBeaconFix:
-        """Return the filter's pose after it took the lamps that are not doubted."""
+        """Update the filter with the consistent lamps and return its pose."""
         camera = level_camera(self._mount, *tilt)
         lamps = np.array([self.locator.beacons[int(id_)].xyz for id_ in rays.ids]).reshape(-1, 3)
         wanted = found.used if isinstance(found, BeaconFix) else np.ones(len(rays), dtype=np.bool_)
@@ -122,7 +122,7 @@ class BeaconTracker:
         elif len(set(rays.ids.tolist())) > 1:
             self._lost_images += 1
         if isinstance(found, NoBeaconFix) and not filter_.is_confirmed:
-            return found  # what odometry says is no word of the lamps: who fuses both would count it twice
+            return found  # do not publish dead reckoning: a fusion of both would count odometry twice
         doubts = found.doubts if isinstance(found, BeaconFix) else _unfitting(rays, used)
         squares = PoseLeastSquares(rays, lamps, camera, KnownStates(), self._settings)
         residuals = squares.evaluate(filter_.bearing_state).residuals
@@ -132,7 +132,7 @@ class BeaconTracker:
 
 
 def _unfitting(rays: LampRays, used: NDArray[np.bool_]) -> tuple[BeaconDoubt, ...]:
-    """Return the lamps that are not where the filter expects them: one with its id in place is a copy."""
+    """Return the outliers of the filter; an outlier whose ID is also an inlier is a duplicate."""
     own_ids = set(rays.ids[used].tolist())
     return tuple(
         BeaconDoubt(

@@ -1,7 +1,7 @@
-"""Where lamps appear to a camera at a pose, and how that changes with the pose.
+"""Measurement model: bearings to lamps at a robot pose, and their Jacobian.
 
 The state is ``(x, y, z, yaw, tilt_x, tilt_y)``: the base in the map [m, rad], and the error of the known tilt as a
-rotation vector in the level frame [rad]. A lamp L is seen in the optical frame at
+rotation vector in the level frame [rad]. A lamp L is in the optical frame at
 ``R_level_camera^T (exp(-tilt) l - t)`` with l the lamp in the level frame and t the camera in it.
 """
 
@@ -24,13 +24,13 @@ def camera_points(
     motions: NDArray[np.float64],
     camera: LevelCamera,
 ) -> NDArray[np.float64]:
-    """Return the lamps in the optical frame [m], shape (n, 3).
+    """Return the lamp positions in the optical frame [m], shape (n, 3).
 
     Args:
-        state: shape (6,).
-        lamps: shape (n, 3), in the map frame [m].
-        motions: shape (n, 3), of the base when each was seen, see `LampRays`.
-        camera: where it is on the robot.
+        state: pose state, shape (6,).
+        lamps: lamp positions in the map frame, shape (n, 3) [m].
+        motions: motion of the base when each lamp was observed, shape (n, 3), see `LampRays`.
+        camera: gravity-aligned camera pose on the robot.
     """
     tilted = _level_points(state, lamps, motions) @ _tilt_matrix(state)
     return np.asarray((tilted - camera.position) @ camera.rotation)
@@ -42,11 +42,11 @@ def projections_with_jacobian(
     motions: NDArray[np.float64],
     camera: LevelCamera,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the rays to the lamps, their derivatives and the depths; arguments as of `camera_points`.
+    """Return the rays to the lamps, their Jacobian and the depths; arguments as in `camera_points`.
 
     Returns:
-        shape (n, 2), x and y of the rays with z = 1; shape (n, 2, 6), their change with the state; shape (n,), depths
-        [m], which are not positive for lamps behind the camera.
+        rays with z = 1, shape (n, 2); their Jacobian with respect to the state, shape (n, 2, 6); depths, shape (n,)
+        [m], not positive for lamps behind the camera.
     """
     level = _level_points(state, lamps, motions)
     tilt = _tilt_matrix(state)
@@ -67,7 +67,7 @@ def projections_with_jacobian(
 def _level_points(
     state: NDArray[np.float64], lamps: NDArray[np.float64], motions: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the lamps in the level frame of the moment in which each was seen, shape (n, 3)."""
+    """Return the lamps in the level frame at the time of each observation, shape (n, 3)."""
     x, y, z, yaw = state[:4]
     cos, sin = math.cos(yaw), math.sin(yaw)
     ahead = (lamps[:, :2] - (x, y)) @ np.array([[cos, -sin], [sin, cos]]) - motions[:, :2]
@@ -84,11 +84,11 @@ def _level_points(
 def _level_derivatives(
     state: NDArray[np.float64], level: NDArray[np.float64], motions: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the derivatives of the points in the level frame by x, y, z and yaw, shape (n, 4, 3)."""
+    """Return the derivatives of the points in the level frame with respect to x, y, z and yaw, shape (n, 4, 3)."""
     angles = state[3] + motions[:, 2]
     cos, sin = np.cos(angles), np.sin(angles)
     turn_cos, turn_sin = np.cos(motions[:, 2]), np.sin(motions[:, 2])
-    # The way to the place where the lamp was seen, in the level frame of that moment.
+    # Translation to the position of the observation, in the level frame at that time.
     way_x = turn_cos * motions[:, 0] + turn_sin * motions[:, 1]
     way_y = turn_cos * motions[:, 1] - turn_sin * motions[:, 0]
     derivatives = np.zeros((len(level), 4, 3))
@@ -101,7 +101,7 @@ def _level_derivatives(
 
 
 def _tilt_matrix(state: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``exp(tilt)``; at the size of an error roll and pitch commute."""
+    """Return ``exp(tilt)``; for small errors roll and pitch commute."""
     if not state[4:].any():
         return np.eye(3)
     return matrix_from_rpy((state[4], state[5], 0.0))

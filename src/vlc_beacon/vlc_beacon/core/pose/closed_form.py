@@ -1,10 +1,10 @@
-"""Poses from two lamps without a first guess.
+"""Closed-form poses from two lamps, without an initial guess.
 
-With complex numbers for the plane, a lamp X at height Z that is seen along the slopes s of the level frame obeys
-``X = P + k (A - z B)`` with the robot's place P, its heading ``k = exp(i yaw)``, its height z,
+With complex numbers for the plane, a lamp X at height Z that is observed along the slopes s in the level frame obeys
+``X = P + k (A - z B)`` with the robot's position P, heading ``k = exp(i yaw)``, height z,
 ``A = d + e (t + (Z - t_z) s)`` and ``B = e s``, where t is the camera in the level frame, and d and ``e = exp(i turn)``
-are the robot's motion until the lamp was seen. Two lamps leave ``X1 - X2 = k (D - z E)``: the lengths give z, a
-quadratic equation, the directions k.
+are the robot's motion until the observation. Two lamps give ``X1 - X2 = k (D - z E)``: the lengths give z (a quadratic
+equation), the directions k.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import LampRays
 
 SLOPE_MAX = 20.0
-"""Lamps nearer to the horizon than 3 degrees say nothing of the height."""
+"""Maximum slope; lamps within 3 degrees of the horizon do not determine the height."""
 
 
 class ClosedForm:
-    """The lamps of one view as numbers of the plane."""
+    """The lamps of one image as complex numbers."""
 
     def __init__(
         self, rays: LampRays, lamps: NDArray[np.float64], camera: LevelCamera, known: KnownStates
     ) -> None:
-        """Take what is seen.
+        """Set the observations.
 
         Args:
-            rays: n sightings.
-            lamps: shape (n, 3), their places in the map frame [m].
-            camera: where it is on the robot.
-            known: what of the pose is given.
+            rays: n observations.
+            lamps: lamp positions in the map frame, shape (n, 3) [m].
+            camera: gravity-aligned camera pose on the robot.
+            known: known components of the pose.
         """
         self._known = known
         self._places = lamps[:, 0] + 1j * lamps[:, 1]
@@ -52,7 +52,7 @@ class ClosedForm:
         self._B = turns * slopes
 
     def widest_pairs(self, count: int) -> list[tuple[int, int]]:
-        """Return up to so many pairs of different lamps, those that are seen farthest apart first."""
+        """Return up to ``count`` pairs of different lamps, those with the largest separation first."""
         first, second = np.triu_indices(len(self._B), 1)
         good = self._usable[first] & self._usable[second] & (self._places[first] != self._places[second])
         first, second = first[good], second[good]
@@ -60,7 +60,7 @@ class ClosedForm:
         return [(int(first[k]), int(second[k])) for k in order]
 
     def states_of_pair(self, i: int, j: int) -> list[NDArray[np.float64]]:
-        """Return the states that explain two lamps, each of shape (6,); none, one or two."""
+        """Return the states consistent with two lamps, each of shape (6,); none, one or two."""
         way = complex(self._places[i] - self._places[j])
         D, E = complex(self._A[i] - self._A[j]), complex(self._B[i] - self._B[j])
         if abs(E) < 1e-9:
@@ -77,7 +77,7 @@ class ClosedForm:
         if self._known.height is not None:
             return [self._known.height]
         middle = (D * E.conjugate()).real / abs(E) ** 2
-        # Noise can make the squared reach negative where both solutions meet.
+        # Noise can make the discriminant negative where both solutions coincide.
         squared = middle**2 - (abs(D) ** 2 - abs(way) ** 2) / abs(E) ** 2
         reach = math.sqrt(max(squared, 0.0))
         return [middle - reach, middle + reach] if reach > 0.0 else [middle]

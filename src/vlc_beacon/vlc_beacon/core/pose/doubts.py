@@ -1,4 +1,4 @@
-"""Names lamps that are not where the file says."""
+"""Classifies lamps that are not at their position in the beacons file."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from vlc_beacon.core.pose.pose_fix import BeaconDoubt, DoubtKind
 def named_doubts(
     rays: LampRays, agreement: Agreement, beacons: list[Beacon], camera: LevelCamera
 ) -> tuple[BeaconDoubt, ...]:
-    """Return what is wrong with each sighting that does not speak for the pose.
+    """Return the anomaly of each outlier.
 
     Args:
-        rays: the sightings.
-        agreement: the pose and who speaks for it.
-        beacons: all known lamps, in the order of ``agreement.place``.
-        camera: where it is on the robot.
+        rays: rays to the observed lamps.
+        agreement: consensus set with its pose.
+        beacons: all known lamps, indexed by ``consensus.swapped_place``.
+        camera: gravity-aligned camera pose on the robot.
     """
     heights = {beacon.id: beacon.xyz[2] for beacon in beacons}
     doubts, copied = [], rays.copied
@@ -40,7 +40,7 @@ def named_doubts(
 
 
 def unclear_doubts(rays: LampRays) -> tuple[BeaconDoubt, ...]:
-    """Return a doubt for each sighting: one of them at least is wrong, and nobody knows which."""
+    """Return an unclassified anomaly for each observation: at least one is wrong, but it is unknown which."""
     return tuple(
         BeaconDoubt(int(id_), i, DoubtKind.COPIED if copied else DoubtKind.UNCLEAR)
         for i, (id_, copied) in enumerate(zip(rays.ids, rays.copied, strict=True))
@@ -50,11 +50,11 @@ def unclear_doubts(rays: LampRays) -> tuple[BeaconDoubt, ...]:
 def _place_at_height(
     rays: LampRays, i: int, state: NDArray[np.float64], height: float, camera: LevelCamera
 ) -> tuple[float, float, float]:
-    """Return where a ray reaches a height, in the map frame [m]; the tilt's error is left out."""
+    """Return the intersection of a ray with a height, in the map frame [m]; the tilt error is neglected."""
     direction = camera.rotation @ np.array([*rays.rays[i], 1.0])
     reach = (height - state[2] - camera.position[2]) / direction[2]
     ahead = camera.position[:2] + reach * direction[:2]
     d_x, d_y, turn = rays.motions[i]
     ahead_of_stamp = complex(d_x, d_y) + cmath.rect(1.0, turn) * complex(*ahead)
-    place = complex(state[0], state[1]) + cmath.rect(1.0, state[3]) * ahead_of_stamp
-    return place.real, place.imag, float(height)
+    position = complex(state[0], state[1]) + cmath.rect(1.0, state[3]) * ahead_of_stamp
+    return position.real, position.imag, float(height)

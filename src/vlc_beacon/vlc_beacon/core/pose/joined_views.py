@@ -1,4 +1,4 @@
-"""Lamps that were seen one after the other, joined by odometry: two make a pose though never seen together."""
+"""Keyframes of lamp observations joined by odometry: two lamps give a pose even if never seen together."""
 
 from __future__ import annotations
 
@@ -12,37 +12,37 @@ from vlc_beacon.core.pose.lamp_rays import LampRays
 
 VIEWS_MAX = 12
 SPACING = 0.1
-"""Views are kept this far apart [m]."""
+"""Minimum distance between keyframes [m]."""
 WAY_MAX = 3.0
-"""Older views than this are dropped [m]."""
+"""Maximum distance to a used keyframe [m]."""
 WAY_ERROR = 0.025
-"""Error of the way between two views as a share, for rays to lamps"""
+"""Odometry error between keyframes as a fraction of the distance."""
 REACH = 2.0
-"""that are about so far over the camera [m]."""
+"""Typical height of lamps above the camera [m], to convert the odometry error to a ray error."""
 
 
 class JoinedViews:
-    """The last views of lamps and where the robot was."""
+    """Recent lamp observations with their odometry poses."""
 
     def __init__(self) -> None:
-        """Begin without any."""
+        """Start without keyframes."""
         self._views: deque[tuple[PlanarPose, LampRays]] = deque(maxlen=VIEWS_MAX)
 
     def clear(self) -> None:
-        """Forget all views."""
+        """Drop all keyframes."""
         self._views.clear()
 
     def add(self, T_odom_base: PlanarPose, rays: LampRays) -> None:
-        """Take the lamps of an image; without any it is no view."""
+        """Add the lamps of an image as a keyframe, if there are any and the robot has moved."""
         if len(rays) and (not self._views or self._views[-1][0].distance_to(T_odom_base) >= SPACING):
             self._views.append((T_odom_base, rays))
 
     def seen_from(self, T_odom_base: PlanarPose, rays: LampRays) -> LampRays:
-        """Return the lamps in view together with those of earlier views.
+        """Return the lamps in view merged with those of earlier keyframes.
 
         Args:
-            T_odom_base: of now.
-            rays: of now.
+            T_odom_base: current odometry pose.
+            rays: current observations.
         """
         parts = [rays]
         for view, (then, seen) in enumerate(self._views, start=1):

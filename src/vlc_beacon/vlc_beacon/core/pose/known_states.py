@@ -1,4 +1,4 @@
-"""What of the pose is known beforehand."""
+"""Known components of the pose."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from vlc_beacon.core.pose.bearing_model import STATES
 
 @dataclass(frozen=True)
 class KnownStates:
-    """Parts of the pose that are given.
+    """Components of the pose that are not estimated.
 
     Attributes:
-        height: of the base in the map frame [m], None where it is looked for.
+        height: height of the base in the map frame [m], None if it is estimated.
     """
 
     height: float | None = None
 
     @property
     def unknowns(self) -> int:
-        """How many of x, y, z and yaw are looked for."""
+        """Number of estimated components of x, y, z and yaw."""
         return 4 - (self.height is not None)
 
     def free(self, *, tilt: bool) -> NDArray[np.bool_]:
-        """Return which states are looked for, shape (6,).
+        """Return the mask of estimated states, shape (6,).
 
         Args:
-            tilt: whether the tilt's error is.
+            tilt: whether the tilt error is estimated.
         """
         free = np.ones(STATES, dtype=np.bool_)
         free[2] = self.height is None

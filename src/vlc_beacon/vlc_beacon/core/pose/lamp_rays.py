@@ -1,4 +1,4 @@
-"""Lamps in an image as rays of the camera with their uncertainty."""
+"""Lamp observations as camera rays with their uncertainty."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from shirube_geometry import PinholeCamera
 
 @dataclass(frozen=True)
 class LampRays:
-    """Where lamps are seen.
+    """Observations of lamps.
 
     Attributes:
-        ids: shape (n,), of the lamps; one may occur more than once.
-        rays: shape (n, 2), x and y of the undistorted rays in the optical frame, whose z is 1.
-        spreads: shape (n, 2, 2), change of the rays with u and with v [1/px]; a lens makes that differ over the image.
-        sigmas: shape (n,), standard deviation of the centres along each axis of the image [px].
-        motions: shape (n, 3), x, y [m] and yaw [rad] of the base when the lamp was seen, in the base frame at the stamp
-            of the pose: rows of a rolling shutter and earlier images are seen from elsewhere.
-        views: shape (n,), number of the image in which each was seen, 0 for the image of the pose.
+        ids: lamp IDs, shape (n,); an ID may occur more than once.
+        rays: x and y of the undistorted rays with z = 1 in the optical frame, shape (n, 2).
+        spreads: Jacobians of the rays with respect to (u, v), shape (n, 2, 2) [1/px], with lens distortion.
+        sigmas: standard deviation of the centres along each image axis, shape (n,) [px].
+        motions: pose (x, y [m], yaw [rad]) of the base at each observation, in the base frame at the stamp of the
+            pose, shape (n, 3); not zero for rolling shutter rows and earlier images.
+        views: index of the image of each observation, shape (n,), 0 for the image of the pose.
     """
 
     ids: NDArray[np.int64]
@@ -32,11 +32,11 @@ class LampRays:
     views: NDArray[np.int64]
 
     def __len__(self) -> int:
-        """Return the number of sightings."""
+        """Return the number of observations."""
         return len(self.ids)
 
     def subset(self, which: NDArray[np.bool_]) -> LampRays:
-        """Return some of the sightings, shape (n,) of bool."""
+        """Return the observations selected by a mask, shape (n,)."""
         return LampRays(
             self.ids[which],
             self.rays[which],
@@ -48,7 +48,7 @@ class LampRays:
 
     @property
     def copied(self) -> NDArray[np.bool_]:
-        """Shape (n,), sightings of a lamp that is seen more than once in an image."""
+        """Mask of observations whose ID occurs more than once in an image, shape (n,)."""
         keys = np.column_stack([self.ids, self.views])
         same = (keys[:, None] == keys[None]).all(axis=2)
         return np.asarray(same.sum(axis=1) > 1)
@@ -57,24 +57,24 @@ class LampRays:
         """Return the covariances of the rays, shape (n, 2, 2).
 
         Args:
-            pixel_sigma: error of the camera's calibration, beside that of the centres [px].
+            pixel_sigma: standard deviation of the camera calibration, in addition to that of the centres [px].
         """
         variances = self.sigmas**2 + pixel_sigma**2
         return variances[:, None, None] * (self.spreads @ self.spreads.transpose(0, 2, 1))
 
 
 def motions_of_rows(rows: ArrayLike, row_time: float, velocity: ArrayLike) -> NDArray[np.float64]:
-    """Return how the base moved until rows of a rolling shutter were exposed, shape (n, 3), as in `LampRays`.
+    """Return the motion of the base until rows of a rolling shutter were exposed, shape (n, 3), as in `LampRays`.
 
     Args:
-        rows: shape (n,), of the lamps' centres; row 0 was exposed at the stamp.
-        row_time: between the beginnings of two rows [s].
-        velocity: shape (3,), of the base along its x and y [m/s] and its turning rate [rad/s].
+        rows: image rows of the lamp centres, shape (n,); row 0 was exposed at the stamp.
+        row_time: line time between the starts of two rows [s].
+        velocity: velocity of the base along its x and y [m/s] and yaw rate [rad/s], shape (3,).
     """
     delays = np.asarray(rows, dtype=np.float64)[:, None] * row_time
     speed = np.asarray(velocity, dtype=np.float64)
     half = 0.5 * speed[2] * delays[:, 0]
-    # The chord of an arc points into the middle of the turn.
+    # The chord of an arc points in the mean direction of the turn.
     cos, sin = np.cos(half), np.sin(half)
     chord = delays * np.sinc(half / np.pi)[:, None] * speed[:2]
     return np.column_stack(
@@ -92,11 +92,11 @@ def lamp_rays(
     """Return the rays of lamps in an image.
 
     Args:
-        camera: intrinsics.
-        ids: shape (n,).
-        pixels: shape (n, 2), centres of the lamps [px].
-        sigmas: shape (n,), standard deviation of the centres along each axis [px].
-        motions: shape (n, 3) as in `LampRays`, None where the robot stood still.
+        camera: camera intrinsics.
+        ids: lamp IDs, shape (n,).
+        pixels: centres of the lamps, shape (n, 2) [px].
+        sigmas: standard deviation of the centres along each axis, shape (n,) [px].
+        motions: motions of the base, shape (n, 3), as in `LampRays`, None if the robot is stationary.
     """
     centres = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
     count = len(centres)

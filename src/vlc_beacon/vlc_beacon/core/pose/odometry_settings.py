@@ -1,4 +1,4 @@
-"""How far odometry is trusted between lamps."""
+"""Noise of the odometry between lamps."""
 
 from __future__ import annotations
 
@@ -9,42 +9,46 @@ from shirube_settings import setting
 
 @dataclass(frozen=True)
 class OdometrySettings:
-    """Errors of the odometry, and how long it bridges gaps between lamps.
+    """Errors of the odometry, and limits of dead reckoning between lamps.
 
-    The lasting errors are learned while lamps are in view. The random ones are those of good wheels far apart; wheels
-    that slip by s after a metre, b apart, turn a robot by s sqrt(2) / b. Stated too small, they make each pose after a
-    gap surer than it is.
+    The biases are estimated while lamps are in view. The defaults of the random errors are those of good wheels with a
+    large wheel separation; wheels that slip by s per metre, separated by b, rotate the robot by s sqrt(2) / b. If set
+    too small, the covariance after a gap is too small.
     """
 
     scale_error: float = setting(
-        0.02, 'lasting error of the way and of turns, as a share', minimum=0.0, maximum=0.5
+        0.02, 'bias of the driven distance and of yaw, as a fraction', minimum=0.0, maximum=0.5
     )
     turn_error: float = setting(
-        0.0035, 'lasting turn for each metre driven', unit='rad/m', minimum=0.0, maximum=0.5
+        0.0035, 'bias of yaw per metre driven', unit='rad/m', minimum=0.0, maximum=0.5
     )
     slip: float = setting(
         0.002,
-        'random error of the way after one metre, it grows with the root of the way',
+        'random error of the distance after one metre; it grows with the square root of the distance',
         unit='m',
         minimum=0.0,
         maximum=1.0,
     )
     turn_slip: float = setting(
         0.005,
-        'random error of the heading after one metre or one radian',
+        'random error of yaw after one metre or one radian',
         unit='rad',
         minimum=0.0,
         maximum=1.0,
     )
     lasting_way: float = setting(
-        20.0, 'way after which the lasting errors may have changed', unit='m', minimum=0.1, maximum=10000.0
+        20.0, 'correlation length of the odometry biases', unit='m', minimum=0.1, maximum=10000.0
     )
     position_sigma_max: float = setting(
-        0.3, 'a pose that is less certain than this is given up', unit='m', minimum=0.01, maximum=10.0
+        0.3,
+        'maximum position standard deviation; above it the pose is reset',
+        unit='m',
+        minimum=0.01,
+        maximum=10.0,
     )
     gap_way: float = setting(
         3.0,
-        'a pose that was carried on so far without a lamp is not told until one is seen; a radian counts as 0.3 m',
+        'maximum dead reckoning distance without a lamp for which poses are published; a radian counts as 0.3 m',
         unit='m',
         minimum=0.0,
         maximum=1000.0,

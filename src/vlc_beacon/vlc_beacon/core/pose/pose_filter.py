@@ -1,7 +1,7 @@
-"""One lamp and odometry: a filter that carries the pose on where too few lamps are in view for a pose of their own.
+"""Pose filter: tracks the pose with odometry when too few lamps are in view for a pose.
 
-An extended Kalman filter over x, y, z, yaw and three lasting errors of the odometry: of the way (share), of turns
-(share) and the turn for each metre. The errors are learned while lamps are in view and correct the gaps.
+An extended Kalman filter over x, y, z, yaw and three odometry biases: scale of the distance, scale of yaw, and yaw per
+metre. The biases are estimated while lamps are in view and corrected in gaps.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from vlc_beacon.core.pose.settings import PoseSettings
 
 X, Y, Z, YAW, WAY_SCALE, TURN_SCALE, WAY_TURN = range(7)
 CORRELATION_WAY = 1.0
-"""Errors of lamps, lens and tilt stay the same over about this way [m]: images from nearer say nothing new of them."""
+"""Correlation length of the errors of lamp positions, lens and tilt [m]."""
 TURN_WAY = 0.3
-"""A turn by one radian moves lamps over the lens as this way does [m]."""
+"""Distance equivalent to a rotation by one radian, by the motion of lamps over the lens [m]."""
 CORRELATED_MAX = 300
-"""So many images from one place count as one, five seconds of a robot that stands; further ones tell of noise only."""
+"""Maximum number of correlated images that count as one, five seconds of a stationary robot."""
 HEIGHT_WALK = 0.001
-"""How much the floor's height changes over one metre [m]."""
+"""Random walk of the floor height over one metre [m]."""
 ITERATIONS = 2
 
 
 class PoseFilter:
-    """The robot's pose between and under lamps."""
+    """Extended Kalman filter of the robot's pose."""
 
     def __init__(
         self,
@@ -41,15 +41,15 @@ class PoseFilter:
         pose_settings: PoseSettings | None = None,
         settings: OdometrySettings | None = None,
     ) -> None:
-        """Begin at a pose.
+        """Initialize with a pose.
 
         Args:
-            T_map_base: where the robot is.
-            height: of the base in the map frame [m].
-            covariance: shape (4, 4), of x, y, z [m] and yaw [rad], as a `BeaconFix` has it; a height without
-                variance is known and stays.
-            pose_settings: how exactly lamps are known, None for the defaults.
-            settings: how exact the odometry is, None for the defaults.
+            T_map_base: initial pose of the robot.
+            height: height of the base in the map frame [m].
+            covariance: covariance of x, y, z [m] and yaw [rad], shape (4, 4), as in `BeaconFix`; a height with zero
+                variance is constant.
+            pose_settings: measurement noise, None for the defaults.
+            settings: odometry noise, None for the defaults.
         """
         self._pose_settings = pose_settings or PoseSettings()
         self._settings = settings or OdometrySettings()
@@ -83,27 +83,27 @@ class PoseFilter:
 
     @property
     def covariance(self) -> NDArray[np.float64]:
-        """Shape (4, 4), of x, y, z [m] and yaw [rad]."""
+        """Covariance of x, y, z [m] and yaw [rad], shape (4, 4)."""
         return self._P[:4, :4].copy()
 
     @property
     def is_certain(self) -> bool:
-        """Whether the position is known as well as the settings ask for."""
+        """Whether the position standard deviation is below the limit of the settings."""
         spread = float(np.linalg.eigvalsh(self._P[:2, :2])[-1])
         return math.sqrt(max(spread, 0.0)) <= self._settings.position_sigma_max
 
     @property
     def is_confirmed(self) -> bool:
-        """Whether a lamp was in its place within the way that odometry may bridge."""
+        """Whether a lamp was accepted within the maximum dead reckoning distance."""
         return self._gap_way <= self._settings.gap_way
 
     def expected(self) -> ExpectedPose:
-        """Return where the robot is, for `BeaconLocator.locate`."""
+        """Return the predicted pose for `BeaconLocator.locate`."""
         keep = [X, Y, YAW]
         return ExpectedPose(self.pose, self._P[np.ix_(keep, keep)])
 
     def move(self, T_before_after: PlanarPose) -> None:
-        """Take the robot's motion since the last call from the odometry, in the base frame of before."""
+        """Predict the state with the odometry motion since the last call, in the previous base frame."""
         way = math.hypot(T_before_after.x, T_before_after.y)
         turn = T_before_after.yaw
         moved = way + TURN_WAY * abs(turn)
@@ -112,7 +112,7 @@ class PoseFilter:
         self._place_way += way
         scale, turn_scale, way_turn = self._state[WAY_SCALE:]
         step = np.array([T_before_after.x, T_before_after.y])
-        # Half of a turn that the odometry missed was there on the way already.
+        # Half of the yaw correction applies at the middle of the step.
         yaw = self._state[YAW] + 0.5 * (turn_scale * turn + way_turn * way)
         cos, sin = math.cos(yaw), math.sin(yaw)
         heading = np.array([[cos, -sin], [sin, cos]])
@@ -135,15 +135,15 @@ class PoseFilter:
         return np.diag(noise)
 
     def add_lamps(self, rays: LampRays, lamps: NDArray[np.float64], camera: LevelCamera) -> NDArray[np.bool_]:
-        """Take the lamps of an image at the present pose; one is enough.
+        """Update the state with the lamps of an image; one lamp is sufficient.
 
         Args:
-            rays: n sightings of known lamps.
-            lamps: shape (n, 3), their places in the map frame [m].
-            camera: where it is on the robot.
+            rays: n observations of known lamps.
+            lamps: lamp positions in the map frame, shape (n, 3) [m].
+            camera: gravity-aligned camera pose on the robot.
 
         Returns:
-            shape (n,), which of them fit to the expected pose; the others are left out.
+            mask of the lamps that pass the innovation gate, shape (n,); the others are rejected.
         """
         fitting = self._fitting(rays, lamps, camera)
         if fitting.any():
@@ -153,7 +153,7 @@ class PoseFilter:
         return fitting
 
     def _correlated(self, lamps: set[int]) -> float:
-        """Return how many images like this one count as one; to be asked once an image."""
+        """Return the number of correlated images that count as one; call it once per image."""
         if self._place_way > CORRELATION_WAY:
             self._place_way = 0.0
             self._place_lamps.clear()
@@ -177,7 +177,7 @@ class PoseFilter:
     def _update(
         self, rays: LampRays, lamps: NDArray[np.float64], camera: LevelCamera, correlated: float
     ) -> None:
-        """Correct the state; iterated, since rays bend with the position."""
+        """Iterated EKF update, because the rays are nonlinear in the position."""
         predicted, state = self._state, self._state
         for _ in range(ITERATIONS):
             residual, H, R = self._measurement(rays, lamps, camera, state, correlated)
@@ -197,9 +197,9 @@ class PoseFilter:
         state: NDArray[np.float64],
         correlated: float,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Return residual (2n,), Jacobian (2n, 7) and noise (2n, 2n) of the rays.
+        """Return innovation (2n,), Jacobian (2n, 7) and measurement noise (2n, 2n) of the rays.
 
-        So many images (``correlated``) share the errors of lamps, lens and tilt, which therefore count as often.
+        The common errors of lamps, lens and tilt are shared by ``correlated`` images, so their variance is multiplied.
         """
         seen, jacobian, depths = projections_with_jacobian(
             np.append(state[:4], (0.0, 0.0)), lamps, rays.motions, camera

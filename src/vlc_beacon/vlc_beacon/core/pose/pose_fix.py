@@ -1,4 +1,4 @@
-"""What localization by lamps answers: a pose with its evidence, or the reason why there is none."""
+"""Result of localization: a pose with its diagnostics, or the reason for no pose."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ from numpy.typing import NDArray
 from shirube_geometry import PlanarPose
 
 PLANAR = np.ix_([0, 1, 3], [0, 1, 3])
-"""x, y and yaw among x, y, z and yaw."""
+"""Indices of x, y and yaw among x, y, z and yaw."""
 
 
 class DoubtKind(Enum):
-    """What is wrong with a lamp."""
+    """Kind of a beacon anomaly."""
 
     MOVED = 'moved'
     SWAPPED = 'swapped'
-    COPIED = 'copied'
-    UNCLEAR = 'does not fit the others'
+    COPIED = 'duplicated'
+    UNCLEAR = 'inconsistent with the others'
 
 
 @dataclass(frozen=True)
 class BeaconDoubt:
-    """A lamp that is not where the file says.
+    """A lamp that is not at its position in the beacons file.
 
     Attributes:
-        id: that it plays.
-        sighting: its index among the sightings.
-        kind: what is wrong with it.
-        swapped_with: whose place it has, None unless it is swapped.
-        seen_at: where it hangs if its height is right, in the map frame [m]; NaN where there is no pose.
+        id: received ID.
+        sighting: index of its observation.
+        kind: kind of the anomaly.
+        swapped_with: ID of the lamp whose position it has, None unless it is swapped.
+        seen_at: observed position at its nominal height, in the map frame [m]; NaN without a pose.
     """
 
     id: int
@@ -44,16 +44,16 @@ class BeaconDoubt:
 
 @dataclass(frozen=True)
 class BeaconFix:
-    """A pose.
+    """A pose from lamps.
 
     Attributes:
         T_map_base: the robot's pose.
-        height: of the base in the map frame [m].
-        covariance: shape (4, 4), of x, y, z [m] and yaw [rad].
-        tilt: error of the known roll and pitch as far as the lamps tell it [rad].
-        used: shape (n,), which sightings the pose is made of.
-        residuals: shape (n, 2), what the pose leaves unexplained of the rays, in standard deviations.
-        doubts: lamps that are not where the file says.
+        height: height of the base in the map frame [m].
+        covariance: covariance of x, y, z [m] and yaw [rad], shape (4, 4).
+        tilt: estimated error of the known roll and pitch [rad].
+        used: mask of the observations used for the pose, shape (n,).
+        residuals: normalized residuals of the rays, shape (n, 2) [standard deviations].
+        doubts: lamps that are not at their position in the file.
     """
 
     T_map_base: PlanarPose
@@ -66,29 +66,29 @@ class BeaconFix:
 
     @property
     def planar_covariance(self) -> NDArray[np.float64]:
-        """Shape (3, 3), of x, y [m] and yaw [rad]."""
+        """Covariance of x, y [m] and yaw [rad], shape (3, 3)."""
         return self.covariance[PLANAR]
 
 
 class NoFixReason(Enum):
-    """Why there is no pose."""
+    """Reason for no pose."""
 
     NO_LAMP = 'no known lamp in view'
     TOO_FEW_LAMPS = 'too few lamps in view for a pose'
-    POOR_GEOMETRY = 'the lamps in view stand too close together'
+    POOR_GEOMETRY = 'the lamps in view are too close together'
     AMBIGUOUS = 'the lamps fit more than one pose'
-    INCONSISTENT = 'the lamps in view do not fit together'
-    UNEXPECTED = 'the pose is not where the robot is expected'
+    INCONSISTENT = 'the lamps in view are inconsistent'
+    UNEXPECTED = 'the pose is inconsistent with the expected pose'
 
 
 @dataclass(frozen=True)
 class NoBeaconFix:
-    """No pose, and why.
+    """No pose, with the reason.
 
     Attributes:
-        reason: the kind of failure.
-        detail: numbers and names to it, for the diagnostics.
-        doubts: lamps one of which at least is not where the file says.
+        reason: kind of the failure.
+        detail: details for the diagnostics.
+        doubts: lamps, at least one of which is not at its position in the file.
     """
 
     reason: NoFixReason
@@ -98,22 +98,22 @@ class NoBeaconFix:
 
 @dataclass(frozen=True)
 class ExpectedPose:
-    """Where the robot is expected, from odometry.
+    """Expected pose of the robot, predicted from odometry.
 
     Attributes:
         T_map_base: the expected pose.
-        covariance: shape (3, 3), of x, y [m] and yaw [rad].
+        covariance: covariance of x, y [m] and yaw [rad], shape (3, 3).
     """
 
     T_map_base: PlanarPose
     covariance: NDArray[np.float64]
 
     def distance_of(self, pose: PlanarPose, covariance: NDArray[np.float64]) -> float:
-        """Return how many standard deviations a measured pose is away from it.
+        """Return the Mahalanobis distance of a measured pose.
 
         Args:
-            pose: as measured, its errors independent of the expectation's.
-            covariance: shape (3, 3), of its x, y [m] and yaw [rad].
+            pose: measured pose with independent errors.
+            covariance: covariance of the measured x, y [m] and yaw [rad], shape (3, 3).
         """
         offset = np.array(
             [pose.x - self.T_map_base.x, pose.y - self.T_map_base.y, self.T_map_base.turn_to(pose)]

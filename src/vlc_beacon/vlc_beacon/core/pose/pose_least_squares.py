@@ -1,4 +1,4 @@
-"""The pose that explains the rays to lamps best, with its Cramér-Rao covariance."""
+"""Least-squares pose from rays to lamps, with its Cramér-Rao covariance."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from vlc_beacon.core.pose.settings import PoseSettings
 
 STEPS_MAX = 12
 STEP_DONE = 1e-7
-"""A step smaller than this [m, rad] ends the search."""
+"""Step that ends the iteration [m, rad]."""
 DETERMINANT_MIN = 1e-10
-"""Of the information, scaled to a diagonal of ones, below which it does not determine the state."""
+"""Minimum determinant of the information matrix scaled to a unit diagonal."""
 
 
 @dataclass(frozen=True)
 class PoseEstimate:
-    """A state that was fitted to rays.
+    """A state fitted to rays.
 
     Attributes:
-        state: shape (6,), see `bearing_model`.
-        covariance: shape (6, 6), of the state, zero where it is known.
-        residuals: shape (n, 2), of all sightings, in standard deviations.
-        in_front: shape (n,), which lamps are before the camera.
+        state: pose state, shape (6,), see `bearing_model`.
+        covariance: covariance of the state, shape (6, 6), zero for known components.
+        residuals: normalized residuals of all observations, shape (n, 2) [standard deviations].
+        in_front: mask of the lamps in front of the camera, shape (n,).
     """
 
     state: NDArray[np.float64]
@@ -39,7 +39,7 @@ class PoseEstimate:
 
     @property
     def distances(self) -> NDArray[np.float64]:
-        """Shape (n,), lengths of the residuals; infinite for lamps behind the camera."""
+        """Norms of the residuals, shape (n,); infinite for lamps behind the camera."""
         return np.where(self.in_front, np.hypot(self.residuals[:, 0], self.residuals[:, 1]), np.inf)
 
     @property
@@ -48,18 +48,18 @@ class PoseEstimate:
         return PlanarPose(float(self.state[0]), float(self.state[1]), float(self.state[3]))
 
     def distance_from(self, expected: ExpectedPose) -> float:
-        """Return how many standard deviations the pose is away from an expected one."""
+        """Return the Mahalanobis distance from an expected pose."""
         return expected.distance_of(self.pose, self.covariance[PLANAR])
 
     def is_within(self, distance: float, other: PoseEstimate) -> bool:
-        """Tell whether no part of the state is farther than this from another's [m, rad]."""
+        """Return whether all components of the states differ by less than a distance [m, rad]."""
         apart = self.state - other.state
         apart[3] = wrap_angle(float(apart[3]))
         return bool(np.abs(apart).max() < distance)
 
 
 class PoseLeastSquares:
-    """Rays to lamps at known places."""
+    """Least-squares problem of rays to lamps at known positions."""
 
     def __init__(
         self,
@@ -69,14 +69,14 @@ class PoseLeastSquares:
         known: KnownStates,
         settings: PoseSettings,
     ) -> None:
-        """Take what is seen.
+        """Set the observations.
 
         Args:
-            rays: n sightings.
-            lamps: shape (n, 3), their places in the map frame [m].
-            camera: where it is on the robot.
-            known: what of the pose is given.
-            settings: how exactly lamps and tilt are known.
+            rays: n observations.
+            lamps: lamp positions in the map frame, shape (n, 3) [m].
+            camera: gravity-aligned camera pose on the robot.
+            known: known components of the pose.
+            settings: standard deviations of lamps and tilt.
         """
         self.rays = rays
         self.lamps = lamps
@@ -86,19 +86,19 @@ class PoseLeastSquares:
         self._free = known.free(tilt=settings.tilt_sigma > 0.0)
 
     def evaluate(self, state: NDArray[np.float64]) -> PoseEstimate:
-        """Return what a state leaves unexplained; its covariance is left zero."""
+        """Return the residuals of a state; its covariance is left zero."""
         residuals, _, depths = self._whitened(state)
         return PoseEstimate(state, np.zeros((len(state), len(state))), residuals, depths > 0.0)
 
     def refine(self, state: NDArray[np.float64], used: NDArray[np.bool_]) -> PoseEstimate | None:
-        """Fit the state by Gauss-Newton steps.
+        """Fit the state by Gauss-Newton iterations.
 
         Args:
-            state: shape (6,), where to begin.
-            used: shape (n,), the sightings that count.
+            state: initial state, shape (6,).
+            used: mask of the used observations, shape (n,).
 
         Returns:
-            the estimate, None where the sightings do not determine the state.
+            the estimate, None if the observations do not determine the state.
         """
         inverse: NDArray[np.float64] | None = None
         for _ in range(STEPS_MAX):
@@ -127,7 +127,7 @@ class PoseLeastSquares:
     def _whitened(
         self, state: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Return residuals (n, 2) and Jacobian (n, 2, 6) in standard deviations, and depths (n,) [m]."""
+        """Return whitened residuals (n, 2) and Jacobian (n, 2, 6), and depths (n,) [m]."""
         seen, jacobian, depths = projections_with_jacobian(state, self.lamps, self.rays.motions, self._camera)
         spread = self._settings.beacon_sigma / np.maximum(depths, 0.1)
         covariances = self.covariances + (spread**2)[:, None, None] * np.eye(2)
@@ -137,7 +137,7 @@ class PoseLeastSquares:
 
 
 def _inverse_roots(covariances: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return lower triangular W with ``W C W^T = 1``, shape (n, 2, 2)."""
+    """Return lower triangular W with ``W C W^T = I``, shape (n, 2, 2)."""
     a = np.sqrt(covariances[:, 0, 0])
     b = covariances[:, 1, 0] / a
     c = np.sqrt(np.maximum(covariances[:, 1, 1] - b**2, 1e-24))
@@ -148,7 +148,7 @@ def _inverse_roots(covariances: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _inverse(information: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Return the inverse of a symmetric matrix, None where it has none."""
+    """Return the inverse of a symmetric matrix, None if it is singular."""
     diagonal = np.diag(information)
     if not np.isfinite(information).all() or not (diagonal > 0.0).all():
         return None

@@ -1,7 +1,7 @@
-"""The paper's positioning from the lamps' sizes, equations (2) to (7): once as it must be read, once as printed.
+"""The paper's positioning from lamp sizes, equations (2) to (7): corrected, and as printed.
 
-The depth of a lamp follows from its radius in the image, the camera's place from depth and ray, and an interval for it
-from the steps in which radii are counted; the answer is the middle of what all intervals share. The yaw is given.
+The depth of a lamp follows from its radius in the image, the camera's position from depth and ray, and an interval for
+it from the quantization of the radius; the result is the centre of the intersection of all intervals. Yaw is given.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix, NoFixReason
 
 RADIUS_STEP = 0.5
-"""Steps in which the paper counts radii [px]; an error of half a step is nowhere exceeded."""
+"""Quantization step of radii in the paper [px]; the error is at most half a step."""
 CENTRE_SIGMAS = 3.0
 
 
 @dataclass(frozen=True)
 class LampDiscs:
-    """Lamps in an image with their sizes.
+    """Lamps in an image with their radii.
 
     Attributes:
-        beacons: n lamps.
-        pixels: shape (n, 2), their centres [px].
-        radii: shape (n,), without blooming [px].
+        beacons: known lamps, n.
+        pixels: lamp centres, shape (n, 2) [px].
+        radii: lamp radii without blooming, shape (n,) [px].
         sigma: standard deviation of the centres [px].
     """
 
@@ -44,15 +44,15 @@ def radius_interval(
 ) -> BeaconFix | NoBeaconFix:
     """Return the pose by the paper's method with its equations corrected.
 
-    Eq. (2) with the factor 2 that it lacks, which is CameraInfo; eq. (3) with the depth along the optical axis; eq. (5)
-    with a minus, since the camera is under the lamp; eq. (6) positive, half as wide and projected on the ray; eq. (7)
-    with a check that something is shared.
+    Eq. (2) with the missing factor 2, from CameraInfo; eq. (3) with the depth along the optical axis; eq. (5)
+    with a minus, since the camera is below the lamp; eq. (6) positive, half as wide and projected on the ray; eq. (7)
+    with a check that the intersection is not empty.
 
     Args:
-        discs: the lamps in view.
-        camera: intrinsics.
-        mounted: the camera on the robot.
-        yaw: of the base [rad].
+        discs: lamps in view.
+        camera: camera intrinsics.
+        mounted: gravity-aligned camera pose on the robot.
+        yaw: yaw of the base [rad].
     """
     if len(discs.beacons) == 0:
         return NoBeaconFix(NoFixReason.NO_LAMP, 'no lamp of the file is in view')
@@ -77,10 +77,10 @@ def radius_interval(
 def radius_interval_printed(
     discs: LampDiscs, camera: PinholeCamera, mounted: LevelCamera, yaw: float
 ) -> BeaconFix | NoBeaconFix:
-    """Return what the equations give as they are printed, for comparison only; arguments as of `radius_interval`."""
+    """Return the pose by the equations as printed, for comparison only; arguments as in `radius_interval`."""
     if len(discs.beacons) == 0:
         return NoBeaconFix(NoFixReason.NO_LAMP, 'no lamp of the file is in view')
-    # Eq. (2): the width over the tangent of half the angle of view is twice the focal length.
+    # Eq. (2): width over the tangent of half the angle of view is twice the focal length.
     focal = 2.0 * np.array([camera.fx, camera.fy])
     centred = (discs.pixels - 0.5 * np.array([camera.width, camera.height])) / focal
     rays = np.column_stack([centred, np.ones(len(centred))]) @ (_heading(yaw) @ mounted.rotation).T
@@ -104,7 +104,7 @@ def _heading(yaw: float) -> NDArray[np.float64]:
 def _fix(
     place: NDArray[np.float64], reach: NDArray[np.float64], mounted: LevelCamera, yaw: float, count: int
 ) -> BeaconFix:
-    """Return the pose of the base for a place of the camera, shape (3,), known to ``reach`` [m]."""
+    """Return the pose of the base for a camera position, shape (3,), with interval half-widths ``reach`` [m]."""
     base = place - _heading(yaw) @ mounted.position
     covariance = np.diag([*(reach**2 / 3.0), 0.0])
     used = np.ones(count, dtype=np.bool_)

@@ -1,4 +1,4 @@
-"""How exactly lamps and robot are known, and when a lamp is doubted."""
+"""Measurement noise and outlier gate of the pose."""
 
 from __future__ import annotations
 
@@ -9,33 +9,36 @@ from shirube_settings import setting
 
 @dataclass(frozen=True)
 class PoseSettings:
-    """What the pose of a robot under lamps is computed with.
+    """Noise settings of the pose estimation.
 
-    The stated covariance follows from these: with lamps that hang where the file says and a camera that is
-    calibrated exactly, as in a simulation, it is about twice too wide.
+    The published covariance follows from these. With exact lamp positions and calibration, as in simulation, the
+    standard deviations are about twice too large.
     """
 
     pixel_sigma: float = setting(
         0.1,
-        "error of the camera's calibration, standard deviation along each axis of the image",
+        'standard deviation of the camera calibration along each image axis',
         unit='px',
         minimum=0.0,
         maximum=10.0,
     )
     beacon_sigma: float = setting(
         0.002,
-        "accuracy of the lamps' positions in the file, standard deviation along each axis",
+        'standard deviation of the lamp positions in the file along each axis',
         unit='m',
         minimum=0.0,
         maximum=1.0,
     )
     tilt_sigma: float = setting(
         0.002,
-        'accuracy of the known tilt, standard deviation of roll and of pitch; 0 where it is exact',
+        'standard deviation of the known roll and pitch; 0 if exact',
         unit='rad',
         minimum=0.0,
         maximum=0.2,
     )
     gate_sigmas: float = setting(
-        5.0, 'a lamp that is seen more standard deviations off is doubted', minimum=2.0, maximum=20.0
+        5.0,
+        'outlier gate: a lamp with a larger residual, in standard deviations, is rejected',
+        minimum=2.0,
+        maximum=20.0,
     )

@@ -1,1 +1,1 @@
-"""From images to what the robot gets from its lamps: names, pose, commands."""
+"""Receiver: images to lamp IDs, robot pose and commands."""

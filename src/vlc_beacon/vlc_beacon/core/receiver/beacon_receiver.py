@@ -1,4 +1,4 @@
-"""All that a robot gets from its lamps: images, odometry and tilt in, lamps, pose and commands out."""
+"""The complete receiver: images, odometry and tilt in; lamps, pose and commands out."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from vlc_beacon.core.trust.command_judge import CommandJudge
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 _UP_MIN = 0.5
-"""Cosine of the steepest angle from straight up of a camera that sees ceilings."""
+"""Minimum cosine of the angle between the optical axis and the vertical."""
 
 
 @dataclass(frozen=True)
 class Reception:
-    """What one image told.
+    """Output of the receiver for one image.
 
     Attributes:
-        lamps: those that are followed.
-        result: the pose or why there is none.
-        verdicts: on commands.
+        lamps: tracked lamps.
+        result: pose, or the reason for none.
+        verdicts: decisions on received commands.
     """
 
     lamps: tuple[ReadLamp, ...]
@@ -41,7 +41,7 @@ class Reception:
 
 
 class BeaconReceiver:
-    """Ties light, pose and trust together."""
+    """Combines decoding, localization and command authorization."""
 
     def __init__(
         self,
@@ -50,16 +50,16 @@ class BeaconReceiver:
         judge: CommandJudge,
         settings: ReceiverSettings | None = None,
     ) -> None:
-        """Begin without lamps.
+        """Start without lamps.
 
         Args:
-            beacons: the lamps of the file, each ID once.
-            mount: the camera on the robot; it looks up.
-            judge: of the commands; it outlives the receiver.
-            settings: None for the defaults.
+            beacons: lamps of the beacons file, each ID once.
+            mount: pose of the upward camera on the robot.
+            judge: authorizer of commands; it survives resets of the receiver.
+            settings: receiver settings, None for the defaults.
 
         Raises:
-            VlcBeaconError: the camera does not look up, or frequencies that do not tell the lamps apart.
+            VlcBeaconError: the camera does not look up, or the tones of the lamps are not separable.
         """
         if mount.rotation[2, 2] < _UP_MIN:
             raise VlcBeaconError(
@@ -75,23 +75,23 @@ class BeaconReceiver:
         self._last_odometry: PlanarPose | None = None
 
     def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
-        """Take an odometry pose at a time [s]."""
+        """Add an odometry pose at a time [s]."""
         self._odometry.add(stamp, T_odom_base)
 
     def add_tilt(self, stamp: float, roll: float, pitch: float) -> None:
-        """Take fixed-axis roll and pitch of the base at a time [rad, s]."""
+        """Add fixed-axis roll and pitch of the base [rad] at a time [s]."""
         self._tilt.add(stamp, roll, pitch)
 
     def receive(self, stamp: float, image: NDArray[np.uint8], camera: PinholeCamera) -> Reception:
-        """Take an image.
+        """Process an image.
 
         Args:
-            stamp: when its first row began to collect light [s].
-            image: shape (h, w) grey or (h, w, 3) blue, green, red.
-            camera: the camera's intrinsics.
+            stamp: start of exposure of the first row [s].
+            image: grey image, shape (h, w), or BGR image, shape (h, w, 3).
+            camera: camera intrinsics.
 
         Raises:
-            LampImageError: the image is of another type or too small.
+            LampImageError: the image has a wrong type or is too small.
         """
         grey = image if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8)
         odometry = self._odometry.pose_at(stamp)
@@ -104,6 +104,6 @@ class BeaconReceiver:
         return Reception(tuple(lamps), result, tuple(self._hearing.hear(stamp, lamps)))
 
     def _image_turn(self, odometry: PlanarPose | None) -> float:
-        """Return the turn of the image since the last one [rad]: what is above turns against the robot."""
+        """Return the image rotation since the last image [rad], opposite to the robot's rotation."""
         before, self._last_odometry = self._last_odometry, odometry
         return -before.turn_to(odometry) if before is not None and odometry is not None else 0.0

@@ -1,7 +1,7 @@
-"""Commands from lamps to the judge, and again when the robot has come nearer.
+"""Passes commands of lamps to the authorizer, again for each image until they are accepted.
 
-A rule takes seconds to be read, mostly on the way to its zone: the last ones of each lamp are kept and judged with
-each image, so that they are obeyed as soon as the robot is where they hold.
+Decoding a zone rule takes seconds, mostly on the way to its zone: the last rules of each lamp are kept as pending and
+authorized again with each image, so that they are executed as soon as the robot enters the zone.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from vlc_beacon.core.trust.command_judge import CommandJudge
 from vlc_beacon.core.trust.verdict import Accepted, Refusal, Refused
 
 _WAITING = (Refusal.NO_POSITION, Refusal.OTHER_PLACE, Refusal.DONE)
-"""Of rules that may hold later."""
+"""Rejections of rules that may be accepted later."""
 _PASSING = (Refusal.LOCKED, Refusal.COUNTERS_LOST)
-"""Of all commands, whatever they are."""
+"""Temporary rejections that apply to all commands."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of a command.
+    """Decision on a command.
 
     Attributes:
-        packet: the command.
-        speaker: ID of the lamp that spoke it, None while that is not confirmed.
-        answer: of the judge.
+        packet: the command packet.
+        speaker: ID of the lamp that sent it, None while unconfirmed.
+        answer: result of the authorization.
     """
 
     packet: CommandPacket
@@ -36,24 +36,24 @@ class Verdict:
 
 
 class CommandHearing:
-    """Brings the commands of all lamps before the judge."""
+    """Passes the commands of all lamps to the authorizer."""
 
-    def __init__(self, judge: CommandJudge) -> None:
-        """Begin without commands.
+    def __init__(self, authorizer: CommandJudge) -> None:
+        """Start without commands.
 
         Args:
-            judge: decides.
+            authorizer: authorizer of commands.
         """
-        self._judge = judge
+        self._authorizer = authorizer
         self._kept: dict[int, dict[int, CommandPacket]] = {}
         self._told: dict[tuple[int, int], Refusal] = {}
 
     def hear(self, stamp: float, lamps: Sequence[ReadLamp]) -> list[Verdict]:
-        """Return the verdicts that are new: acceptances, and refusals whose reason has changed.
+        """Return the new decisions: accepted commands, and rejections whose reason has changed.
 
         Args:
-            stamp: of the image [s].
-            lamps: in it.
+            stamp: stamp of the image [s].
+            lamps: lamps in the image.
         """
         keys = {lamp.sample.key for lamp in lamps}
         self._kept = {key: kept for key, kept in self._kept.items() if key in keys}
@@ -61,7 +61,7 @@ class CommandHearing:
         verdicts = []
         for lamp in lamps:
             kept = tuple(self._kept.get(lamp.sample.key, {}).values())
-            # What is heard does not replace what is kept before the judge has said that it is true.
+            # A received command replaces a pending one only after it has been authenticated.
             for packet in dict.fromkeys((*kept, *lamp.heard)):
                 verdict = self._judged(stamp, lamp, packet)
                 if verdict is not None:
@@ -69,9 +69,9 @@ class CommandHearing:
         return verdicts
 
     def _judged(self, stamp: float, lamp: ReadLamp, packet: CommandPacket) -> Verdict | None:
-        """Return the verdict on a command if it is new, and keep the command if it may be obeyed later."""
+        """Return the decision on a command if it is new, and keep the command if it may be accepted later."""
         key, operation = lamp.sample.key, packet.command.operation
-        answer = self._judge.judge(packet, lamp.beacon, stamp)
+        answer = self._authorizer.judge(packet, lamp.beacon, stamp)
         kept = self._kept.setdefault(key, {})
         if self._may_hold_later(lamp, packet, answer):
             kept[operation] = packet
@@ -80,19 +80,19 @@ class CommandHearing:
         if isinstance(answer, Accepted):
             self._told.pop((key, operation), None)
             return Verdict(packet, lamp.beacon, answer)
-        # That a rule was done already is no news, whoever tells it again and again.
+        # Do not report a repeated rule that was executed already.
         if answer.reason in (self._told.get((key, operation)), Refusal.DONE):
             return None
         self._told[key, operation] = answer.reason
         return Verdict(packet, lamp.beacon, answer)
 
     def _may_hold_later(self, lamp: ReadLamp, packet: CommandPacket, answer: Accepted | Refused) -> bool:
-        # Whoever streams one-shot commands says them again; an old one must not come true late.
+        # One-shot commands are repeated by the sender; a delayed one must not be executed.
         if packet.command.is_one_shot:
             return False
         if isinstance(answer, Accepted) or answer.reason in _WAITING:
             return True
         if answer.reason in _PASSING:
-            # It says nothing of the command: one that was true before stays.
+            # The rejection is independent of the command: keep one that is pending already.
             return self._kept[lamp.sample.key].get(packet.command.operation) == packet
         return answer.reason is Refusal.OTHER_BEACON and lamp.beacon is None

@@ -1,4 +1,4 @@
-"""One lamp that is followed: its decoder, its name as soon as it is sure, and what it said last."""
+"""A tracked lamp with its decoder, confirmed ID and last messages."""
 
 from __future__ import annotations
 
@@ -16,33 +16,33 @@ from vlc_beacon.core.receiver.patience import Patience
 
 
 class Silence(Enum):
-    """Why a lamp is left alone."""
+    """Reason why a lamp is not decoded."""
 
     NO_CODE = 'without a code'
-    TOO_SMALL = 'too small to be read'
+    TOO_SMALL = 'too small to be decoded'
 
 
 class FollowedLamp:
     """A lamp from frame to frame.
 
     Attributes:
-        beacon: its ID, None until it is confirmed.
-        stranger: an ID that it plays but that is not in the beacons file, None for none.
-        heard: the commands in the last frame.
-        said: the message that the last frame completed, None for none.
-        silence: why it is left alone, None for a lamp that is listened to.
+        beacon: confirmed ID, None while unconfirmed.
+        stranger: confirmed ID that is not in the beacons file, None for none.
+        heard: command packets completed by the last frame.
+        said: message completed by the last frame, None for none.
+        silence: reason why the lamp is not decoded, None if it is decoded.
     """
 
     def __init__(
         self, decoder: LampDecoder, known: AbstractSet[int], readable_diameter: float, patience: float
     ) -> None:
-        """Begin with a lamp that was just found.
+        """Start with a new lamp.
 
         Args:
-            decoder: of this lamp alone.
-            known: the IDs in the beacons file.
-            readable_diameter: lamps that are smaller may be too small to be read [px].
-            patience: an unnamed lamp that tells nothing for so long is left alone for a while [s].
+            decoder: decoder of this lamp.
+            known: IDs in the beacons file.
+            readable_diameter: minimum diameter for decoding [px].
+            patience: acquisition timeout of a lamp without an ID [s].
         """
         self._decoder = decoder
         self._known = known
@@ -57,7 +57,7 @@ class FollowedLamp:
         self.silence: Silence | None = None
 
     def see(self, view: LampView) -> None:
-        """Take a frame."""
+        """Process a frame."""
         self.heard, self.said = [], None
         if self._patience.listens(view.stamp) or self.beacon is not None:
             for received in self._decoder.read(view):

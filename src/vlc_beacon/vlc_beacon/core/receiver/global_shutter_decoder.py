@@ -1,4 +1,4 @@
-"""Reads one lamp with a global shutter: UFSOOK on the brightness of its halves."""
+"""Decodes one lamp under a global shutter: UFSOOK on the brightness of its halves."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from vlc_beacon.core.packet.packet_reader import ReceivedPacket
 from vlc_beacon.core.receiver.lamp_decoder import LampView
 
 SURE_AFTER = 2
-"""So many packets tell which half of the lamp is the first."""
+"""Number of packets that determine the order of the halves."""
 
 
 class GlobalShutterDecoder:
     """Decodes one lamp.
 
-    The image does not tell which half of a panel is the first, and with the halves swapped there are no packets: both
-    ways are tried until one of them has brought packets.
+    The order of the halves is unknown, and with the halves swapped no packets are decoded: both orders are tried until
+    one of them has yielded packets.
 
     Args:
-        exposure: of the frames [s].
+        exposure: exposure of the frames [s].
     """
 
     def __init__(self, exposure: float) -> None:
@@ -30,7 +30,7 @@ class GlobalShutterDecoder:
         self._heard = {1: 0, -1: 0}
 
     def read(self, view: LampView) -> list[ReceivedPacket]:
-        """Take a frame and return the packets that it completes, see `LampDecoder`."""
+        """Add a frame and return the packets that it completes, see `LampDecoder`."""
         brightness = self._scale.scaled(view.sample.parts)
         if not np.isfinite(brightness).all():
             return []

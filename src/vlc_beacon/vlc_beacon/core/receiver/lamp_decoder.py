@@ -1,4 +1,4 @@
-"""What every decoder of one followed lamp can do, whatever the shutter."""
+"""Interface of the decoders of one tracked lamp."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class LampView:
     """A lamp in one frame.
 
     Attributes:
-        stamp: of the frame [s].
-        image: shape (h, w), grey.
-        sample: the lamp.
-        background: brightness around it [grey levels]; the last known one while it is dark.
+        stamp: stamp of the frame [s].
+        image: grey image, shape (h, w).
+        sample: the tracked lamp.
+        background: brightness of the background [grey levels]; the last known value while the lamp is dark.
     """
 
     stamp: float
@@ -30,10 +30,10 @@ class LampView:
 
 
 class LampDecoder(Protocol):
-    """Reads one lamp, frame by frame."""
+    """Decodes one lamp, frame by frame."""
 
     def read(self, view: LampView) -> list[ReceivedPacket]:
-        """Take a frame and return the packets that it completes.
+        """Add a frame and return the packets that it completes.
 
-        A lamp that does not flicker carries no code: nothing is computed for it.
+        A lamp without modulation carries no code and is not processed.
         """

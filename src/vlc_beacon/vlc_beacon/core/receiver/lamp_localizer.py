@@ -1,4 +1,4 @@
-"""Lamps with names to the robot's pose, by the method that the settings ask for."""
+"""Robot pose from identified lamps, by the configured method."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from vlc_beacon.core.receiver.light_receiver import ReadLamp
 from vlc_beacon.core.receiver.settings import CENTROID, RADIUS_INTERVAL, ReceiverSettings
 
 _RADIUS_MIN = 0.5
-"""A lamp that is all blooming has no size to measure [px]."""
+"""Minimum lamp radius after subtraction of the blooming [px]."""
 
 
 class LampLocalizer:
-    """Finds the robot under the lamps in view.
+    """Computes the robot's pose from the lamps in view.
 
-    With odometry one lamp carries the pose on; without, each image stands alone.
+    With odometry the pose is tracked with one lamp; without, each image is independent.
     """
 
     def __init__(self, beacons: Iterable[Beacon], mount: CameraMount, settings: ReceiverSettings) -> None:
-        """Begin without knowing where the robot is.
+        """Start without a pose.
 
         Args:
-            beacons: the lamps of the file.
-            mount: the camera on the robot.
-            settings: of camera and method.
+            beacons: lamps of the beacons file.
+            mount: pose of the camera on the robot.
+            settings: receiver settings with camera and method.
         """
         self._settings = settings
         self._mount = mount
@@ -49,13 +49,13 @@ class LampLocalizer:
         velocity: NDArray[np.float64],
         tilt: tuple[float, float],
     ) -> BeaconFix | NoBeaconFix:
-        """Find the pose at the stamp of an image.
+        """Compute the pose at the stamp of an image.
 
         Args:
-            lamps: those of the image; only lit ones with an ID count.
-            camera: intrinsics.
-            T_odom_base: odometry at the stamp, None where there is none.
-            velocity: shape (3,), of the base [m/s, m/s, rad/s].
+            lamps: lamps in the image; only lit ones with an ID are used.
+            camera: camera intrinsics.
+            T_odom_base: odometry pose at the stamp, None if unavailable.
+            velocity: velocity of the base, shape (3,) [m/s, m/s, rad/s].
             tilt: roll and pitch of the base [rad].
         """
         named = [lamp for lamp in lamps if lamp.beacon is not None and lamp.sample.is_lit]
@@ -87,7 +87,7 @@ class LampLocalizer:
         tilt: tuple[float, float],
         found: BeaconFix,
     ) -> BeaconFix | NoBeaconFix:
-        """Return the pose by the lamps' sizes; the paper's methods are given the yaw, here that of the centres."""
+        """Return the pose from the lamp radii; the paper's methods need the yaw, here from the centroids."""
         radii = np.array([lamp.sample.radius for lamp in named]) - self._settings.blooming
         beacons = self._tracker.locator.beacons
         discs = LampDiscs(

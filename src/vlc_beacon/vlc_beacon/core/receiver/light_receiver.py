@@ -1,4 +1,4 @@
-"""Images to lamps with names and packets: detection, tracks, decoders, confirmed IDs."""
+"""Lamp IDs and packets from images: detection, tracking, decoding, ID confirmation."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 @dataclass(frozen=True)
 class ReadLamp:
-    """A lamp in the image and what is known of it.
+    """A lamp in the image with its ID and messages.
 
     Attributes:
-        sample: where it is.
-        beacon: its confirmed ID, None while there is none.
-        stranger: an ID that it plays twice but that is not in the beacons file, None for none.
-        heard: the command packets that this image completed.
-        silence: why it is left alone, None for a lamp that is listened to.
-        said: the text or the bytes that this image completed, None for none; nobody vouches for it.
+        sample: tracked position and brightness.
+        beacon: confirmed ID, None while unconfirmed.
+        stranger: confirmed ID that is not in the beacons file, None for none.
+        heard: command packets completed by this image.
+        silence: reason why the lamp is not decoded, None if it is decoded.
+        said: text or bytes completed by this image, not authenticated, None for none.
     """
 
     sample: LampSample
@@ -48,18 +48,18 @@ class ReadLamp:
 
 
 class LightReceiver:
-    """Reads all lamps in view."""
+    """Tracks and decodes all lamps in view."""
 
     def __init__(self, beacons: Iterable[Beacon], settings: ReceiverSettings) -> None:
-        """Begin without lamps.
+        """Start without lamps.
 
         Args:
-            beacons: the lamps of the file.
-            settings: of camera and lamps.
+            beacons: lamps of the beacons file.
+            settings: receiver settings with camera and lamps.
 
         Raises:
-            VlcBeaconError: some beacons have a frequency and others none, only one is there to be told by it, or two
-                are too close.
+            VlcBeaconError: only some beacons have a frequency, only one beacon is given, or two frequencies are too
+                close.
         """
         known = list(beacons)
         self._known = frozenset(beacon.id for beacon in known)
@@ -68,7 +68,7 @@ class LightReceiver:
         self._settings = settings
         profile = _profile(settings)
         self._readable_diameter = float(profile.rows_min)
-        # Who looks up in the middle of the longest packet has heard it after twice its length.
+        # Reception that starts within the longest packet has it complete after twice its duration.
         self._patience = 2.0 * profile.seconds_per_100_bytes
         self._detector = LampDetector(_lamp_settings(settings, self._timing))
         self._tracks = LampTracks(split_lamps=not settings.is_rolling)
@@ -76,15 +76,15 @@ class LightReceiver:
         self._backgrounds: dict[int, float] = {}
 
     def receive(self, stamp: float, image: NDArray[np.uint8], turn: float = 0.0) -> list[ReadLamp]:
-        """Take an image and return the lamps that are followed.
+        """Process an image and return the tracked lamps.
 
         Args:
-            stamp: of the image, later than the last one [s].
-            image: shape (h, w), grey.
-            turn: of the image since the last one, from u to v, where odometry tells it [rad].
+            stamp: stamp of the image, later than the last one [s].
+            image: grey image, shape (h, w).
+            turn: image rotation since the last image, from u to v, if known from odometry [rad].
 
         Raises:
-            LampImageError: the image is of another type or too small.
+            LampImageError: the image has a wrong type or is too small.
         """
         blobs = self._detector.detect(image)
         samples = self._tracks.update(stamp, image, blobs, turn)
@@ -92,7 +92,7 @@ class LightReceiver:
         return [self._read(stamp, image, sample) for sample in samples]
 
     def _follow(self, samples: list[LampSample], blobs: LampBlobs) -> None:
-        """Take up new lamps and drop those that are gone."""
+        """Add new lamps and drop those whose tracks ended."""
         lamps = {sample.key: self._lamps.get(sample.key) or self._new_lamp() for sample in samples}
         lit = {sample.key: float(blobs.backgrounds[sample.blob]) for sample in samples if sample.is_lit}
         self._backgrounds = {key: lit.get(key, self._backgrounds.get(key, 0.0)) for key in lamps}
@@ -117,7 +117,7 @@ def _tones(beacons: list[Beacon]) -> dict[int, float]:
     if tones and (len(tones) < len(beacons) or len(tones) == 1):
         raise VlcBeaconError(
             f'beacons: {len(tones)} of {len(beacons)} have a frequency; '
-            'give one to all, of two or more, or to none whose lamps play their IDs'
+            'give one to all beacons (two or more), or to none if the lamps send their IDs'
         )
     ordered = sorted(tones, key=lambda id_: tones[id_])
     for one, other in pairwise(ordered):
@@ -130,7 +130,7 @@ def _tones(beacons: list[Beacon]) -> dict[int, float]:
 
 
 def _profile(settings: ReceiverSettings) -> LightProfile:
-    """Return the light code for the smallest lamps."""
+    """Return the profile of the light code for the smallest lamps."""
     if settings.is_rolling:
         return rs_fsk_profile(settings.lamp_frame_rate, settings.row_time)
     return ufsook_profile()

@@ -1,4 +1,4 @@
-"""Where the odometry had the robot at the time of an image."""
+"""Odometry buffer with interpolation to the time of an image."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from shirube_geometry import PlanarPose
 
 _KEPT = 400
 _STEP_MIN = 1e-3
-"""Poses closer in time than this tell no velocity [s]."""
+"""Minimum time between two poses [s]."""
 _STALE = 0.25
-"""Odometry that is older than this beside an image says nothing about it [s]."""
+"""Maximum time between an image and the nearest odometry pose [s]."""
 
 
 class OdometryTrail:
-    """The odometry of late."""
+    """Buffer of recent odometry poses."""
 
     def __init__(self) -> None:
-        """Begin without odometry."""
+        """Start with an empty buffer."""
         self._poses: deque[tuple[float, PlanarPose]] = deque(maxlen=_KEPT)
 
     def add(self, stamp: float, T_odom_base: PlanarPose) -> None:
-        """Take a pose at a time [s]; one that is hardly newer than the last, or older, is left out."""
+        """Add a pose at a time [s]; one that is not newer than the last by the minimum time is skipped."""
         if not self._poses or stamp - self._poses[-1][0] >= _STEP_MIN:
             self._poses.append((stamp, T_odom_base))
 
     def pose_at(self, stamp: float) -> PlanarPose | None:
-        """Return ``T_odom_base`` at a time [s], between poses or a little beyond them; None where there is none near.
+        """Return ``T_odom_base`` at a time [s], interpolated or extrapolated; None if no pose is near.
 
-        Images are often newer than the last pose: then the robot is taken to have gone on as it did.
+        Images are often newer than the last pose: then the pose is extrapolated with constant velocity.
         """
         step = self._step_at(stamp)
         if step is None:
@@ -42,12 +42,12 @@ class OdometryTrail:
         return pose @ PlanarPose(*(velocity * since).tolist())
 
     def velocity_at(self, stamp: float) -> NDArray[np.float64]:
-        """Return the velocity of the base along its x and y [m/s] and its turn rate [rad/s]; zeros where unknown."""
+        """Return the velocity of the base along its x and y [m/s] and its yaw rate [rad/s]; zeros if unknown."""
         step = self._step_at(stamp)
         return np.zeros(3) if step is None else step[2]
 
     def _step_at(self, stamp: float) -> tuple[float, PlanarPose, NDArray[np.float64]] | None:
-        """Return when the motion about a time began, from where, and how fast it is; None where nothing is known."""
+        """Return stamp, pose and velocity of the motion segment around a time; None if unknown."""
         if not self._poses:
             return None
         k = min(max(bisect_left(self._poses, stamp, key=lambda entry: entry[0]), 1), len(self._poses) - 1)

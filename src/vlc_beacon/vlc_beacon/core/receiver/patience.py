@@ -1,16 +1,16 @@
-"""When to stop listening to a lamp that tells nothing: a lamp on the mains flickers for ever."""
+"""Acquisition back-off for lamps without packets, such as mains lamps, which flicker permanently."""
 
 from __future__ import annotations
 
 REST = 60.0
-"""A lamp is left alone for so long [s]; then it is listened to again, for it may have been switched on."""
+"""Pause between acquisition attempts [s]."""
 
 
 class Patience:
-    """Listens and rests in turn while nothing is heard.
+    """Alternates between acquisition and pause while no packet is received.
 
     Args:
-        seconds: for how long to listen [s].
+        seconds: duration of an acquisition attempt [s].
     """
 
     def __init__(self, seconds: float) -> None:
@@ -20,16 +20,16 @@ class Patience:
 
     @property
     def is_over(self) -> bool:
-        """Whether the lamp was listened to in vain since it last told something."""
+        """Whether an acquisition attempt has timed out since the last packet."""
         return self._has_listened
 
     def listens(self, stamp: float) -> bool:
-        """Return whether to listen at a time [s]."""
+        """Return whether to decode the lamp at a time [s]."""
         if self._since is None or stamp < self._since or stamp >= self._since + self._seconds + REST:
             self._since = stamp
         self._has_listened |= stamp >= self._since + self._seconds
         return stamp < self._since + self._seconds
 
     def hear(self, stamp: float) -> None:
-        """Take that the lamp told something [s]."""
+        """Restart the timeout after a received packet [s]."""
         self._since, self._has_listened = stamp, False

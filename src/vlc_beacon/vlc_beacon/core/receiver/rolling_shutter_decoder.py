@@ -1,4 +1,4 @@
-"""Reads one lamp with a rolling shutter: RS-FSK, Manchester slots where it is large, or its constant tone."""
+"""Decodes one lamp under a rolling shutter: RS-FSK, Manchester segments if it is large, or a constant tone."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from vlc_beacon.core.receiver.lamp_decoder import LampView
 from vlc_beacon.core.receiver.row_timing import RowTiming
 
 FLICKER_MIN = 0.1
-"""Standard deviation of the rows over their envelope; a lamp whose rows are more even carries no code."""
+"""Minimum standard deviation of the normalized rows of a modulated lamp."""
 
 
 class RollingShutterDecoder:
     """Decodes one lamp.
 
     Args:
-        timing: of the camera's rows and of the lamps.
-        tones: of the beacons [Hz] where lamps play constant tones, empty where they play packets.
+        timing: timing of camera rows and lamps.
+        tones: constant tones of the beacons [Hz], empty if the lamps send packets.
     """
 
     def __init__(self, timing: RowTiming, tones: Mapping[int, float]) -> None:
@@ -35,7 +35,7 @@ class RollingShutterDecoder:
         self._manchester = ManchesterDecoder(timing.slots)
 
     def read(self, view: LampView) -> list[ReceivedPacket]:
-        """Take a frame and return the packets that it completes, see `LampDecoder`; a tone counts as an ID packet."""
+        """Add a frame and return the packets that it completes, see `LampDecoder`; a tone counts as an ID packet."""
         rows = self._rows(view)
         if rows is None:
             return []
@@ -49,7 +49,7 @@ class RollingShutterDecoder:
         return packets
 
     def _rows(self, view: LampView) -> LampRows | None:
-        """Return the lamp's rows, None where they are too few or even."""
+        """Return the lamp's rows, None if they are too few or not modulated."""
         sample, timing = view.sample, self._timing
         if not sample.is_lit:
             return None

@@ -1,4 +1,4 @@
-"""When the rows of a rolling shutter see the light, and how long the dark stripes are that lamps show in it."""
+"""Timing of rolling shutter rows, and the maximum height of dark bands."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vlc_beacon.core.light_code.rs_fsk import TONE_LOWEST
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 
 _DARK_CHIPS = 4
-"""A slot's bit 01 after its preamble 111000 is dark for so long."""
+"""Longest dark run of a segment: bit 01 after the preamble 111000 [chips]."""
 
 
 @dataclass(frozen=True)
@@ -19,11 +19,11 @@ class RowTiming:
     """Timing of rows and lamps.
 
     Attributes:
-        row_time: between the beginnings of two rows [s].
-        exposure: of a row [s].
-        lamp_frame_rate: that the lamps were made for [1/s].
-        stripe_rows: longest dark stripe in a lamp [px].
-        slots: of Manchester.
+        row_time: line time between the starts of two rows [s].
+        exposure: exposure of a row [s].
+        lamp_frame_rate: frame rate the lamps were encoded for [1/s].
+        stripe_rows: maximum height of a dark band in a lamp [px].
+        slots: Manchester segment format.
     """
 
     row_time: float
@@ -34,17 +34,17 @@ class RowTiming:
 
 
 def row_timing(settings: ReceiverSettings, tones: Collection[float]) -> RowTiming:
-    """Return the timing that settings ask for; stripes are those of the codes unless the settings tell them.
+    """Return the timing of the settings; the band height follows from the light codes unless it is set.
 
     Args:
-        settings: of the receiver.
-        tones: of the beacons [Hz], empty where they play packets.
+        settings: receiver settings.
+        tones: constant tones of the beacons [Hz], empty if they send packets.
     """
     row_time = settings.row_time
     dark = 0.5 / min(tones, default=TONE_LOWEST)
     slots = SlotFormat(settings.slot_bytes, frame_rate=settings.lamp_frame_rate)
     if settings.lamps.diameter_max >= slots.rows_min(row_time, settings.exposure_time):
         dark = max(dark, _DARK_CHIPS * slots.chip_time)
-    # A row that is dark in part only looks dark too.
+    # A partly dark row appears dark too.
     stripe_rows = settings.lamps.stripe_rows or math.ceil(dark / row_time) + 1
     return RowTiming(row_time, settings.exposure_time, settings.lamp_frame_rate, float(stripe_rows), slots)

@@ -1,4 +1,4 @@
-"""What the receiver must know of camera and lamps."""
+"""Receiver settings of camera and lamps."""
 
 from __future__ import annotations
 
@@ -15,46 +15,44 @@ CENTROID, RADIUS_INTERVAL, RADIUS_INTERVAL_PRINTED = 'centroid', 'radius_interva
 
 @dataclass(frozen=True)
 class ReceiverSettings:
-    """The camera's shutter, the method of the pose; lamps, pose and odometry in groups."""
+    """Camera shutter and pose method, with groups for lamps, pose and odometry."""
 
     shutter: str = setting(
-        'global', 'how the camera exposes: all rows together or row by row', choices=('global', 'rolling')
+        'global', 'camera shutter: all rows exposed together or row by row', choices=('global', 'rolling')
     )
     row_time: float = setting(
         18.9e-6,
-        'time from the beginning of a row to that of the next, of a rolling shutter',
+        'line time of a rolling shutter, from the start of a row to that of the next',
         unit='s',
         minimum=1e-6,
         maximum=1e-3,
     )
-    exposure_time: float = setting(
-        0.0005, 'how long a row collects light', unit='s', minimum=1e-6, maximum=0.03
-    )
+    exposure_time: float = setting(0.0005, 'exposure of a row', unit='s', minimum=1e-6, maximum=0.03)
     lamp_frame_rate: float = setting(
         30.0,
-        'frame rate that the lamps were made for, of a rolling shutter; a global shutter must have 60',
+        'frame rate the lamps were encoded for, with a rolling shutter; a global shutter must run at 60',
         unit='1/s',
         minimum=5.0,
         maximum=240.0,
     )
     slot_bytes: int = setting(
         1,
-        'bytes in a slot of manchester, as the lamps were encoded',
+        'bytes per Manchester segment, as the lamps were encoded',
         minimum=1,
         maximum=SLOT_BYTES_MAX,
     )
     method: str = setting(
         CENTROID,
-        "how the pose is found: least squares on centres, the paper's intervals, or these as they were printed",
+        "pose method: least squares on centroids, the paper's intervals corrected, or the paper's as printed",
         choices=(CENTROID, RADIUS_INTERVAL, RADIUS_INTERVAL_PRINTED),
     )
     camera_height_known: bool = setting(
         False,
-        'whether base_frame is on the floor z = 0 of the map, so that camera_xyz tells the height of the camera',
+        'whether base_frame is on the floor z = 0 of the map, so that camera_xyz gives the height of the camera',
     )
     blooming: float = setting(
         0.0,
-        'how much larger than they are lamps look, for the methods that measure them: beta of a calibration',
+        'increase of the apparent lamp radius, for the radius_interval methods: beta of calibrate',
         unit='px',
         minimum=0.0,
         maximum=50.0,
@@ -65,5 +63,5 @@ class ReceiverSettings:
 
     @property
     def is_rolling(self) -> bool:
-        """Whether the shutter is a rolling one."""
+        """Whether the camera has a rolling shutter."""
         return self.shutter == 'rolling'

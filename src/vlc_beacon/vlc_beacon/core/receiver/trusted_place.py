@@ -1,9 +1,8 @@
-"""Whether a pose is where odometry leads to from the poses before.
+"""Odometry consistency check of poses.
 
-Three copied lamps can move the pose of a robot, and with it the place where a command is obeyed; its wheels they cannot
-turn. Without odometry a pose must not be farther from the last one than a robot can drive: copied lamps make it jump,
-too. Small steps do not add up: a pose must agree with one of long ago as well. A robot that was carried elsewhere is
-believed after a while.
+Three spoofed lamps can displace the pose, and with it the location where a command is accepted, but not the odometry.
+Without odometry, the distance to the last pose is limited by the maximum speed. Small steps must not accumulate: a pose
+must also be consistent with an older anchor pose. A relocated robot is accepted after a waiting time.
 """
 
 from __future__ import annotations
@@ -11,36 +10,36 @@ from __future__ import annotations
 from shirube_geometry import PlanarPose
 
 JUMP_MAX = 0.3
-"""Poses and odometry differ by less [m]"""
+"""Maximum difference between poses and odometry [m]."""
 DRIFT = 0.05
-"""and this share of the way between them."""
+"""Additional difference as a fraction of the driven distance."""
 SPEED_MAX = 2.0
-"""Of a robot indoors, whoever drives it [m/s]."""
+"""Maximum speed of an indoor robot [m/s]."""
 WAIT = 30.0
-"""A pose that jumped is believed after so long [s]."""
+"""Time after which poses are accepted again after a jump [s]."""
 ANCHOR_TIME = 10.0
-"""The pose of long ago is replaced when it is older [s]."""
+"""Age at which the anchor pose is replaced [s]."""
 
 _Place = tuple[float, PlanarPose, PlanarPose | None]
 """Stamp [s], ``T_map_base`` and ``T_odom_base``."""
 
 
 class TrustedPlace:
-    """Compares poses with the last believed one and one of some time ago."""
+    """Compares poses with the last accepted pose and an anchor pose."""
 
     def __init__(self) -> None:
-        """Begin without a pose; the first one is believed."""
+        """Start without a pose; the first one is accepted."""
         self._anchor: _Place | None = None
         self._last: _Place | None = None
         self._jumped_at: float | None = None
 
     def is_believed(self, stamp: float, T_map_base: PlanarPose, T_odom_base: PlanarPose | None) -> bool:
-        """Take a pose and return whether commands may rely on it.
+        """Check a pose and return whether it may be used to authorize commands.
 
         Args:
-            stamp: of the pose [s].
-            T_map_base: the pose.
-            T_odom_base: odometry at the stamp, None where there is none.
+            stamp: stamp of the pose [s].
+            T_map_base: pose of the robot.
+            T_odom_base: odometry pose at the stamp, None if unavailable.
         """
         now = stamp, T_map_base, T_odom_base
         agrees = all(self._agrees(before, now) for before in (self._anchor, self._last))
@@ -60,7 +59,7 @@ class TrustedPlace:
             return True
         (then, map_before, odom_before), (stamp, T_map_base, T_odom_base) = before, now
         if T_odom_base is None or odom_before is None:
-            # Poses that were not believed in between are no proof of a drive.
+            # Rejected poses in between do not extend the possible distance.
             until = stamp if self._jumped_at is None else self._jumped_at
             return map_before.distance_to(T_map_base) < JUMP_MAX + SPEED_MAX * abs(until - then)
         expected = map_before @ odom_before.inverse() @ T_odom_base

@@ -1,4 +1,4 @@
-"""Runs every compiled kernel once on a made-up lamp, so that the first real image does not wait for a compiler."""
+"""Compiles the numba kernels by decoding a synthetic lamp, so that the first image is not delayed."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from vlc_beacon.core.receiver.light_receiver import LightReceiver
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 
 _SECONDS = 1.6
-"""A beat is found and an ID is read."""
+"""Simulated time, enough for symbol timing recovery and an ID [s]."""
 _SIDE, _RADIUS, _LEVEL = 96, 12.0, 200.0
 _SHUTTERS = ('global', 'rolling')
 
 
 def warm_up_both() -> None:
-    """Read made-up lamps with either shutter."""
+    """Compile the kernels of both shutters."""
     for shutter in _SHUTTERS:
         warm_up(ReceiverSettings(shutter))
 
 
 def warm_up(settings: ReceiverSettings) -> None:
-    """Read a made-up lamp with the shutter of the settings."""
+    """Compile the kernels for the shutter of the settings."""
     receiver = LightReceiver([], ReceiverSettings(settings.shutter))
     rate = settings.lamp_frame_rate if settings.is_rolling else FRAME_RATE
     packets = [IdPacket(1).to_bytes()]
@@ -45,7 +45,7 @@ def warm_up(settings: ReceiverSettings) -> None:
 
 
 def _image(light: Waveform, stamp: float, settings: ReceiverSettings) -> NDArray[np.uint8]:
-    """Return an image of a disc, shape (_SIDE, _SIDE), whose halves or rows show the light."""
+    """Return an image of a disc, shape (_SIDE, _SIDE), modulated by halves or rows."""
     v, u = np.indices((_SIDE, _SIDE)) - 0.5 * _SIDE
     if settings.is_rolling:
         shares = light.exposed(stamp + np.arange(_SIDE) * settings.row_time, settings.exposure_time)

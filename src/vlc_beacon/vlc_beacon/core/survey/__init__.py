@@ -1,1 +1,1 @@
-"""Where lamps hang, from a drive with known poses."""
+"""Survey of beacon positions from a drive with known poses."""

@@ -1,7 +1,7 @@
-"""The place of a lamp by least squares over many bearings from known poses, with an honest sigma.
+"""Position of a lamp by least squares over bearings from known poses, with a consistent covariance.
 
-Errors of neighbouring images are alike: the body sways slowly, and the poses drift. So the covariance is that of
-clusters, of one second each, and errors of the tilt that never change are added: no residual shows them.
+Errors of consecutive images are correlated: the body sways slowly, and the poses drift. The covariance is therefore the
+clustered one, with clusters of one second; constant tilt errors, which residuals do not show, are added.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ from shirube_geometry import matrix_from_rpy
 from vlc_beacon.core.survey.lamp_bearings import LampBearings
 
 CLUSTER = 1.0
-"""[s]"""
+"""Duration of a cluster [s]."""
 CLUSTERS_MIN = 4
 OUTLIER_SIGMAS = 6.0
-"""In standard deviations of the residuals."""
+"""Outlier threshold [standard deviations of the residuals]."""
 MAD_TO_SIGMA = 1.4826
 PARALLAX_MIN = 0.05
-"""Least largest angle between two bearings [rad]: with less the height is a guess."""
+"""Minimum parallax [rad]; below it the height is undetermined."""
 SIGMA_MAX = 0.1
-"""A lamp that is less sure is not told [m]."""
+"""Maximum standard deviation of a surveyed lamp [m]."""
 _TILT_STEP = 1e-6
 
 
 @dataclass(frozen=True)
 class SurveyedLamp:
-    """A lamp whose place was found.
+    """A lamp whose position was surveyed.
 
     Attributes:
-        xyz: its centre in the map frame [m].
-        sigma: shape (3,), standard deviations along x, y and z [m].
-        sightings: how many bearings were used.
+        xyz: position of its centre in the map frame [m].
+        sigma: standard deviations along x, y and z, shape (3,) [m].
+        sightings: number of bearings used.
     """
 
     xyz: tuple[float, float, float]
@@ -45,20 +45,20 @@ class SurveyedLamp:
 
 @dataclass(frozen=True)
 class NotSurveyed:
-    """A lamp whose place was not found.
+    """A lamp whose position was not surveyed.
 
     Attributes:
-        reason: why, and what to do.
+        reason: cause and remedy.
     """
 
     reason: str
 
 
 def survey_lamp(bearings: LampBearings, tilt_sigma: float) -> SurveyedLamp | NotSurveyed:
-    """Return where a lamp hangs.
+    """Triangulate a lamp.
 
     Args:
-        bearings: of the lamp; some may be of another.
+        bearings: bearings to the lamp, with possible outliers.
         tilt_sigma: standard deviation of the constant error of roll and pitch [rad].
     """
     if len(_clusters(bearings)[0]) < CLUSTERS_MIN:
@@ -69,7 +69,7 @@ def survey_lamp(bearings: LampBearings, tilt_sigma: float) -> SurveyedLamp | Not
     scale = max(1.0, MAD_TO_SIGMA * float(np.median(errors)))
     kept = bearings.subset(errors <= OUTLIER_SIGMAS * scale)
     if len(_clusters(kept)[0]) < CLUSTERS_MIN:
-        return NotSurveyed('its bearings contradict each other; check the poses and the mount of the camera')
+        return NotSurveyed('its bearings are inconsistent; check the poses and the camera mount')
     solved = least_squares(_residuals, solved.x, args=(kept,))
     place = np.asarray(solved.x, dtype=np.float64)
     if _parallax(place, kept) < PARALLAX_MIN:
@@ -80,7 +80,7 @@ def survey_lamp(bearings: LampBearings, tilt_sigma: float) -> SurveyedLamp | Not
     sigma = np.sqrt(np.diag(covariance + tilt_sigma**2 * shifts @ shifts.T))
     if sigma.max() > SIGMA_MAX:
         return NotSurveyed(
-            f'its place is unsure by {sigma.max():.1g} m; check the poses and the mount of the camera'
+            f'its standard deviation is {sigma.max():.1g} m; check the poses and the camera mount'
         )
     x, y, z = place.tolist()
     return SurveyedLamp((x, y, z), sigma, len(kept))
@@ -92,7 +92,7 @@ def _shifts_by_tilt(
     jacobian: NDArray[np.float64],
     residuals: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return how the place moves with a constant error about the camera's x and y axes, shape (3, 2) [m/rad]."""
+    """Return the sensitivity to constant errors about the camera's x and y axes, shape (3, 2) [m/rad]."""
     columns = []
     for axis in np.eye(3)[:2]:
         rotations = bearings.rotations @ matrix_from_rpy(_TILT_STEP * axis)
@@ -101,7 +101,7 @@ def _shifts_by_tilt(
 
 
 def _residuals(place: NDArray[np.float64], bearings: LampBearings) -> NDArray[np.float64]:
-    """Return expected minus seen rays over their sigmas, shape (2 n,)."""
+    """Return predicted minus measured rays over their sigmas, shape (2 n,)."""
     points = np.einsum('nji,nj->ni', bearings.rotations, place - bearings.positions)
     rays = points[:, :2] / np.maximum(points[:, 2:], 1e-3)
     return np.asarray(((rays - bearings.rays) / bearings.sigmas[:, None]).ravel())
@@ -115,7 +115,7 @@ def _directions(bearings: LampBearings) -> NDArray[np.float64]:
 
 
 def _meeting_point(bearings: LampBearings) -> NDArray[np.float64]:
-    """Return the point that is nearest to all lines of sight, shape (3,)."""
+    """Return the point nearest to all lines of sight, shape (3,)."""
     directions = _directions(bearings)
     across = np.eye(3) - directions[:, :, None] * directions[:, None, :]
     wanted = np.einsum('nij,nj->i', across, bearings.positions)
@@ -123,7 +123,7 @@ def _meeting_point(bearings: LampBearings) -> NDArray[np.float64]:
 
 
 def _parallax(place: NDArray[np.float64], bearings: LampBearings) -> float:
-    """Return the angle between the bearings that differ most from the mean, twice the largest of them [rad]."""
+    """Return the parallax: twice the largest angle between a bearing and the mean bearing [rad]."""
     ahead = place - bearings.positions
     ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
     mean = ahead.mean(axis=0) / np.linalg.norm(ahead.mean(axis=0))
@@ -131,7 +131,7 @@ def _parallax(place: NDArray[np.float64], bearings: LampBearings) -> float:
 
 
 def _clusters(bearings: LampBearings) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the numbers of the clusters that hold bearings, and the place of each bearing's cluster among them."""
+    """Return the IDs of the clusters, and the cluster index of each bearing."""
     numbers, owners = np.unique(np.floor(bearings.stamps / CLUSTER), return_inverse=True)
     return numbers, np.asarray(owners, dtype=np.int64)
 
@@ -139,7 +139,7 @@ def _clusters(bearings: LampBearings) -> tuple[NDArray[np.float64], NDArray[np.i
 def _clustered_covariance(
     bearings: LampBearings, jacobian: NDArray[np.float64], residuals: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the covariance of the place, shape (3, 3) [m^2], with errors alike within each cluster."""
+    """Return the covariance of the position, shape (3, 3) [m^2], for errors correlated within clusters."""
     numbers, owners = _clusters(bearings)
     pulls = np.zeros((len(numbers), 3))
     np.add.at(pulls, np.repeat(owners, 2), jacobian * residuals[:, None])

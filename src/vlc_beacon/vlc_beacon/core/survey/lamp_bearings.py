@@ -1,4 +1,4 @@
-"""Where one lamp was seen from known places."""
+"""Bearings to one lamp from known camera poses."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class LampBearings:
-    """Sightings of one lamp.
+    """Bearings to one lamp.
 
     Attributes:
-        stamps: shape (n,), rising [s].
-        positions: shape (n, 3), of the camera in the map [m].
-        rotations: shape (n, 3, 3), ``R_map_camera``.
-        rays: shape (n, 2), x and y of the undistorted rays in the optical frame, whose z is 1.
-        sigmas: shape (n,), standard deviation of the rays along each axis.
+        stamps: stamps, shape (n,), increasing [s].
+        positions: camera positions in the map, shape (n, 3) [m].
+        rotations: camera rotations ``R_map_camera``, shape (n, 3, 3).
+        rays: x and y of the undistorted rays with z = 1 in the optical frame, shape (n, 2).
+        sigmas: standard deviation of the rays along each axis, shape (n,).
     """
 
     stamps: NDArray[np.float64]
@@ -27,11 +27,11 @@ class LampBearings:
     sigmas: NDArray[np.float64]
 
     def __len__(self) -> int:
-        """Return the number of sightings."""
+        """Return the number of bearings."""
         return len(self.stamps)
 
     def subset(self, which: NDArray[np.bool_]) -> LampBearings:
-        """Return some of the sightings, shape (n,) of bool."""
+        """Return the bearings selected by a mask, shape (n,)."""
         return LampBearings(
             self.stamps[which],
             self.positions[which],

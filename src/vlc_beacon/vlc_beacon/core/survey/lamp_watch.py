@@ -1,4 +1,4 @@
-"""Collects the bearings of lamps that play their ID, image by image."""
+"""Collects bearings to lamps that send their ID, image by image."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.survey.lamp_bearings import LampBearings
 
 PIXEL_SIGMA = 0.1
-"""Error of the camera's calibration, beside that of the centres [px]."""
+"""Standard deviation of the camera calibration, in addition to that of the centres [px]."""
 _Sighting = tuple[float, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]
 _CameraPose = tuple[float, NDArray[np.float64], NDArray[np.float64]]
 
 
 def image_turn(before: NDArray[np.float64], after: NDArray[np.float64]) -> float:
-    """Return by how much the image turned from u to v [rad], of two ``R_map_camera``, each of shape (3, 3)."""
+    """Return the image rotation from u to v [rad] between two ``R_map_camera``, each of shape (3, 3)."""
     change = after.T @ before
     return math.atan2(change[1, 0], change[0, 0])
 
 
 class LampWatch:
-    """Follows the lamps over a drive.
+    """Tracks the lamps over a drive.
 
     Args:
-        camera: intrinsics.
-        settings: of shutter and lamps.
+        camera: camera intrinsics.
+        settings: receiver settings with shutter and lamps.
     """
 
     def __init__(self, camera: PinholeCamera, settings: ReceiverSettings) -> None:
         self._camera = camera
         self._row_time = settings.row_time if settings.is_rolling else 0.0
-        # Without a beacons file all lamps are strangers, and are told by that.
+        # Without a beacons file all IDs are unknown IDs.
         self._light = LightReceiver([], settings)
         self._beacons: dict[int, int] = {}
         self._sightings: defaultdict[int, list[_Sighting]] = defaultdict(list)
@@ -50,13 +50,13 @@ class LampWatch:
         position: NDArray[np.float64],
         rotation: NDArray[np.float64],
     ) -> None:
-        """Take an image.
+        """Process an image.
 
         Args:
-            stamp: later than the last one [s].
-            image: shape (h, w), grey.
-            position: shape (3,), of the camera in the map at the stamp [m].
-            rotation: shape (3, 3), ``R_map_camera`` then.
+            stamp: stamp of the image, later than the last one [s].
+            image: grey image, shape (h, w).
+            position: camera position in the map at the stamp, shape (3,) [m].
+            rotation: camera rotation ``R_map_camera`` at the stamp, shape (3, 3).
         """
         now = stamp, position, rotation
         before, self._last = self._last or now, now
@@ -67,14 +67,14 @@ class LampWatch:
                 self._sightings[lamp.sample.key].append(self._sighting(lamp, before, now))
 
     def bearings(self) -> dict[int, LampBearings]:
-        """Return the bearings of each lamp whose ID was heard twice in a row, by ID."""
+        """Return the bearings of each lamp with a confirmed ID, by ID."""
         by_beacon: defaultdict[int, list[_Sighting]] = defaultdict(list)
         for key, beacon in self._beacons.items():
             by_beacon[beacon] += self._sightings[key]
         return {beacon: self._bearings_of(sightings) for beacon, sightings in sorted(by_beacon.items())}
 
     def _sighting(self, lamp: ReadLamp, before: _CameraPose, now: _CameraPose) -> _Sighting:
-        """Return where the lamp was seen and from where; rows of a rolling shutter are seen a little later."""
+        """Return the observation with the camera pose at the exposure of its row."""
         centre = lamp.sample.centre
         sigma = float(np.hypot(lamp.sample.sigma.max(), PIXEL_SIGMA))
         stamp, position, rotation = _moved_on(before, now, self._row_time * float(centre[1]))
@@ -94,7 +94,7 @@ class LampWatch:
 
 
 def _moved_on(before: _CameraPose, now: _CameraPose, delay: float) -> _CameraPose:
-    """Return the camera's pose a little after ``now`` [s], which goes on as it did."""
+    """Extrapolate the camera pose by ``delay`` [s] after ``now`` with constant velocity."""
     stamp, position, rotation = now
     step = stamp - before[0]
     if delay == 0.0 or step <= 0.0:

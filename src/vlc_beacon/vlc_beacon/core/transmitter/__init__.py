@@ -1,1 +1,1 @@
-"""Frames of the lamp firmware: what the host computes and the lamp replays."""
+"""Transmitter: frames for the lamp firmware, computed on the host."""

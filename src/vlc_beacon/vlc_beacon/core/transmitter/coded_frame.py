@@ -1,7 +1,7 @@
-"""Packets in a light code to lamp frames.
+"""Lamp frames of packets in each light code.
 
-All take the true clock of the lamp's timer: a board with a ceramic resonator may be wrong by 0.5 %, which no camera
-forgives, and is put right here once it was measured.
+All functions take the measured clock of the lamp's timer: a ceramic resonator may be off by 0.5 %, more than decoders
+tolerate, which is compensated here.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from vlc_beacon.core.light_code.ufsook import EIGHTHS, FIRST_EIGHTH, HALVES, UFS
 from vlc_beacon.core.transmitter.lamp_frame import TICK_RATE, LampFrame, Section, train_of_duration
 
 OFF, ON_A, ON_B, ON = range(4)
-"""States of the lamp: both halves, one of them, none."""
+"""States of the lamp: none, one or both halves on."""
 _BLINK = tuple((HALVES @ (ON_A, ON_B)).astype(int).tolist())
 """States of the lamp in each eighth of a cycle of UFSOOK."""
 _CHIPS = tuple(ON if chip else OFF for chip in PREAMBLE)
 _ONE_AT, _ZERO_AT, _PREAMBLE_AT = 2, 5, 0
-"""Where 10, 01 and the whole preamble begin on the wheel of the preamble's chips."""
+"""Start indices of 10, 01 and the preamble in the pattern of the preamble's chips."""
 
 
 def ufsook_frame(packets: Sequence[bytes], plays: int = 0, tick_rate: float = TICK_RATE) -> LampFrame:
-    """Return the frame that plays packets one after the other in UFSOOK."""
+    """Return the frame of a sequence of packets in UFSOOK."""
     trains = tuple(
         train_of_duration(first, eighths, UFSOOK.duration, tick_rate)
         for first, eighths in zip(FIRST_EIGHTH, EIGHTHS, strict=True)
@@ -38,12 +38,12 @@ def ufsook_frame(packets: Sequence[bytes], plays: int = 0, tick_rate: float = TI
 def rs_fsk_frame(
     packets: Sequence[bytes], frame_rate: float, plays: int = 0, tick_rate: float = TICK_RATE
 ) -> LampFrame:
-    """Return the frame that plays packets one after the other in RS-FSK.
+    """Return the frame of a sequence of packets in RS-FSK.
 
     Args:
-        packets: at least one.
-        frame_rate: of the slowest camera that shall read it [1/s].
-        plays: as in `LampFrame`.
+        packets: encoded packets, at least one.
+        frame_rate: frame rate of the slowest camera [1/s].
+        plays: number of repetitions, see `LampFrame`.
         tick_rate: clock of the lamp's timer [1/s].
     """
     code = rs_fsk_code(frame_rate)
@@ -57,7 +57,7 @@ def rs_fsk_frame(
 def manchester_frame(
     packets: Sequence[bytes], slot_format: SlotFormat, plays: int = 0, tick_rate: float = TICK_RATE
 ) -> LampFrame:
-    """Return the frame that plays packets one after the other in Manchester slots."""
+    """Return the frame of a sequence of packets in Manchester segments."""
     chips = ((_ZERO_AT, 2), (_ONE_AT, 2), (_PREAMBLE_AT, len(PREAMBLE)))
     trains = tuple(
         train_of_duration(first, steps, steps * slot_format.chip_time, tick_rate) for first, steps in chips
@@ -71,7 +71,7 @@ def manchester_frame(
 
 
 def constant_tone_frame(tone: float, tick_rate: float = TICK_RATE) -> LampFrame:
-    """Return the frame of a lamp that is told by its tone [Hz] alone."""
+    """Return the frame of a lamp that is identified by a constant tone [Hz]."""
     cycle = train_of_duration(0, 2, 1.0 / tone, tick_rate)
     return LampFrame((ON, OFF), 1, (cycle, cycle), (), [Section(np.zeros((1, 1), np.int64))])
 

@@ -1,7 +1,7 @@
-"""What the lamp firmware plays: a wheel of states, symbols that are trains of steps along it, and the packets.
+"""Frame of the lamp firmware: an output pattern, symbols as pulse trains through it, and the packets.
 
-One form holds all light codes: a blink, a tone and a Manchester bit all are a few steps along a fixed cycle of the
-lamp's states. `firmware/led_beacon/README.md` describes the same for the builder of the lamp.
+One format holds all light codes: UFSOOK symbols, tones and Manchester bits are all sequences of steps through a cyclic
+pattern of output states. `firmware/led_beacon/README.md` specifies the format.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from vlc_beacon.core.transmitter.lamp_frame_error import LampFrameError
 TICK_RATE = 16e6
 """Nominal clock of the lamp's timer [1/s]."""
 STEP_FRACTION = 1 << 16
-"""A step's time is given in ticks over this."""
+"""Fractions per tick of the step time."""
 STEP_TICKS_MIN, STEP_TICKS_MAX = 1000, 65000
-"""A shorter step would end before the firmware has prepared the next; a longer one does not fit its timer."""
+"""Limits of the step duration: the firmware must prepare the next step, and the timer has 16 bits."""
 WHEEL_MAX, BITS_MAX, TRAINS_MAX, MARKER_MAX = 8, 3, 12, 2
 PLAYS_MAX = 255
 
 
 @dataclass(frozen=True)
 class Train:
-    """A symbol: steps along the wheel.
+    """A symbol: steps through the pattern.
 
     Attributes:
-        first_place: on the wheel.
-        steps: how many, 1 to 65535.
-        step_time: of each [1 / `STEP_FRACTION` ticks].
+        first_place: index of the first state in the pattern.
+        steps: number of steps, 1 to 65535.
+        step_time: duration of a step [ticks / `STEP_FRACTION`].
     """
 
     first_place: int
@@ -42,24 +42,24 @@ class Train:
         ticks = self.step_time / STEP_FRACTION
         if not STEP_TICKS_MIN <= ticks < STEP_TICKS_MAX + 1:
             raise LampFrameError(
-                f'a step lasts {ticks:.0f} ticks, the lamp plays {STEP_TICKS_MIN} to {STEP_TICKS_MAX}'
+                f'a step lasts {ticks:.0f} ticks, the firmware supports {STEP_TICKS_MIN} to {STEP_TICKS_MAX}'
             )
         if not 1 <= self.steps <= 0xFFFF:
             raise LampFrameError(f'a symbol has {self.steps} steps, it must have from 1 to 65535')
 
 
 def train_of_duration(first_place: int, steps: int, duration: float, tick_rate: float) -> Train:
-    """Return the train of steps that last so long together [s]."""
+    """Return the pulse train of steps with a total duration [s]."""
     return Train(first_place, steps, round(duration * tick_rate * STEP_FRACTION / steps))
 
 
 @dataclass(frozen=True)
 class Section:
-    """A packet: groups of data symbols, each with the marker before it.
+    """A packet: bursts of data symbols, each preceded by the preamble.
 
     Attributes:
-        symbols: shape (groups, n).
-        repeats: how often each group is played before the next one.
+        symbols: data symbols, shape (bursts, n).
+        repeats: number of transmissions of each burst.
     """
 
     symbols: NDArray[np.int64]
@@ -69,23 +69,23 @@ class Section:
         groups, count = self.symbols.shape
         if not 1 <= groups <= 0xFF or not 1 <= count <= 0xFFFF:
             raise LampFrameError(
-                f'a packet has {groups} groups of {count} symbols, up to 255 of 65535 are played'
+                f'a packet has {groups} bursts of {count} symbols, the limit is 255 of 65535'
             )
         if not 1 <= self.repeats <= 0xFF:
-            raise LampFrameError(f'a group is to be played {self.repeats} times, it must be from 1 to 255')
+            raise LampFrameError(f'a burst is repeated {self.repeats} times, it must be from 1 to 255')
 
 
 @dataclass(frozen=True)
 class LampFrame:
-    """All that the lamp plays, again and again.
+    """The periodic output of the lamp.
 
     Attributes:
-        wheel: states of the lamp, 1 to 8; bit 0 is half A, bit 1 half B.
-        bits: of a data symbol, 1 to 3.
-        trains: the symbols, data symbols first.
-        marker: symbols that begin each group, up to 2.
-        sections: the packets.
-        plays: after how many plays a temporary frame gives way to the one that is kept; 0 for never.
+        wheel: cyclic output states, 1 to 8; bit 0 is half A, bit 1 half B.
+        bits: bits per data symbol, 1 to 3.
+        trains: symbol waveforms, data symbols first.
+        marker: symbols of the preamble of each burst, up to 2.
+        sections: packets.
+        plays: repetitions of a temporary frame before the stored frame resumes; 0 for no limit.
     """
 
     wheel: tuple[int, ...]
@@ -98,17 +98,19 @@ class LampFrame:
     def __post_init__(self) -> None:
         if not 1 <= len(self.wheel) <= WHEEL_MAX or not all(0 <= state <= 3 for state in self.wheel):
             raise LampFrameError(
-                f'the wheel is {self.wheel}, it must have 1 to {WHEEL_MAX} states from 0 to 3'
+                f'the pattern is {self.wheel}, it must have 1 to {WHEEL_MAX} states from 0 to 3'
             )
         if not 1 <= self.bits <= BITS_MAX or not 1 << self.bits <= len(self.trains) <= TRAINS_MAX:
             raise LampFrameError(
-                f'{len(self.trains)} symbols do not go with data symbols of {self.bits} bits'
+                f'{len(self.trains)} symbols are invalid for data symbols of {self.bits} bits'
             )
         if len(self.marker) > MARKER_MAX or not all(0 <= s < len(self.trains) for s in self.marker):
-            raise LampFrameError(f'the marker is {self.marker}, it must be up to {MARKER_MAX} of the symbols')
+            raise LampFrameError(
+                f'the preamble is {self.marker}, it must be up to {MARKER_MAX} of the symbols'
+            )
         if not all(train.first_place < len(self.wheel) for train in self.trains):
-            raise LampFrameError('a symbol begins behind the end of the wheel')
+            raise LampFrameError('a symbol starts beyond the end of the pattern')
         if not 0 <= self.plays <= PLAYS_MAX:
             raise LampFrameError(f'plays is {self.plays}, it must be from 0 to {PLAYS_MAX}')
         if not self.sections:
-            raise LampFrameError('a frame without packets cannot be played')
+            raise LampFrameError('a frame must have at least one packet')

@@ -1,4 +1,4 @@
-"""Lamp frames to the bytes that the firmware takes, and back."""
+"""Serialization of lamp frames for the firmware."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vlc_beacon.core.transmitter.lamp_frame_error import LampFrameError
 
 VERSION = 1
 LENGTH_MAX = 508
-"""Two frames, each with a sequence number and a checksum of its own, fill the EEPROM of 1024 bytes."""
+"""Maximum frame length: two frames with sequence number and checksum fill the EEPROM of 1024 bytes."""
 _HEADER = struct.Struct('<BBHHBBBBBB')
 _TRAIN = struct.Struct('<IHB')
 _SECTION = struct.Struct('<BBH')
@@ -20,16 +20,16 @@ _CRC_LENGTH = 2
 
 
 def bytes_of_frame(frame: LampFrame) -> bytes:
-    """Return the frame as bytes.
+    """Serialize a frame.
 
     Raises:
-        LampFrameError: they are too many.
+        LampFrameError: the frame is too long.
     """
     body = b''.join(_TRAIN.pack(train.step_time, train.steps, train.first_place) for train in frame.trains)
     body += b''.join(_section_bytes(section, frame.bits) for section in frame.sections)
     length = _HEADER.size + len(body) + _CRC_LENGTH
     if length > LENGTH_MAX:
-        raise LampFrameError(f'the frame has {length} bytes, the lamp holds {LENGTH_MAX}; send fewer packets')
+        raise LampFrameError(f'the frame has {length} bytes, the limit is {LENGTH_MAX}; send fewer packets')
     wheel = sum(state << 2 * i for i, state in enumerate(frame.wheel))
     marker = (*frame.marker, *[0] * (MARKER_MAX - len(frame.marker)))
     whole = (
@@ -50,24 +50,26 @@ def bytes_of_frame(frame: LampFrame) -> bytes:
 
 
 def frame_of_bytes(data: bytes) -> LampFrame:
-    """Return the frame that bytes are.
+    """Parse a frame.
 
     Raises:
-        LampFrameError: the firmware would refuse them.
+        LampFrameError: the firmware would reject the bytes.
     """
     if not _HEADER.size + _CRC_LENGTH <= len(data) <= LENGTH_MAX or crc16(data):
-        raise LampFrameError('the bytes are no lamp frame: their length or checksum is wrong')
+        raise LampFrameError('invalid lamp frame: wrong length or checksum')
     version, plays, length, wheel, wheel_length, bits, trains, marker_length, *marker = _HEADER.unpack_from(
         data
     )
     if version != VERSION:
-        raise LampFrameError(f'the lamp frame is of version {version}, this program knows version {VERSION}')
+        raise LampFrameError(f'lamp frame version {version} is not supported, expected {VERSION}')
     begin, end = _HEADER.size + trains * _TRAIN.size, length - _CRC_LENGTH
     if length != len(data) or begin > end:
-        raise LampFrameError(f'the lamp frame says it has {length} bytes and {trains} symbols, it does not')
+        raise LampFrameError(
+            f'the lamp frame header with {length} bytes and {trains} symbols does not match the data'
+        )
     if marker_length > MARKER_MAX:
         raise LampFrameError(
-            f'the marker of the lamp frame has {marker_length} symbols, up to {MARKER_MAX} are played'
+            f'the preamble of the lamp frame has {marker_length} symbols, the limit is {MARKER_MAX}'
         )
     rows = _TRAIN.iter_unpack(data[_HEADER.size : begin])
     return LampFrame(
@@ -90,12 +92,12 @@ def _sections_of(data: bytes, bits: int) -> list[Section]:
     sections = []
     while data:
         if len(data) < _SECTION.size:
-            raise LampFrameError('the lamp frame ends within a packet')
+            raise LampFrameError('the lamp frame is truncated within a packet')
         groups, repeats, count = _SECTION.unpack_from(data)
         total = groups * count * bits
         end = _SECTION.size + (total + 7) // 8
         if len(data) < end:
-            raise LampFrameError('the lamp frame ends within a packet')
+            raise LampFrameError('the lamp frame is truncated within a packet')
         ones = np.unpackbits(np.frombuffer(data[_SECTION.size : end], np.uint8))[:total]
         symbols = ones.reshape(groups, count, bits) @ (1 << np.arange(bits)[::-1])
         sections.append(Section(symbols.astype(np.int64), repeats))

@@ -1,7 +1,7 @@
-"""What the lamp firmware cannot play."""
+"""Error of lamp frames."""
 
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 
 class LampFrameError(VlcBeaconError):
-    """A frame that the lamp firmware would refuse."""
+    """A frame that the lamp firmware would reject."""

@@ -1,4 +1,4 @@
-"""The light of a lamp frame, tick by tick as the firmware plays it."""
+"""Waveform of a lamp frame, with the tick resolution of the firmware."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from vlc_beacon.core.transmitter.lamp_frame import STEP_FRACTION, TICK_RATE, Lam
 
 
 def waveform_of_frame(frame: LampFrame, tick_rate: float = TICK_RATE) -> Waveform:
-    """Return what the lamp plays, with two parts.
+    """Return the waveform of a frame, with two parts.
 
-    The firmware adds up the steps' times with their fractions and switches at the nearest tick, so errors stay below
-    a tick however long the frame is.
+    The firmware accumulates the step times with their fractions and switches at the nearest tick, so errors stay below
+    a tick.
 
     Args:
-        frame: what it plays.
-        tick_rate: true clock of the lamp's timer [1/s].
+        frame: lamp frame.
+        tick_rate: actual clock of the lamp's timer [1/s].
     """
     symbols = np.concatenate([_played_symbols(section, frame.marker) for section in frame.sections])
     places = [_places(train, len(frame.wheel)) for train in frame.trains]

@@ -1,4 +1,4 @@
-"""Packets in turn to all that a lamp needs: its light, the frame for its firmware, and what the code asks for."""
+"""Encodes packets for a lamp: waveform, firmware frame and code profile."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ from vlc_beacon.core.transmitter.lamp_frame import LampFrame
 
 @dataclass(frozen=True)
 class LampProgram:
-    """What a lamp plays, again and again.
+    """The periodic output of a lamp.
 
     Attributes:
-        waveform: its light, with two parts for UFSOOK and one for the other codes.
-        frame: the same for the firmware.
-        profile: what the code asks for and gives.
+        waveform: waveform, with two parts for UFSOOK and one for the other codes.
+        frame: frame for the firmware.
+        profile: requirements and durations of the code.
     """
 
     waveform: Waveform
@@ -48,16 +48,16 @@ class LampProgram:
 
 
 def encode_packets(packets: Sequence[bytes], settings: EncodingSettings) -> LampProgram:
-    """Encode packets that a lamp plays one after the other.
+    """Encode a sequence of packets for a lamp.
 
     Args:
-        packets: at least one, each as bytes; a tone tells none of them.
-        settings: the light code and the camera.
+        packets: packets as bytes, at least one; ignored for a constant tone.
+        settings: light code and camera.
 
     Raises:
         PacketError: a packet is too long for the code.
         LampFrameError: the firmware cannot play it.
-        VlcBeaconError: slots that the code does not allow.
+        VlcBeaconError: invalid segment format.
     """
     contents, rate = list(packets), settings.frame_rate
     plays, ticks = settings.plays, settings.tick_rate

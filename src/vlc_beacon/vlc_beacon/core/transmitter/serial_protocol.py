@@ -1,4 +1,4 @@
-"""Lines that the host and the lamp firmware exchange; `firmware/led_beacon/README.md` lists them."""
+"""Serial protocol between host and lamp firmware, specified in `firmware/led_beacon/README.md`."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 PROTOCOL_VERSION = 1
 PIECE_BYTES = 32
-"""Bytes of a frame in a line."""
+"""Frame bytes per line."""
 VERSION_REQUEST, STATUS_REQUEST, STEADY_REQUEST, PLAY_REQUEST = 'v', 's', 'h', 'p'
 DONE = 'OK'
 
 
 @dataclass(frozen=True)
 class LampStatus:
-    """What the lamp does.
+    """Status of the lamp.
 
     Attributes:
-        is_playing: or shines steadily.
-        source: of its frame: `none`, `kept` or `temporary`.
-        length: of its frame.
-        crc: of its frame, its last two bytes.
-        is_busy: another frame waits until the packet that is playing is over; no other is taken until then.
+        is_playing: whether a frame is playing; otherwise the lamp is constantly on.
+        source: source of the frame: `none`, `kept` or `temporary`.
+        length: length of the frame [bytes].
+        crc: checksum of the frame, its last two bytes.
+        is_busy: whether a frame is queued until the current packet ends; no other upload is accepted until then.
     """
 
     is_playing: bool
@@ -33,11 +33,11 @@ class LampStatus:
 
 
 def upload_requests(frame: bytes, *, keep: bool) -> list[str]:
-    """Return the lines that send a frame, each to be answered before the next.
+    """Return the requests of a frame upload; wait for the reply to each before sending the next.
 
     Args:
-        frame: its bytes.
-        keep: over power off; or only for now.
+        frame: frame bytes.
+        keep: whether to store the frame in the EEPROM.
     """
     starts = range(0, len(frame), PIECE_BYTES)
     pieces = [f'd {start} {frame[start : start + PIECE_BYTES].hex()}' for start in starts]
@@ -45,26 +45,26 @@ def upload_requests(frame: bytes, *, keep: bool) -> list[str]:
 
 
 def check_version(reply: str) -> None:
-    """Check that the lamp speaks this protocol.
+    """Check the firmware and protocol version.
 
     Raises:
-        VlcBeaconError: it does not.
+        VlcBeaconError: wrong firmware or version.
     """
     words = reply.split()
     if words[:1] != ['led_beacon'] or words[1:2] != [str(PROTOCOL_VERSION)]:
         raise VlcBeaconError(
-            f'the lamp answers {reply!r} and not led_beacon {PROTOCOL_VERSION}: flash firmware/led_beacon'
+            f'the lamp replied {reply!r}, expected led_beacon {PROTOCOL_VERSION}; flash firmware/led_beacon'
         )
 
 
 def read_status(reply: str) -> LampStatus:
-    """Return the status that the lamp tells.
+    """Parse a status reply.
 
     Raises:
-        VlcBeaconError: it is none.
+        VlcBeaconError: the reply is malformed.
     """
     try:
         state, source, length, crc, busy = reply.split()
         return LampStatus(state == 'playing', source, int(length), int(crc, 16), busy == '1')
     except ValueError as error:
-        raise VlcBeaconError(f'the lamp answers {reply!r}, which is no status') from error
+        raise VlcBeaconError(f'the lamp replied {reply!r}, which is not a status') from error

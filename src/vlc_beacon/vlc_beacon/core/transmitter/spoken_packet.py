@@ -1,9 +1,9 @@
-"""Words that tell what a lamp shall say, to packets.
+"""Encodes messages given as text tokens to packets.
 
 id            the lamp's ID
 text:Hello    text
 hex:00ff      bytes
-turn:-1.57    a command, an `Operation` with its value in SI units; stop and resume have none
+turn:-1.57    a command: an `Operation` with its value in SI units; stop and resume have no value
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 OPERATIONS = {operation.word: operation for operation in Operation}
 _WITHOUT_VALUE = (Operation.STOP, Operation.RESUME)
-_REMEDY = f'say id, text:..., hex:... or a command: {", ".join(OPERATIONS)}'
+_REMEDY = f'use id, text:..., hex:... or a command: {", ".join(OPERATIONS)}'
 
 
 @dataclass(frozen=True)
 class Speaker:
-    """Who speaks, and with what right.
+    """Sender and signing parameters of messages.
 
     Attributes:
         beacon: ID of the lamp.
-        key: signs commands; None where none is at hand.
-        counter: of its commands, which all rules of a lamp share.
-        is_one_shot: whether a command is to be done once, or is a rule of the zone under the lamp.
+        key: key that signs commands; None without commands.
+        counter: counter of the commands, shared by all rules of a lamp.
+        is_one_shot: whether commands are executed once, or are rules of the zone under the lamp.
     """
 
     beacon: int
@@ -42,64 +42,65 @@ class Speaker:
     is_one_shot: bool = False
 
 
-def packets_of_words(words: Sequence[str], speaker: Speaker) -> list[bytes]:
-    """Return the packets that words stand for, in their order.
+def packets_of_words(messages: Sequence[str], speaker: Speaker) -> list[bytes]:
+    """Encode messages to packets, in order.
 
     Raises:
-        VlcBeaconError: a word that means nothing, a command without a key or a value, one operation with two
-            values, or two different one-shot commands: they share the counter, so the robot would take the second for
-            a replay.
+        VlcBeaconError: an unknown message, a command without a key or value, one operation with two values, or two
+            different one-shot commands: they share the counter, so the second would be rejected as a replay.
     """
-    commands = {word for word in words if word.partition(':')[0] in OPERATIONS}
+    commands = {message for message in messages if message.partition(':')[0] in OPERATIONS}
     if speaker.is_one_shot and len(commands) > 1:
-        raise VlcBeaconError(f'{" and ".join(sorted(commands))}: only one of them can be one-shot; choose it')
-    operations = [word.partition(':')[0] for word in sorted(commands)]
+        raise VlcBeaconError(
+            f'{" and ".join(sorted(commands))}: only one command can be one-shot; choose one'
+        )
+    operations = [message.partition(':')[0] for message in sorted(commands)]
     for operation in operations:
         if operations.count(operation) > 1:
             raise VlcBeaconError(
-                f'{operation} is there with two values, but a robot does each rule once a visit; choose one'
+                f'{operation} is given with two values, but each rule is executed once per visit; choose one'
             )
-    packets = [packet for word in words for packet in _packets(word, speaker)]
+    packets = [packet for message in messages for packet in _packets(message, speaker)]
     if not packets:
-        raise VlcBeaconError(f'the lamp has nothing to say; {_REMEDY}')
+        raise VlcBeaconError(f'no messages given; {_REMEDY}')
     return packets
 
 
-def _packets(word: str, speaker: Speaker) -> list[bytes]:
-    kind, colon, value = word.partition(':')
-    if word == 'id':
+def _packets(message: str, speaker: Speaker) -> list[bytes]:
+    kind, colon, value = message.partition(':')
+    if message == 'id':
         return [IdPacket(speaker.beacon).to_bytes()]
     if kind == 'text' and colon:
         return [packet.to_bytes() for packet in packets_of_message(value)]
     if kind == 'hex' and colon:
-        return [packet.to_bytes() for packet in packets_of_message(_bytes_of(word, value))]
+        return [packet.to_bytes() for packet in packets_of_message(_bytes_of(message, value))]
     if kind in OPERATIONS:
-        return [_command(word, OPERATIONS[kind], value if colon else None, speaker)]
-    raise VlcBeaconError(f'{word!r} means nothing; {_REMEDY}')
+        return [_command(message, OPERATIONS[kind], value if colon else None, speaker)]
+    raise VlcBeaconError(f'unknown message {message!r}; {_REMEDY}')
 
 
-def _bytes_of(word: str, digits: str) -> bytes:
+def _bytes_of(message: str, digits: str) -> bytes:
     try:
         return bytes.fromhex(digits)
     except ValueError as error:
-        raise VlcBeaconError(f'{word}: is no row of bytes; give two hexadecimal digits for each') from error
+        raise VlcBeaconError(f'{message}: invalid bytes; give two hexadecimal digits per byte') from error
 
 
-def _command(word: str, operation: Operation, value: str | None, speaker: Speaker) -> bytes:
+def _command(message: str, operation: Operation, value: str | None, speaker: Speaker) -> bytes:
     if speaker.key is None:
-        raise VlcBeaconError(f'{word}: a command must be signed; give --key-file')
-    number = _value(word, operation, value)
+        raise VlcBeaconError(f'{message}: a command must be signed; give --key-file')
+    number = _value(message, operation, value)
     command = Command(speaker.beacon, operation, number, speaker.counter, speaker.is_one_shot)
     flaw = implausibility(command)
     if flaw is not None:
-        raise VlcBeaconError(f'{word}: {flaw}, so no robot would obey it; choose another value')
+        raise VlcBeaconError(f'{message}: {flaw}, so robots would reject it; choose another value')
     return speaker.key.sign(command).to_bytes()
 
 
-def _value(word: str, operation: Operation, value: str | None) -> float:
+def _value(message: str, operation: Operation, value: str | None) -> float:
     if operation in _WITHOUT_VALUE:
         if value is not None:
-            raise VlcBeaconError(f'{word}: {operation.word} has no value; say {operation.word}')
+            raise VlcBeaconError(f'{message}: {operation.word} has no value; use {operation.word}')
         return 0.0
     try:
         number = float(value or 'nan')
@@ -108,6 +109,6 @@ def _value(word: str, operation: Operation, value: str | None) -> float:
     if not math.isfinite(number):
         example = '-1.5708 (rad)' if operation == Operation.TURN else '0.1 (m/s)'
         raise VlcBeaconError(
-            f'{word}: {operation.word} needs a number; for example {operation.word}:{example}'
+            f'{message}: {operation.word} needs a number; for example {operation.word}:{example}'
         )
     return number

@@ -1,1 +1,1 @@
-"""Which commands are obeyed: authentic, new, spoken by the right lamp at the right place, and harmless."""
+"""Authorization of commands: authentic, new, sent by the right lamp at the right location, and plausible."""

@@ -1,12 +1,12 @@
-"""Decides which commands a robot obeys.
+"""Authorizes commands.
 
-The lamps are in everybody's reach: who can shine at a robot can show it anything, among it what a true lamp said before
-or elsewhere. So a command must be signed, new, spoken by the very lamp that it names and near that lamp's place, and
-what it asks for is bounded. Every packet has gone through a checksum before; a wrong signature is no accident.
+The optical channel is open: an attacker can send arbitrary packets, including recordings of a genuine lamp. A command
+must therefore be signed, not replayed, sent by the lamp that it names and received near that lamp, and its value is
+bounded. Every packet has passed a checksum before, so a wrong signature is not a transmission error.
 
-What remains: who records a one-shot command that the robot has not heard can speak it to the robot later, at the same
-place, until the robot hears a newer one of that beacon. A rule that is in force is done again when the robot is
-switched on within its zone.
+Remaining risk: a recorded one-shot command that the robot has not received can be replayed later at the same location,
+until the robot receives a newer one of that beacon. An active rule is executed again when the robot is switched on
+within its zone.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 
 class CommandJudge:
-    """Judges the commands that one robot hears.
+    """Authorizes the commands received by one robot.
 
     Args:
-        key: None refuses all commands.
-        store: of the counters; what it cannot read or keep is refused.
+        key: key of the commands; None rejects all commands.
+        store: persistent counters; commands are rejected if it cannot be read or written.
         places: position x, y of each beacon in the map [m].
-        settings: what is believed.
+        settings: authorization settings.
     """
 
     def __init__(
@@ -48,36 +48,34 @@ class CommandJudge:
         self._lockout = Lockout(settings.bad_macs_max, settings.lockout_time)
         self.forget_place()
         self._counters: Counters | None = None
-        self._standing = Refused(
-            Refusal.NO_KEY, 'commands are refused: there is no key; set the parameter key_file'
-        )
+        self._standing = Refused(Refusal.NO_KEY, 'commands are rejected: no key; set the parameter key_file')
         if key is not None:
             self._read_counters()
 
     @property
     def standing_refusal(self) -> Refused | None:
-        """Why all commands are refused until the robot's owner does something about it, or None."""
+        """Rejection of all commands that requires action by the user, or None."""
         return self._standing if self._key is None or self._counters is None else None
 
     def forget_place(self) -> None:
-        """Forget where the robot is and its visits, after a jump back in time; the counters stay."""
+        """Reset the robot's position and visits after a jump back in time; the counters are kept."""
         self._visits = ZoneVisits(self._places, self._settings.zone_radius)
         self._position: tuple[float, tuple[float, float]] | None = None
 
     def robot_at(self, stamp: float, position: tuple[float, float]) -> None:
-        """Take the robot's position x, y in the map [m]; to be called with every pose [s]."""
+        """Update the robot's position x, y in the map [m]; call it with every pose [s]."""
         self._position = stamp, position
         self._visits.robot_at(position)
 
     def judge(self, packet: CommandPacket, speaker: int | None, stamp: float) -> Accepted | Refused:
-        """Return what becomes of a command; one that is accepted is kept as seen before.
+        """Accept or reject a command; the counter of an accepted command is stored.
 
-        A zone rule that was refused for its place may be judged again when the robot has come nearer.
+        A zone rule that was rejected for its location can be authorized again when the robot is nearer.
 
         Args:
-            packet: with a right checksum.
-            speaker: confirmed ID of the lamp that it came from, None for none.
-            stamp: of now [s].
+            packet: command packet with a correct checksum.
+            speaker: confirmed ID of the sending lamp, None if unconfirmed.
+            stamp: current time [s].
         """
         if self._key is None or self._counters is None:
             return self._standing
@@ -97,20 +95,23 @@ class CommandJudge:
         beacon = packet.command.beacon
         if self._lockout.is_closed(stamp):
             wait = self._settings.lockout_time
-            return Refused(Refusal.LOCKED, f'commands are refused for {wait:g} s after too many wrong codes')
+            return Refused(
+                Refusal.LOCKED,
+                f'commands are rejected for {wait:g} s after too many wrong authentication codes',
+            )
         if not key.is_authentic(packet):
             self._lockout.add_bad(stamp)
-            return Refused(Refusal.BAD_MAC, f'command of beacon {beacon} has a wrong code of authentication')
+            return Refused(Refusal.BAD_MAC, f'command of beacon {beacon} has a wrong authentication code')
         if speaker != beacon:
-            heard = 'a lamp whose ID is not confirmed' if speaker is None else f'beacon {speaker}'
-            return Refused(Refusal.OTHER_BEACON, f'command of beacon {beacon} was spoken by {heard}')
+            heard = 'a lamp with an unconfirmed ID' if speaker is None else f'beacon {speaker}'
+            return Refused(Refusal.OTHER_BEACON, f'command of beacon {beacon} was sent by {heard}')
         return None
 
     def _doubt_place(self, command: Command, stamp: float) -> Refused | None:
         beacon, settings = command.beacon, self._settings
         if self._position is None or abs(stamp - self._position[0]) > settings.position_age_max:
             return Refused(
-                Refusal.NO_POSITION, f'command of beacon {beacon}: the robot does not know where it is'
+                Refusal.NO_POSITION, f'command of beacon {beacon}: the robot has no current position'
             )
         distance = self._visits.distance(beacon, self._position[1])
         if distance is None:
@@ -120,7 +121,7 @@ class CommandJudge:
         if not self._visits.is_within(distance):
             return Refused(
                 Refusal.OTHER_PLACE,
-                f'command of beacon {beacon} {distance:.1f} m from its place (zone_radius {settings.zone_radius:g} m)',
+                f'command of beacon {beacon} at {distance:.1f} m from it (zone_radius {settings.zone_radius:g} m)',
             )
         return None
 
@@ -128,27 +129,27 @@ class CommandJudge:
         named = f'command of beacon {command.beacon} with counter {command.counter}'
         last = counters.last(command)
         if command.is_one_shot and command.counter == last:
-            return Refused(Refusal.REPEATED, f'{named} was heard before')
+            return Refused(Refusal.REPEATED, f'{named} was received before')
         if not counters.is_new(command):
-            return Refused(Refusal.OLD_COUNTER, f'{named} is old: {last} was heard before')
+            return Refused(Refusal.OLD_COUNTER, f'{named} is old: the last counter is {last}')
         if not command.is_one_shot and self._visits.is_done(command):
-            return Refused(Refusal.DONE, f'{named} was done on this visit')
+            return Refused(Refusal.DONE, f'{named} was executed on this visit')
         return None
 
     def _read_counters(self) -> None:
         try:
             self._counters = self._store.read()
         except VlcBeaconError as error:
-            self._standing = Refused(Refusal.COUNTERS_LOST, f'commands are refused: {error}')
+            self._standing = Refused(Refusal.COUNTERS_LOST, f'commands are rejected: {error}')
 
     def _keep(self, command: Command, counters: Counters) -> Refused | None:
-        """Keep the counter before anything is done: what cannot be kept could be replayed after a restart."""
+        """Store the counter before execution; otherwise the command could be replayed after a restart."""
         after = counters.after(command)
         if after != counters:
             try:
                 self._store.write(after)
             except VlcBeaconError as error:
-                return Refused(Refusal.COUNTERS_LOST, f'commands are refused: {error}')
+                return Refused(Refusal.COUNTERS_LOST, f'commands are rejected: {error}')
             self._counters = after
         if not command.is_one_shot:
             self._visits.add_done(command)

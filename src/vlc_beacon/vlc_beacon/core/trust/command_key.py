@@ -1,4 +1,4 @@
-"""The secret that host and robot share, and the code of authentication made with it."""
+"""Shared secret of host and robot, and the message authentication code (MAC)."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ KEY_BYTES_MAX = hashlib.blake2s.MAX_KEY_SIZE
 
 
 class CommandKey:
-    """Signs commands and tells signed ones from others, with keyed BLAKE2s (RFC 7693) of `MAC_BYTES` bytes.
+    """Signs and verifies commands with keyed BLAKE2s (RFC 7693) of `MAC_BYTES` bytes.
 
     Args:
-        secret: `KEY_BYTES_MIN` to `KEY_BYTES_MAX` bytes of chance.
+        secret: random bytes, `KEY_BYTES_MIN` to `KEY_BYTES_MAX`.
 
     Raises:
         VlcBeaconError: the secret is too short or too long.
@@ -30,7 +30,7 @@ class CommandKey:
         self._secret = secret
 
     def sign(self, command: Command) -> CommandPacket:
-        """Return the packet of a command."""
+        """Return the signed packet of a command."""
         return CommandPacket(command, self._mac_of(command))
 
     def is_authentic(self, packet: CommandPacket) -> bool:

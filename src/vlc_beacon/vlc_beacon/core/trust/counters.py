@@ -1,8 +1,8 @@
-"""Which commands are new.
+"""Replay protection with command counters.
 
-Every command has a counter that its beacon's later commands do not fall below. A zone rule may be played for years, so
-the last counter counts as new for it; a one-shot command must be above. Both kinds are counted apart: a one-shot
-command must not make the lamp's own rules look old. All rules of one lamp carry the same counter.
+Counters of a beacon's commands never decrease. A zone rule may be sent for years, so the last counter is accepted again
+for it; a one-shot command must have a higher one. Both kinds are counted separately: a one-shot command must not
+invalidate the lamp's rules. All rules of one lamp have the same counter.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from vlc_beacon.core.packet.command_packet import Command
 
 @dataclass(frozen=True)
 class Counters:
-    """The last counters seen.
+    """The last accepted counters.
 
     Attributes:
-        floor: stands for the last counter of beacons that were not heard yet.
-        zone_rules: last counter by beacon ID.
-        one_shots: last counter by beacon ID.
+        floor: initial last counter of all beacons.
+        zone_rules: last counter of zone rules by beacon ID.
+        one_shots: last counter of one-shot commands by beacon ID.
     """
 
     floor: int = 0
@@ -34,29 +34,29 @@ class Counters:
         return seen.get(command.beacon, self.floor)
 
     def is_new(self, command: Command) -> bool:
-        """Return whether a command is no replay."""
+        """Return whether a command is not a replay."""
         return command.counter >= self.last(command) + command.is_one_shot
 
     def after(self, command: Command) -> Counters:
-        """Return the counters after a new command."""
+        """Return the counters after an accepted command."""
         if command.is_one_shot:
             return replace(self, one_shots={**self.one_shots, command.beacon: command.counter})
         return replace(self, zone_rules={**self.zone_rules, command.beacon: command.counter})
 
 
 class CounterStore(Protocol):
-    """Where counters outlive the robot's power switch."""
+    """Persistent storage of counters."""
 
     def read(self) -> Counters:
         """Return the counters.
 
         Raises:
-            VlcBeaconError: they are lost.
+            VlcBeaconError: they cannot be read.
         """
 
     def write(self, counters: Counters) -> None:
-        """Keep the counters.
+        """Store the counters.
 
         Raises:
-            VlcBeaconError: they could not be kept.
+            VlcBeaconError: they cannot be stored.
         """

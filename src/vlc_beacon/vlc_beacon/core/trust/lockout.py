@@ -1,4 +1,4 @@
-"""Refuses commands for a while after too many wrong codes of authentication."""
+"""Rejects commands for a while after too many authentication failures."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from collections import deque
 
 
 class Lockout:
-    """Makes guessing hopeless: with 5 guesses in a minute, a code of 32 bits takes 800 years on average.
+    """Limits brute-force attacks: with 5 guesses per minute, a 32-bit code takes 800 years on average.
 
-    It holds for all beacons together; otherwise a guesser would get a try for each ID.
+    It applies to all beacons together; otherwise an attacker could guess with each ID.
 
     Args:
-        bad_max: wrong codes within the time until the lock closes.
-        time: how long they are remembered, and how long the lock stays closed [s].
+        bad_max: authentication failures within ``time`` that trigger the lockout.
+        time: window of the failures, and duration of the lockout [s].
     """
 
     def __init__(self, bad_max: int, time: float) -> None:
@@ -21,11 +21,11 @@ class Lockout:
         self._closed_at: float | None = None
 
     def is_closed(self, stamp: float) -> bool:
-        """Return whether commands are refused now [s]. A clock that was set back opens the lock."""
+        """Return whether commands are rejected at a time [s]. A clock that is set back ends the lockout."""
         return self._closed_at is not None and 0.0 <= stamp - self._closed_at < self._time
 
     def add_bad(self, stamp: float) -> None:
-        """Take note of a wrong code [s]."""
+        """Add an authentication failure [s]."""
         self._bad.append(stamp)
         if len(self._bad) == self._bad.maxlen and 0.0 <= stamp - self._bad[0] < self._time:
             self._closed_at = stamp

@@ -1,4 +1,4 @@
-"""What a robot does at most, whoever asks."""
+"""Limits of command values."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from vlc_beacon.core.packet.command_packet import Command
 from vlc_beacon.core.packet.operation import Operation
 
 TURN_MAX = 2.0 * math.pi
-"""[rad]"""
+"""Maximum commanded turn [rad]."""
 
 
 def implausibility(command: Command) -> str | None:
-    """Return what is wrong with operation or value, or None."""
+    """Return why operation or value is implausible, or None."""
     if command.operation not in set(Operation):
         return f'operation {command.operation} is unknown'
     operation = Operation(command.operation)
@@ -28,7 +28,7 @@ def implausibility(command: Command) -> str | None:
 
 
 def within_speed_limit(command: Command, speed_limit: float) -> Command:
-    """Return the command with its speed no higher than the limit [m/s]; others as they are."""
+    """Return the command with its speed limited [m/s]; other commands are unchanged."""
     if command.operation in (Operation.SLOW, Operation.SPEED_UP):
         return replace(command, value=min(command.value, speed_limit))
     return command

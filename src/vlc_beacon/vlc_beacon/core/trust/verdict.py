@@ -1,4 +1,4 @@
-"""What becomes of a command."""
+"""Result of the authorization of a command."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from vlc_beacon.core.packet.operation import Operation
 
 
 class Refusal(Enum):
-    """Why a command is refused."""
+    """Reason why a command is rejected."""
 
     NO_KEY = 'no key'
-    LOCKED = 'locked after wrong codes of authentication'
-    BAD_MAC = 'wrong code of authentication'
+    LOCKED = 'locked out after wrong authentication codes'
+    BAD_MAC = 'wrong authentication code'
     COUNTERS_LOST = 'counters lost'
     UNKNOWN_BEACON = 'unknown beacon'
-    OTHER_BEACON = 'spoken by another beacon'
+    OTHER_BEACON = 'sent by another beacon'
     NO_POSITION = 'no position'
-    OTHER_PLACE = 'spoken at another place'
+    OTHER_PLACE = 'outside the zone of the beacon'
     OLD_COUNTER = 'old counter'
-    REPEATED = 'repeated'
-    DONE = 'done on this visit'
+    REPEATED = 'replayed'
+    DONE = 'executed on this visit'
     IMPLAUSIBLE = 'implausible'
 
     @property
     def is_suspicious(self) -> bool:
-        """Whether somebody may be at work who should not; the rest is daily life."""
+        """Whether the rejection may indicate an attack."""
         return self in (
             Refusal.LOCKED,
             Refusal.BAD_MAC,
@@ -40,11 +40,11 @@ class Refusal(Enum):
 
 @dataclass(frozen=True)
 class Refused:
-    """A command that is not obeyed.
+    """A rejected command.
 
     Attributes:
-        reason: of the refusal.
-        message: one line with the numbers.
+        reason: reason of the rejection.
+        message: one line with details.
     """
 
     reason: Refusal
@@ -53,16 +53,16 @@ class Refused:
 
 @dataclass(frozen=True)
 class Accepted:
-    """A command to obey.
+    """An accepted command.
 
     Attributes:
-        command: with a speed that is within the limit.
+        command: the command, with its speed limited.
     """
 
     command: Command
 
     def to_json(self) -> str:
-        """Return what the topic ``~/command`` carries: beacon, counter, op and value."""
+        """Return the JSON of the topic ``~/command``: beacon, counter, op and value."""
         fields = {
             'beacon': self.command.beacon,
             'counter': self.command.counter,

@@ -1,4 +1,4 @@
-"""Once a visit: which zone rules were done since the robot came."""
+"""Zone rules executed on the current visit of each zone."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from collections.abc import Mapping
 from vlc_beacon.core.packet.command_packet import Command
 
 LEAVING = 1.25
-"""A zone is left at this multiple of its radius, so that a robot on its border does not visit it again and again."""
+"""Exit radius over zone radius: hysteresis for a robot at the border."""
 
 
 class ZoneVisits:
-    """The zones around beacons and the rules done in them.
+    """Zones around beacons and the rules executed in them.
 
     Args:
         places: position x, y of each beacon in the map [m].
-        radius: of the zones [m].
+        radius: radius of the zones [m].
     """
 
     def __init__(self, places: Mapping[int, tuple[float, float]], radius: float) -> None:
@@ -25,7 +25,7 @@ class ZoneVisits:
         self._done: dict[int, set[tuple[int, int]]] = {}
 
     def robot_at(self, position: tuple[float, float]) -> None:
-        """Take the robot's position [m] and end the visits of zones that it left."""
+        """Update the robot's position [m] and end the visits of zones that it left."""
         leaving = LEAVING * self._radius
         self._done = {
             beacon: done
@@ -34,7 +34,7 @@ class ZoneVisits:
         }
 
     def distance(self, beacon: int, position: tuple[float, float]) -> float | None:
-        """Return how far a beacon is from a position [m], or None for one that does not exist."""
+        """Return the distance of a beacon from a position [m], or None for an unknown beacon."""
         return math.dist(position, self._places[beacon]) if beacon in self._places else None
 
     def is_within(self, distance: float) -> bool:
@@ -42,9 +42,9 @@ class ZoneVisits:
         return distance <= self._radius
 
     def is_done(self, rule: Command) -> bool:
-        """Return whether the rule was done on this visit."""
+        """Return whether the rule was executed on this visit."""
         return (rule.counter, rule.operation) in self._done.get(rule.beacon, set())
 
     def add_done(self, rule: Command) -> None:
-        """Take note that the rule is done."""
+        """Mark the rule as executed."""
         self._done.setdefault(rule.beacon, set()).add((rule.counter, rule.operation))
