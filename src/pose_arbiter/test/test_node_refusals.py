@@ -135,7 +135,7 @@ def test_bad_parameters_are_refused_with_one_line(graph, parameters, words):
 
 def test_a_strange_parameter_is_told(graph, capfd):
     graph.add(PoseArbiterNode, wheel_radius=0.1)
-    assert 'parameter wheel_radius does not exist here and is left out' in capfd.readouterr().err
+    assert 'parameter wheel_radius does not exist in this node and is ignored' in capfd.readouterr().err
 
 
 def test_a_bad_start_is_one_line_and_exit_code_1(capfd):
