@@ -88,7 +88,7 @@ def test_heading_limits_are_in_radians(tmp_path):
 
 @pytest.mark.parametrize(
     ('content', 'message'),
-    [('1.0 1 2 nan 0 0 0 1\n', 'line 1: a position'), ('', 'holds no poses'), (None, 'cannot be read')],
+    [('1.0 1 2 nan 0 0 0 1\n', 'line 1: a position'), ('', 'has no poses'), (None, 'cannot be read')],
 )
 def test_bad_input_ends_in_one_line(tmp_path, bag_path, capsys, content, message):
     path = tmp_path / 'bad.tum'

@@ -108,7 +108,7 @@ def test_a_node_that_hangs_is_named(ros, bag_path):
     player = ros.node('player')
     with (
         BagReader(bag_path) as bag,
-        pytest.raises(ReplayError, match='hanging has not answered for'),
+        pytest.raises(ReplayError, match='hanging has not responded for'),
     ):
         replay_in_lockstep(bag, player, ros.executor, timeout=0.2)
 

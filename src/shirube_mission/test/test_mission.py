@@ -35,7 +35,7 @@ class Steps:
 
     def step(self) -> None:
         if self.left == 0:
-            raise ReplayError('/vlc_beacon has not answered for 60 s; look whether it hangs')
+            raise ReplayError('/vlc_beacon has not responded for 60 s; check whether it hangs')
         self.left -= 1
         self.now += STEP_MS
 
@@ -70,7 +70,7 @@ def mission(steps: int, looks: int) -> Mission:
 
 
 @pytest.mark.parametrize(
-    ('steps', 'looks', 'reason'), [(70, 500, 'has not answered'), (500, 70, 'ended with exit code -9')]
+    ('steps', 'looks', 'reason'), [(70, 500, 'has not responded'), (500, 70, 'ended with exit code -9')]
 )
 def test_a_node_that_hangs_or_ends_leaves_a_record_with_the_reason(steps, looks, reason):
     broken = mission(steps, looks)

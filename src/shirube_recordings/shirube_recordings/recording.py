@@ -112,7 +112,7 @@ class Recording(Generic[Calibration]):
         """Yield the converted messages in order; an invalid image is yielded with its error.
 
         Raises:
-            BagError: the bag is damaged.
+            BagError: the bag is corrupted.
         """
         for raw in self._bag.messages(self._topics.wanted):
             message = self._bag.decode(raw)

@@ -55,7 +55,7 @@ def load_image(path: Path) -> NDArray[np.uint8]:
     except cv2.error:
         pixels = None
     if pixels is None:
-        raise ImageFileError(f'{path}: is not an image, or corrupted; give a PNG or JPEG file')
+        raise ImageFileError(f'{path}: is no image, or corrupted; give a PNG or JPEG file')
     if pixels.dtype != np.uint8:
         raise ImageFileError(f'{path}: has {8 * pixels.itemsize} bits per channel; convert it to 8')
     if pixels.ndim == 3 and pixels.shape[2] == 4:
