@@ -65,10 +65,10 @@ def test_a_lost_pose_is_said_aloud_and_not_told(graph, capfd):
         robot.tick(0.1)
     assert graph.spin_until(lambda: robot.node._report._standing is Standing.LOST)
     graph.spin_until(lambda: False, 0.5)
-    told = len(robot.poses)
+    count = len(robot.poses)
     robot.tick(0.1)
     graph.spin_until(lambda: False, 0.5)
-    assert len(robot.poses) == told
+    assert len(robot.poses) == count
     report = robot.report()
     assert report.level == DiagnosticStatus.ERROR
     assert 'pose lost' in report.message
@@ -91,12 +91,12 @@ def test_reset_forgets_the_pose(graph):
     robot.drive(0.5)
     answer = robot.call_reset()
     assert (answer.success, answer.message) == (True, 'pose reset')
-    told = len(robot.poses)
+    count = len(robot.poses)
     robot.tick(0.1)
     graph.spin_until(lambda: False, 0.2)
-    assert len(robot.poses) == told
+    assert len(robot.poses) == count
     robot.drive(0.5)
-    assert len(robot.poses) > told
+    assert len(robot.poses) > count
 
 
 def test_the_transform_joins_map_and_odometry(graph, monkeypatch):

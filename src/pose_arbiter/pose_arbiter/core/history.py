@@ -14,18 +14,18 @@ from pose_arbiter.core.verdict import Verdict
 class History:
     """Rewinds to a late measurement and replays those after it; computes only when a state is asked for."""
 
-    def __init__(self, judge: Judge, trail: OdometryTrail) -> None:
+    def __init__(self, rejection: Judge, trail: OdometryTrail) -> None:
         """Start without measurements.
 
         Args:
             rejection: one filter step with outlier rejection.
             odometry: odometry buffer, filled by the owner, who calls `invalidate_from` when it changed.
         """
-        self._judge, self._trail = judge, trail
-        self._base = judge.beginning()  # state before the first measurement of the history
+        self._judge, self._trail = rejection, trail
+        self._base = rejection.beginning()  # state before the first measurement
         self._poses: list[Observation] = []
-        self._outcomes: list[tuple[Belief, Verdict]] = []  # results of the processed measurements
-        self._past: Counter[tuple[int, Verdict]] = Counter()  # statuses of the dropped measurements
+        self._outcomes: list[tuple[Belief, Verdict]] = []  # of processed measurements
+        self._past: Counter[tuple[int, Verdict]] = Counter()  # of dropped measurements
 
     def has(self, stamp: int, source: int) -> bool:
         """Return whether the history contains a pose of that stamp [ns] and source."""

@@ -184,12 +184,12 @@ class Judge:
         refused = sum(belief.records[k].gated for k in challengers) + 1
         if refused < self._settings.reset_count:
             return False
-        near = [
+        supporting = [
             k for k, record in enumerate(belief.records) if record.stands_by(pose.stamp, self._timeouts[k])
         ]
-        supporters = [k for k in near if k not in challengers and belief.records[k].verdict is Verdict.USED]
+        supporters = [k for k in supporting if k not in challengers and belief.records[k].verdict is Verdict.USED]
         is_outvoted = self._weight(belief, challengers) > self._weight(belief, supporters)
-        return not near or (is_outvoted and (len(challengers) > 1 or bool(supporters)))
+        return not supporting or (is_outvoted and (len(challengers) > 1 or bool(supporters)))
 
     def _weight(self, belief: Belief, numbers: Sequence[int]) -> int:
         enough = self._settings.established_count

@@ -144,7 +144,7 @@ def _share(a: OdometryMark, b: OdometryMark, stamp: int) -> OdometryMark:
     """Interpolate along the arc from a to b, or extrapolate it, to a stamp."""
     share = (stamp - a.stamp) / (b.stamp - a.stamp)
     turn, dx, dy = b.yaw - a.yaw, b.x - a.x, b.y - a.y
-    bend = 0.5 * (share - 1.0) * turn  # angle between the chord of the partial arc and the full chord
+    bend = 0.5 * (share - 1.0) * turn  # between the chords of the partial and the full arc
     cos, sin = share * math.cos(bend), share * math.sin(bend)
     moved = (cos * dx - sin * dy, sin * dx + cos * dy)
     rest = 1.0 - share
