@@ -79,7 +79,7 @@ def run_mission(
     tell: Callable[[str], None],
     options: RunOptions = RunOptions(),
 ) -> MissionOutcome:
-    """Run a mission.
+    """Run a mission and return its result.
 
     Args:
         seed: seed of the room, the robot's errors and all noise.
@@ -87,9 +87,6 @@ def run_mission(
         folder: existing folder for logs.
         log: called with a line for each event.
         options: whether to record, and whether the nodes are started elsewhere.
-
-    Returns:
-        result of the mission.
 
     Raises:
         MissionError: a node did not start.

@@ -85,25 +85,19 @@ def witnessed(
     """
     stamp, window = seen.mark.stamp, round(settings.witness_seconds * 1e9)
     is_first = record.anchor is None or not record.speaks(stamp, max(timeout, window))
+    updated = record._replace(latest=seen, rival=None, rivals=0)
     if is_first:
-        return record._replace(
-            latest=seen, anchor=seen, next_anchor=seen, rival=None, rivals=0, chain=1
-        ), True
+        return updated._replace(anchor=seen, next_anchor=seen, chain=1), True
     anchor, next_anchor = record.anchor, record.next_anchor
     assert anchor is not None  # noqa: S101 for the type checker
     assert next_anchor is not None  # noqa: S101
     if same_robot(anchor, seen, gate, settings):
         if stamp - next_anchor.mark.stamp > window // 2:
             anchor, next_anchor = next_anchor, seen
-        chain = record.chain + 1
-        return record._replace(
-            latest=seen, anchor=anchor, next_anchor=next_anchor, rival=None, rivals=0, chain=chain
-        ), True
+        return updated._replace(anchor=anchor, next_anchor=next_anchor, chain=record.chain + 1), True
     if record.rival is None or not same_robot(record.rival, seen, gate, settings):
         return record._replace(latest=seen, rival=seen, rivals=1), False
     rivals = record.rivals + 1
     if rivals < settings.reset_count or stamp - record.rival.mark.stamp < window // 2:
         return record._replace(latest=seen, rivals=rivals), False
-    return record._replace(
-        latest=seen, anchor=record.rival, next_anchor=seen, rival=None, rivals=0, chain=rivals, standing=0
-    ), True
+    return updated._replace(anchor=record.rival, next_anchor=seen, chain=rivals, standing=0), True
