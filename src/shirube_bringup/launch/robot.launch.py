@@ -4,7 +4,7 @@ Arguments: `floor`, `stereo`, `vlc`, `planner`, `motors` (nodes to start; all by
 copies of all parameter files), `places_dir` (taught places, for `stereo`) and `beacons_file` (lamps, for `vlc`; both
 default to the parameter files), `use_sim_time`, and `driver`, the publisher of `cmd_vel`: `planner` (drives to goals on
 `goal_pose`), `lamps` (drives as the lamps command) or `none` (you drive, for example with a joystick). Use only one:
-motor_bridge stops while two nodes publish `cmd_vel`.
+motor_bridge rejects `cmd_vel` from two publishers.
 
 The belly camera publishes in the namespace `floor_camera` (default `belly`), the ceiling camera in `ceiling_camera`
 (default `ceiling`), the stereo pair in `left` and `right`; the planner's sensor is set in its parameter file.
