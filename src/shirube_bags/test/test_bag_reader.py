@@ -136,7 +136,7 @@ def test_a_folder_without_metadata_is_refused(tmp_path):
     assert 'metadata.yaml' in refusal(tmp_path)
 
 
-@pytest.mark.parametrize(('name', 'hint'), [('old.bag', 'rosbags-convert'), ('notes.txt', 'no rosbag2')])
+@pytest.mark.parametrize(('name', 'hint'), [('old.bag', 'rosbags-convert'), ('notes.txt', 'not a rosbag2')])
 def test_files_of_other_types_are_refused(tmp_path, name, hint):
     (tmp_path / name).write_text('something')
     assert hint in refusal(tmp_path / name)

@@ -100,7 +100,7 @@ def test_an_unwritable_place_is_refused_in_one_line(tmp_path):
     ('topic', 'msgtype', 'stamp', 'message'),
     [
         ('/other', 'my_msgs/msg/Thing', 1, "unknown type 'my_msgs/msg/Thing'"),
-        ('/text', 'std_msgs/msg/Int32', 1, 'holds std_msgs/msg/String'),
+        ('/text', 'std_msgs/msg/Int32', 1, 'has type std_msgs/msg/String'),
         ('/other', 'std_msgs/msg/Header', 1, 'is not a valid std_msgs/msg/Header'),
         ('/text', 'std_msgs/msg/String', -1, 'negative'),
     ],

@@ -110,4 +110,4 @@ def test_an_unwritable_place_ends_in_one_line(run_path, bag_path, tmp_path, caps
 def test_images_need_a_bag(tmp_path, capsys):
     save_tum(tmp_path / 'a.tum', planar_trajectory([0, 10], np.zeros((2, 3))))
     assert check(tmp_path / 'a.tum', '--images', '/image_raw') == 1
-    assert 'is no bag' in capsys.readouterr().err
+    assert 'is not a bag' in capsys.readouterr().err
