@@ -21,7 +21,7 @@ def wait_for_wanted(
     """Wait until each topic has the requested number of subscribers.
 
     Args:
-        subscriber_count: tells how many subscribers a topic has.
+        subscriber_count: returns the number of subscribers of a topic.
         wanted: requested number of subscribers by topic.
         timeout: longest wait for all subscribers [s].
         should_stop: polled while waiting; True ends the wait.
@@ -52,7 +52,7 @@ def wait_for_any(
     """Wait until a topic has a subscriber and the numbers of subscribers are stable.
 
     Args:
-        subscriber_count: tells how many subscribers a topic has.
+        subscriber_count: returns the number of subscribers of a topic.
         topics: replayed topics.
         timeout: longest wait for the first subscriber [s].
         should_stop: polled while waiting; True ends the wait.

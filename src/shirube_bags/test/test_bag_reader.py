@@ -1,4 +1,4 @@
-"""Bags are read whole and in order; bad ones are refused in one line with a remedy."""
+"""Bags are read completely and in order; invalid ones are rejected in one line with a remedy."""
 
 import shutil
 

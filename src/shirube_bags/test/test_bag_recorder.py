@@ -1,4 +1,4 @@
-"""What is published is recorded, as it was."""
+"""Published messages are recorded unchanged."""
 
 import pytest
 import rclpy

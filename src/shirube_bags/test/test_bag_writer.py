@@ -1,4 +1,4 @@
-"""A bag that was written is whole, readable by others, or not there."""
+"""A written bag is complete and readable by other tools, or it does not exist."""
 
 import numpy as np
 import pytest

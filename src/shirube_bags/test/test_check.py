@@ -16,7 +16,7 @@ START_NS = 1_700_000_000_123_456_789
 
 @pytest.fixture
 def run_path(tmp_path, messages):
-    """Poses 2 mm beside the truth of ``bag_path``, for all its images but the first and the last."""
+    """Poses with an error of 2 mm, for all images of ``bag_path`` except the first and the last."""
     path = tmp_path / 'run'
     with BagWriter(path) as bag:
         for index in range(1, 40):

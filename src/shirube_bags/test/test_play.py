@@ -1,4 +1,4 @@
-"""The command ``play`` against a live node: nothing is lost, and it ends well."""
+"""The command ``play`` with a live node: no message is lost, and it ends cleanly."""
 
 import os
 import signal
@@ -29,7 +29,7 @@ def play(domain, monkeypatch):
 
 
 class Listener:
-    """Listens to the images of a bag and to its clock."""
+    """Subscribes to the images of a bag and to /clock."""
 
     def __init__(self, ros, name, qos, work=0.0):
         node = ros.node(name, parameter_overrides=[rclpy.Parameter('use_sim_time', value=True)])

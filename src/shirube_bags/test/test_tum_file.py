@@ -1,4 +1,4 @@
-"""TUM files keep every digit, and bad lines are named."""
+"""TUM files keep all digits, and malformed lines are reported."""
 
 import numpy as np
 import pytest
