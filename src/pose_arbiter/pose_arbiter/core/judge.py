@@ -187,7 +187,9 @@ class Judge:
         supporting = [
             k for k, record in enumerate(belief.records) if record.stands_by(pose.stamp, self._timeouts[k])
         ]
-        supporters = [k for k in supporting if k not in challengers and belief.records[k].verdict is Verdict.USED]
+        supporters = [
+            k for k in supporting if k not in challengers and belief.records[k].verdict is Verdict.USED
+        ]
         is_outvoted = self._weight(belief, challengers) > self._weight(belief, supporters)
         return not supporting or (is_outvoted and (len(challengers) > 1 or bool(supporters)))
 
