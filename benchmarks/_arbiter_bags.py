@@ -1,4 +1,4 @@
-"""What the localizers say of the recorded bags, read as their nodes read them, beside odometry and truth."""
+"""Poses of the localizers on the recorded bags, with odometry and ground truth."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class RecordedDrive:
 
     Attributes:
         name: of the bag.
-        sources: what each source says, in the order of its stamps.
+        sources: poses of each source, sorted by stamp.
         odometry: stamps [ns] and ``T_odom_base``.
         truth: the true poses.
     """
@@ -67,7 +67,7 @@ class RecordedDrive:
         return int(np.argmin(squares))
 
     def errors_of(self, source: Sequence[Opinion]) -> NDArray[np.float64]:
-        """Return the errors of what a source says, as `errors_at` does."""
+        """Return the errors of a source's poses; see `errors_at`."""
         return self.errors_at([o.stamp for o in source], [o.pose for o in source])
 
     def errors_at(self, stamps: Sequence[int], poses: Sequence[PlanarPose]) -> NDArray[np.float64]:
@@ -153,7 +153,7 @@ def _room(bag: Path) -> list[Opinion]:
 
 
 def _mission(bag: Path) -> list[list[Opinion]]:
-    """Return what the localizers said while it was recorded."""
+    """Return the recorded poses of the localizers."""
     sources = []
     with BagReader(bag) as reader:
         for topic in _MISSION_TOPICS:

@@ -13,7 +13,7 @@ from pose_arbiter.core.source_settings import SourceSettings
 from shirube_geometry import PlanarPose
 
 Message = tuple[int, int, Opinion | PlanarPose]
-"""Stamp [ns], number of the source or `ODOMETRY`, and what it says."""
+"""Stamp [ns], source index or `ODOMETRY`, and the measurement."""
 ODOMETRY = 1000
 
 
@@ -27,15 +27,15 @@ def messages_of(
 
 
 def new_arbiter(sources: int, settings: ArbiterSettings | None = None) -> Arbiter:
-    """Return an arbiter with its defaults for so many sources."""
+    """Return an arbiter with default settings for a number of sources."""
     return Arbiter((SourceSettings(),) * sources, settings or ArbiterSettings())
 
 
 def tell(arbiter: Arbiter, message: Message, now: int) -> None:
-    """Hand a message to an arbiter.
+    """Add a message to an arbiter.
 
     Raises:
-        ValueError: the arbiter refused it.
+        ValueError: the arbiter rejected it.
     """
     stamp, source, said = message
     if isinstance(said, PlanarPose):

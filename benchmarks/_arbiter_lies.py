@@ -1,4 +1,4 @@
-"""Simulated drives in which one source lies, and how many poses of the arbiter are wrong for it."""
+"""Simulated drives with one faulty source, and the number of wrong poses of the arbiter."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from pose_arbiter.core.covariance import diagonal
 from scene_simulator.wheel_odometry import WheelErrors, measure_odometry
 from shirube_geometry import PlanarPose, wrap_angle
 
-LIES = ('offset', 'turned', 'frozen', 'late', 'jumping', 'creeping')
-"""0.3 m beside, 10 degrees turned, always the same pose, 0.5 s too late, elsewhere each time, 2 cm/s off."""
+LIES = ('offset', 'turned', 'frozen', 'late', 'jumping', 'drifting')
+"""Offset of 0.3 m, yaw of 10 degrees, constant pose, delay of 0.5 s, random offsets, drift of 2 cm/s."""
 WRONG_XY, WRONG_YAW = 0.05, math.radians(3.0)
 SECONDS, RATE, SOURCE_RATE, OUTPUT = 20.0, 100, 30, 20_000_000
 BEGIN = 1_000_000_000_000
@@ -25,13 +25,13 @@ _LATENCY = 60_000_000  # [ns]
 
 @dataclass(frozen=True)
 class Crew:
-    """Who speaks.
+    """The sources of a drive.
 
     Attributes:
-        name: in words.
-        honest: how many tell the truth, from the beginning on.
-        liar_from: when the liar begins to speak [s].
-        lie_from: when it begins to lie [s].
+        name: row label in the table.
+        correct_sources: number of correct sources, which publish from the start.
+        faulty_from: time of the first pose of the faulty source [s].
+        fault_from: time of the first wrong pose of the faulty source [s].
     """
 
     name: str
@@ -41,15 +41,15 @@ class Crew:
 
 
 CREWS = (
-    Crew('two honest, the liar from the start', 2, 0.0, 0.0),
-    Crew('two honest, the liar was established', 2, 0.0, 8.0),
-    Crew('one established, the liar is new', 1, 6.0, 6.0),
-    Crew('one established, the liar was established', 1, 0.0, 8.0),
+    Crew('two correct, the faulty one from the start', 2, 0.0, 0.0),
+    Crew('two correct, the faulty one was established', 2, 0.0, 8.0),
+    Crew('one established, the faulty one is new', 1, 6.0, 6.0),
+    Crew('one established, the faulty one was established', 1, 0.0, 8.0),
 )
 
 
 def wrong_poses(crew: Crew, lie: str, seed: int) -> tuple[int, int]:
-    """Return how many poses of 50 a second were wrong after the lie began, and how many there were."""
+    """Return the number of wrong poses at 50 Hz since the start of the fault, and the number of all of them."""
     rng = np.random.default_rng([seed, LIES.index(lie), CREWS.index(crew)])
     truth = _drive(rng)
     odometry = _odometry(truth, rng)
@@ -96,7 +96,7 @@ def _odometry(truth: list[PlanarPose], rng: np.random.Generator) -> list[tuple[i
 
 
 def _honest(truth: list[PlanarPose], rng: np.random.Generator, number: int) -> list[Opinion]:
-    """Return poses with noise and a lasting error, as large as the stated sigma together."""
+    """Return poses with noise and bias, together as large as the stated sigma."""
     sigma_xy, sigma_yaw = rng.uniform(0.002, 0.012), rng.uniform(0.002, 0.01)
     bias = rng.normal(size=3) * 0.5
     opinions = []
@@ -126,7 +126,7 @@ def _lie(
             pose = _at(truth, max(BEGIN, opinion.stamp - round(_SHIFT * 1e9)))
         case 'jumping':
             size, way, turn = rng.uniform(0.1, 2.0), rng.uniform(-math.pi, math.pi), rng.normal()
-        case 'creeping':
+        case 'drifting':
             size = _CREEP * (opinion.stamp - begin) * 1e-9
     moved = PlanarPose(
         pose.x + size * math.cos(way), pose.y + size * math.sin(way), wrap_angle(pose.yaw + turn)

@@ -1,4 +1,4 @@
-"""How much of a processor the arbiter needs: odometry at 500 Hz and four sources at 30 Hz."""
+"""CPU load of the arbiter: odometry at 500 Hz and four sources at 30 Hz."""
 
 from __future__ import annotations
 

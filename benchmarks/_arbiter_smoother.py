@@ -23,7 +23,7 @@ except ImportError:
 IS_INSTALLED = gtsam is not None
 INSTALL = "gtsam is not installed; 'pip install --no-deps gtsam' adds its smoother to the comparison"
 _LAG = 2.0  # as history_seconds of the arbiter [s]
-_LEAST = 1e-5  # a robot that stands is no certainty: gtsam could not invert it [m, rad]
+_LEAST = 1e-5  # keeps the covariance of a stationary robot invertible [m, rad]
 
 
 def smoothed(

@@ -1,6 +1,6 @@
 """The pose arbiter on recorded and simulated drives: `./shirube bench arbiter [PART ...] [--seeds N]`.
 
-Parts: `bags` (the fused pose beside its source, odometry alone and gtsam), `lies`, `order`, `bad`, `load`; or all.
+Parts: `bags` (the fused pose against its source, odometry alone and gtsam), `lies`, `order`, `bad`, `load`; or all.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from pose_arbiter.core.estimate import Estimate
 from shirube_geometry import PlanarPose
 
 OUTAGE_FROM, OUTAGE_TO = 0.4, 0.8
-"""Parts of the drive between which the source is silenced."""
+"""Fractions of the drive between which the source is silent."""
 BAD_MESSAGES = 100_000
 
 
@@ -32,7 +32,7 @@ def main() -> int:
     """Print the tables of the named parts."""
     parser = argparse.ArgumentParser(prog='arbiter', description=__doc__)
     parser.add_argument('parts', nargs='*', help='bags, lies, order, bad, load')
-    parser.add_argument('--seeds', type=int, default=20, help='drives for each lie (default: %(default)s)')
+    parser.add_argument('--seeds', type=int, default=20, help='drives for each fault (default: %(default)s)')
     options = parser.parse_args()
     wanted = options.parts or ['bags', 'lies', 'order', 'bad', 'load']
     if 'bags' in wanted:
@@ -51,7 +51,7 @@ def main() -> int:
 
 
 def print_bags(drives: list[RecordedDrive]) -> None:
-    """Print one line a bag: errors as root mean squares, position [mm] and heading [mrad]."""
+    """Print one line per bag: root mean square errors of position [mm] and yaw [mrad]."""
     print(
         '| bag | poses | source | fused | fused / source | gtsam | fused / gtsam | outage: fused | odometry alone |'
     )
@@ -105,7 +105,7 @@ def outage_errors(drive: RecordedDrive) -> tuple[np.ndarray, np.ndarray]:
 
 def print_lies(seeds: int) -> None:
     """Print how many drives had more than three wrong poses, and the most in one drive."""
-    print('| who speaks | ' + ' | '.join(LIES) + ' |')
+    print('| sources | ' + ' | '.join(LIES) + ' |')
     print('|---' * (len(LIES) + 1) + '|')
     for crew in CREWS:
         cells = []
@@ -133,7 +133,7 @@ def largest_difference(drive: RecordedDrive, shuffles: int = 5) -> float:
 
 
 def difference_by_bad_messages(drive: RecordedDrive) -> float:
-    """Return how far poses, covariances and lasting errors differ with many random bad messages in between."""
+    """Return how far poses, covariances and biases differ with many random invalid messages in between."""
     rng, messages = random.Random(1), messages_of(drive.sources, drive.odometry)  # noqa: S311
     plain, disturbed, worst = new_arbiter(1), new_arbiter(1), 0.0
     each = BAD_MESSAGES // len(messages) + 1
@@ -143,7 +143,7 @@ def difference_by_bad_messages(drive: RecordedDrive) -> float:
             tell(arbiter, message, now)
         for _ in range(each):
             if takes(disturbed, bad_message(rng, message), now):
-                raise ValueError('a bad message was taken')
+                raise ValueError('a bad message was accepted')
         a, b = plain.estimate_at(now), disturbed.estimate_at(now)
         if a is not None and b is not None:
             worst = max(worst, float(np.abs(state_of(a) - state_of(b)).max()))
@@ -151,7 +151,7 @@ def difference_by_bad_messages(drive: RecordedDrive) -> float:
 
 
 def takes(arbiter: Arbiter, message: Message, now: int) -> bool:
-    """Hand a message to an arbiter; return whether it was taken."""
+    """Add a message to an arbiter; return whether it was accepted."""
     try:
         tell(arbiter, message, now)
     except ValueError:
@@ -160,7 +160,7 @@ def takes(arbiter: Arbiter, message: Message, now: int) -> bool:
 
 
 def state_of(estimate: Estimate) -> np.ndarray:
-    """Return all that is known at an instant as one array."""
+    """Return pose, biases and covariance as one array."""
     return np.concatenate((estimate[1:4], estimate.lasting.ravel(), estimate.P.ravel()))
 
 

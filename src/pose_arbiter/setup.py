@@ -18,7 +18,7 @@ setup(
     zip_safe=False,
     maintainer='The shirube engineers',
     maintainer_email='shirube@users.noreply.github.com',
-    description='One pose from all localizers and odometry: weighed, gated, in the order of their stamps.',
+    description='Fuses the poses of several localizers and wheel odometry into one pose (EKF with outlier rejection).',
     license='Apache-2.0',
     tests_require=['pytest'],
     entry_points={'console_scripts': [f'node = {NAME}.node:main']},

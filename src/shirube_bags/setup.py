@@ -18,7 +18,7 @@ setup(
     zip_safe=False,
     maintainer='The shirube engineers',
     maintainer_email='shirube@users.noreply.github.com',
-    description='Bags: lossless replay, recording, and comparison with ground truth.',
+    description='rosbag2 tools: lossless replay, recording, and comparison of poses with ground truth.',
     license='Apache-2.0',
     tests_require=['pytest'],
     entry_points={

@@ -24,7 +24,7 @@ setup(
     zip_safe=False,
     maintainer='The shirube engineers',
     maintainer_email='shirube@users.noreply.github.com',
-    description='Launch files and parameter files of the suite.',
+    description='Launch files and example parameter files of all nodes.',
     license='Apache-2.0',
     tests_require=['pytest'],
 )

@@ -18,7 +18,7 @@ setup(
     zip_safe=False,
     maintainer='The shirube engineers',
     maintainer_email='shirube@users.noreply.github.com',
-    description='Files that are either whole or not there: written beside their place and renamed.',
+    description='Atomic file writes, exclusive locks between processes, and validated reading of YAML files.',
     license='Apache-2.0',
     tests_require=['pytest'],
 )

@@ -18,7 +18,7 @@ setup(
     zip_safe=False,
     maintainer='The shirube engineers',
     maintainer_email='shirube@users.noreply.github.com',
-    description='Poses on a floor and cameras over it: geometry without ROS.',
+    description='Planar poses, rotations and camera models, without ROS.',
     license='Apache-2.0',
     tests_require=['pytest'],
 )

@@ -18,7 +18,7 @@ setup(
     zip_safe=False,
     maintainer='The shirube engineers',
     maintainer_email='shirube@users.noreply.github.com',
-    description='The whole suite drives a simulated robot through a room of unknown obstacles.',
+    description='End-to-end simulation: all six nodes drive a simulated robot through a room with unknown obstacles.',
     license='Apache-2.0',
     tests_require=['pytest'],
     entry_points={'console_scripts': [f'room = {NAME}.commands.room:main']},

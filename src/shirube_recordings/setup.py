@@ -18,7 +18,7 @@ setup(
     zip_safe=False,
     maintainer='The shirube engineers',
     maintainer_email='shirube@users.noreply.github.com',
-    description='What a recorded drive shows to a method: images with calibration, odometry and tilt, in their order.',
+    description='Reads images with calibration, odometry and tilt from a bag, in message order.',
     license='Apache-2.0',
     tests_require=['pytest'],
 )

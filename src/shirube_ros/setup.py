@@ -18,7 +18,7 @@ setup(
     zip_safe=False,
     maintainer='The shirube engineers',
     maintainer_email='shirube@users.noreply.github.com',
-    description='ROS glue of the nodes: parameters, images, poses, QoS, diagnostics, a safe main.',
+    description='ROS code shared by the nodes: parameters, image and pose conversion, QoS, diagnostics, node main.',
     license='Apache-2.0',
     tests_require=['pytest'],
 )

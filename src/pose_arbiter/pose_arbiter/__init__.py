@@ -1,1 +1,1 @@
-"""One pose from all localizers and odometry."""
+"""Fuses the poses of several localizers and wheel odometry into one pose."""

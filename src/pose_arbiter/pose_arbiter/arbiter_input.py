@@ -1,4 +1,4 @@
-"""Messages to the arbiter: poses of the sources, odometry, and what a person says."""
+"""Subscriptions of the arbiter: poses of the sources, odometry and the initial pose."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ ODOMETRY, INITIAL_POSE = 'odom', 'initialpose'
 _REMEDIES = {
     Refusal.NOT_FINITE: 'check its publisher',
     Refusal.FAR: 'check its publisher',
-    Refusal.BAD_COVARIANCE: 'let its publisher tell how sure it is, or set with_covariance to false',
-    Refusal.NO_STAMP: 'let its publisher set it',
-    Refusal.FUTURE: 'set all clocks, and use_sim_time of all nodes, alike',
-    Refusal.TOO_OLD: 'set use_sim_time of all nodes alike, or raise history_seconds',
-    Refusal.DUPLICATE: 'let each message have its own stamp, and one publisher each topic',
+    Refusal.BAD_COVARIANCE: 'let its publisher fill in the covariance, or set with_covariance to false',
+    Refusal.NO_STAMP: 'let its publisher set header.stamp',
+    Refusal.FUTURE: 'synchronize the clocks, and set use_sim_time of all nodes to the same value',
+    Refusal.TOO_OLD: 'set use_sim_time of all nodes to the same value, or raise history_seconds',
+    Refusal.DUPLICATE: 'give each message its own stamp, and each topic one publisher',
 }
 
 
 class ArbiterInput:
-    """The subscriptions of the node."""
+    """Subscribes and passes messages to the arbiter."""
 
     def __init__(
         self,
@@ -48,16 +48,16 @@ class ArbiterInput:
         """Subscribe.
 
         Args:
-            node: the node that listens.
-            guard: counts messages by the names of the sources.
-            arbiter: takes what they say.
-            sources: by name.
-            frames: of what a person says, and of odometry.
-            now: the time [ns], 0 while simulated time has not begun; looks whether time jumped.
+            node: node that subscribes.
+            guard: counts received and rejected messages by source name.
+            arbiter: receives the poses and odometry.
+            sources: settings of the sources, by name.
+            frames: required frames of the initial pose and of odometry.
+            now: returns the current time [ns], 0 before the first /clock; checks for clock jumps.
         """
         self._arbiter, self._now = arbiter, now
         self._map_frame, self._odom_frame = frames.map_frame, frames.odom_frame
-        self.twist: Any = None  # of the latest odometry
+        self.twist: Any = None  # twist of the latest odometry message
         for number, (name, source) in enumerate(sources.items()):
             kind = PoseWithCovarianceStamped if source.with_covariance else PoseStamped
             take = partial(self._take_pose, number, name, source)
@@ -75,8 +75,8 @@ class ArbiterInput:
     def _take_pose(self, number: int, name: str, source: SourceSettings, message: Any) -> None:
         if message.header.frame_id != source.frame:
             raise MessageError(
-                f'nobody publishes poses of {name} in the frame {source.frame!r}: they come in '
-                f'{message.header.frame_id!r}; set {name}.frame or map_frame'
+                f'poses of {name} have frame_id {message.header.frame_id!r}, expected '
+                f'{source.frame!r}; set {name}.frame or map_frame'
             )
         noise = None
         if source.with_covariance:
@@ -90,8 +90,8 @@ class ArbiterInput:
     def _take_odometry(self, message: Odometry) -> None:
         if message.header.frame_id not in ('', self._odom_frame):
             raise MessageError(
-                f'nobody publishes odometry in the frame {self._odom_frame!r}: it comes in '
-                f'{message.header.frame_id!r}; set odom_frame'
+                f'odometry has frame_id {message.header.frame_id!r}, expected '
+                f'{self._odom_frame!r}; set odom_frame'
             )
         stamp = nanoseconds(message.header.stamp)
         pose = planar_pose(message.pose.pose, ODOMETRY)
@@ -101,8 +101,8 @@ class ArbiterInput:
     def _take_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
         if message.header.frame_id not in ('', self._map_frame):
             raise MessageError(
-                f'{INITIAL_POSE} is in the frame {message.header.frame_id!r}, map_frame is {self._map_frame!r}; '
-                'make them the same'
+                f'{INITIAL_POSE} has frame_id {message.header.frame_id!r}, expected {self._map_frame!r}; '
+                'publish it in map_frame'
             )
         pose, covariance = planar_pose_with_covariance(message.pose, INITIAL_POSE)
         now = self._time()
@@ -110,19 +110,19 @@ class ArbiterInput:
         _raise(INITIAL_POSE, self._arbiter.add_pose(PERSON, stamp, pose, six_numbers(covariance), now))
 
     def _time(self) -> int:
-        """Return the time [ns]; before it has begun no stamp can be judged.
+        """Return the current time [ns]; without it no stamp can be checked.
 
         Raises:
-            MessageError: simulated time has not begun.
+            MessageError: simulated time has not started.
         """
         now = self._now()
         if now == 0:
-            raise MessageError('simulated time has not begun; publish /clock, or set use_sim_time to false')
+            raise MessageError('simulated time has not started; publish /clock, or set use_sim_time to false')
         return now
 
 
 def six_numbers(covariance: Any) -> Covariance:
-    """Return a covariance, shape (3, 3), as the core takes it."""
+    """Return a covariance, shape (3, 3), as the six floats of the core."""
     (xx, xy, xt), (_, yy, yt), (_, _, tt) = covariance.tolist()
     return (xx, xy, xt, yy, yt, tt)
 

@@ -1,4 +1,4 @@
-"""What the node says in the diagnostics: who is used, who is refused and why; and aloud, when that changes."""
+"""Diagnostics of the node: which sources are used or rejected, and why; logs important changes."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ _LEVELS = {
 }
 _GOOD = (Verdict.USED, Verdict.RESET)
 _ODOMETRY_LATE = 0.5  # [s]
-_LOOKED_FOR = 5  # reports after which a topic without publisher is told aloud
+_LOOKED_FOR = 5  # number of reports after which topics without publisher are logged
 
 
 class ArbiterReport:
-    """Looks at the arbiter once a second, and at each pose for what people must know at once."""
+    """Builds the diagnostics status once a second, and logs resets and a lost pose at once."""
 
     def __init__(
         self, node: Node, arbiter: Arbiter, sources: dict[str, SourceSettings], now: Callable[[], int]
     ) -> None:
-        """Start without a past.
+        """Start without a state.
 
         Args:
-            node: says things aloud.
-            arbiter: is asked.
-            sources: by name.
-            now: the time [ns].
+            node: node that logs.
+            arbiter: arbiter to report.
+            sources: settings of the sources, by name.
+            now: returns the current time [ns].
         """
         self._node, self._arbiter, self._sources, self._now = node, arbiter, sources, now
         self._standing, self._resets = Standing.WAITING, 0
@@ -49,10 +49,10 @@ class ArbiterReport:
         self._estimate: Estimate | None = None
 
     def look(self, belief: Belief, estimate: Estimate | None, standing: Standing) -> None:
-        """Take what is believed now; say aloud what is new."""
+        """Store the current state; log a reset, and when the pose is lost or found again."""
         if belief.resets > self._resets and estimate is not None:
             place = f'x {estimate.x:.2f} m, y {estimate.y:.2f} m, yaw {math.degrees(estimate.yaw):.0f} deg'
-            self._node.get_logger().info(f'the pose is set to {place}')
+            self._node.get_logger().info(f'pose reset to {place}')
         if standing is not self._standing and Standing.LOST in (standing, self._standing):
             if standing is Standing.LOST:
                 self._node.get_logger().error(f'LOST: {self._sigmas(estimate)}')
@@ -62,11 +62,11 @@ class ArbiterReport:
         self._belief, self._estimate = belief, estimate
 
     def status(self) -> Status:
-        """Return the state of now."""
+        """Return the status for the diagnostics."""
         self._reports += 1
         now = self._now()
         self._tell_silent_topics()
-        values = {'state': self._standing.value, 'set anew': str(self._resets)}
+        values = {'state': self._standing.value, 'resets': str(self._resets)}
         if self._estimate is not None:
             values['sigma'] = self._sigmas(self._estimate)
         words, is_well = [], True
@@ -90,7 +90,7 @@ class ArbiterReport:
         if latest is None:
             return 'no odometry'
         late = (now - latest) * 1e-9
-        return f'odometry silent for {late:.1f} s' if late > _ODOMETRY_LATE else 'odometry used'
+        return f'no odometry for {late:.1f} s' if late > _ODOMETRY_LATE else 'odometry used'
 
     def _sigmas(self, estimate: Estimate | None) -> str:
         if estimate is None:
@@ -99,25 +99,25 @@ class ArbiterReport:
         return f'{math.sqrt(max(xx, yy)):.3f} m, {math.degrees(math.sqrt(tt)):.2f} deg'
 
     def _tell_silent_topics(self) -> None:
-        """Say once which topics nobody publishes."""
+        """Log once which topics have no publisher."""
         if self._reports != _LOOKED_FOR:
             return
         topics = {name: source.topic for name, source in self._sources.items()} | {ODOMETRY: ODOMETRY}
         for name, topic in topics.items():
             if self._node.count_publishers(topic) == 0:
                 resolved = self._node.resolve_topic_name(topic)
-                self._node.get_logger().warning(f'nobody publishes {resolved} ({name}); check its name')
+                self._node.get_logger().warning(f'{resolved} ({name}) has no publisher; check the topic name')
 
 
 def _word(record: SourceRecord, source: SourceSettings, now: int) -> tuple[str, bool]:
-    """Return what a source does, and whether that is well."""
+    """Return the status text of a source, and whether it is no reason for a warning."""
     if record.latest is None or record.verdict is None:
-        return 'silent', True
+        return 'no message', True
     age = (now - record.latest.mark.stamp) * 1e-9
     if age > source.timeout:
-        return f'silent for {age:.1f} s', True
+        return f'no message for {age:.1f} s', True
     if record.verdict in _GOOD:
         return 'used', True
     if record.verdict is Verdict.WAITS:
         return record.verdict.value, True
-    return f'refused ({record.verdict.value})', False
+    return f'rejected ({record.verdict.value})', False

@@ -1,4 +1,4 @@
-"""The ROS node: poses of all sources and odometry in, one pose out."""
+"""The ROS node: fuses the poses of all sources and odometry into one pose."""
 
 from __future__ import annotations
 
@@ -32,41 +32,41 @@ from shirube_ros.quality_of_service import pose_profile
 from shirube_ros.safe_main import run_node
 from shirube_ros.trigger_service import offer_trigger
 
-_OUTPUT = 'output'  # under which its faults are counted
+_OUTPUT = 'output'  # name of the timer callback in the diagnostics
 
 
 class PoseArbiterNode(Node):
-    """Tells one pose, and who stands for it.
+    """Publishes one pose fused from all sources and odometry.
 
     =========================  ==========================  ===================================================
     subscribed                 type                        use
     =========================  ==========================  ===================================================
-    ``<name>.topic``           PoseWithCovarianceStamped   an opinion; PoseStamped without ``with_covariance``
-    ``odom``                   Odometry                    how the robot moves between opinions
-    ``initialpose``            PoseWithCovarianceStamped   a person who says where it is
+    ``<name>.topic``           PoseWithCovarianceStamped   pose of a source; or PoseStamped (``with_covariance``)
+    ``odom``                   Odometry                    motion of the robot between poses
+    ``initialpose``            PoseWithCovarianceStamped   pose set by an operator
     =========================  ==========================  ===================================================
 
     =========================  ==========================  ===================================================
     published                  type                        when
     =========================  ==========================  ===================================================
-    ``~/pose``                 PoseStamped                 50 times a second, while the pose is known
-    ``~/odometry``             Odometry                    with it: covariance, and the twist of ``odom``
-    ``/tf``                    TFMessage                   with it, where tf2_ros is installed: map to odom
-    ``/diagnostics``           DiagnosticArray             once a second
+    ``~/pose``                 PoseStamped                 50 Hz (``rate``), while the pose is known
+    ``~/odometry``             Odometry                    with each pose: covariance, and the twist of ``odom``
+    ``/tf``                    TFMessage                   with each pose, map to odom (needs tf2_ros)
+    ``/diagnostics``           DiagnosticArray             1 Hz
     =========================  ==========================  ===================================================
 
-    Service (Trigger): ``~/reset`` forgets the pose and what was thought of the sources.
+    Service (Trigger): ``~/reset`` clears the pose and the states of the sources.
     """
 
     def __init__(self, **options: Any) -> None:
         """Subscribe to the sources.
 
         Args:
-            options: passed on to ``rclpy.node.Node``.
+            options: keyword arguments of ``rclpy.node.Node``.
 
         Raises:
             SettingsError: a bad parameter.
-            PoseArbiterError: parameters that do not go together.
+            PoseArbiterError: inconsistent parameters.
         """
         super().__init__('pose_arbiter', **options)
         self._settings = declare_parameters(self, NodeSettings)
@@ -96,7 +96,7 @@ class PoseArbiterNode(Node):
         self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
 
     def _tell(self, _: None) -> None:
-        """Publish all poses that are due."""
+        """Publish all due poses."""
         for stamp in self._schedule.due(self._time.now()):
             belief, estimate = self._arbiter.belief_at(stamp), self._arbiter.estimate_at(stamp)
             standing = standing_of(belief, estimate, self._sources, self._method)
@@ -117,7 +117,7 @@ class PoseArbiterNode(Node):
         self._odometry.publish(message)
 
     def _publish_transform(self, stamp: int) -> None:
-        """Tell map to odom, which odometry leaves as it was at the stamp of the latest measurement."""
+        """Publish map to odom, as computed at the stamp of the latest odometry."""
         latest = self._arbiter.latest_odometry
         if self._transform is None or latest is None:
             return
@@ -128,10 +128,10 @@ class PoseArbiterNode(Node):
 
     def _reset(self) -> str:
         self._arbiter.reset()
-        return 'the pose is forgotten'
+        return 'pose reset'
 
     def _start_again(self) -> None:
-        self.get_logger().warning('time jumped: the pose and what the sources said are forgotten')
+        self.get_logger().warning('clock jumped: pose and source history were reset')
         self._arbiter.reset()
         self._schedule.start_again()
 

@@ -1,4 +1,4 @@
-"""The parameter ``sources`` and the group of parameters that each of its names has."""
+"""The parameter ``sources`` and the parameters ``<name>.topic`` and so on of each source."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from shirube_ros.parameters import declare_parameters
 from shirube_settings import SettingsError
 
 DEFAULT_SOURCES = ('floor_localizer', 'stereo_landmark', 'vlc_beacon')
-"""The localizers of this suite, whose topics are known."""
+"""The localizers of this suite."""
 _PARAMETER = 'sources'
-_OTHER_WORDS = ('odom', 'initialpose', 'output', 'state', 'sigma')  # in the diagnostics
+_OTHER_WORDS = ('odom', 'initialpose', 'output', 'state', 'sigma')  # reserved as keys of the diagnostics
 
 
 def declare_sources(node: Node, map_frame: str) -> dict[str, SourceSettings]:
-    """Declare the parameters of the sources and return what the user set, by name, with topics and frames filled in.
+    """Declare the parameters of the sources; return their settings by name, with default topics and frames filled in.
 
     Args:
-        node: the node that gets the parameters.
-        map_frame: the frame of poses where no other is set.
+        node: node that declares the parameters.
+        map_frame: required frame of the poses of sources without their own ``frame``.
 
     Raises:
-        SettingsError: no names, a bad or doubled one, a topic that is none, is taken or our own, or a bad value.
+        SettingsError: no names, an invalid or duplicate name, an invalid, shared or own topic, or an invalid value.
     """
     names = _names(node)
     groups = make_dataclass(
@@ -46,7 +46,7 @@ def declare_sources(node: Node, map_frame: str) -> dict[str, SourceSettings]:
 
 def _names(node: Node) -> list[str]:
     descriptor = ParameterDescriptor(
-        description='names of the sources of poses; each has its parameters <name>.topic and so on',
+        description='names of the pose sources; each has the parameters <name>.topic and so on',
         dynamic_typing=True,
     )
     value = node.declare_parameter(_PARAMETER, list(DEFAULT_SOURCES), descriptor).value
@@ -58,18 +58,16 @@ def _names(node: Node) -> list[str]:
     for name in names:
         if not re.fullmatch(r'[a-z][a-z0-9_]*', name) or iskeyword(name):
             raise SettingsError(
-                f'setting {_PARAMETER} holds {name!r}; a name has small letters, digits and underscores '
-                'and is no word of Python'
+                f'setting {_PARAMETER} holds {name!r}; a name has lower-case letters, digits and underscores '
+                'and is not a Python keyword'
             )
         if names.count(name) > 1:
-            raise SettingsError(
-                f'setting {_PARAMETER} holds {name} twice; give each source a name of its own'
-            )
+            raise SettingsError(f'setting {_PARAMETER} holds {name} twice; give each source a unique name')
         if node.has_parameter(name):
-            raise SettingsError(f'setting {_PARAMETER} holds {name}, which is a parameter; take another name')
+            raise SettingsError(f'setting {_PARAMETER} holds {name}, which is a parameter; use another name')
         if name in _OTHER_WORDS:
             raise SettingsError(
-                f'setting {_PARAMETER} holds {name}, which is something else in the diagnostics; take another name'
+                f'setting {_PARAMETER} holds {name}, which is reserved in the diagnostics; use another name'
             )
     return names
 
@@ -86,11 +84,11 @@ def _refuse_shared_topics(node: Node, sources: dict[str, SourceSettings]) -> Non
         topic = _resolved(node, name, source.topic)
         if topic in own:
             raise SettingsError(
-                f'setting {name}.topic is {topic}, what this node tells itself; take a localizer'
+                f'setting {name}.topic is {topic}, an output of this node; use the topic of a localizer'
             )
         if topic in owners:
             raise SettingsError(
-                f'sources {owners[topic]} and {name} have the same topic {topic}; one opinion may not count twice'
+                f'sources {owners[topic]} and {name} have the same topic {topic}; give each its own topic'
             )
         owners[topic] = name
 
@@ -99,5 +97,5 @@ def _resolved(node: Node, name: str, topic: str) -> str:
     try:
         validate_topic_name(topic)
     except InvalidTopicNameException as error:
-        raise SettingsError(f'setting {name}.topic is {topic!r}, which is no name of a topic') from error
+        raise SettingsError(f'setting {name}.topic is {topic!r}, which is not a valid topic name') from error
     return str(node.resolve_topic_name(topic))

@@ -1,4 +1,4 @@
-"""Stamps as whole nanoseconds, which lose nothing."""
+"""Conversion of stamps to integer nanoseconds, without loss."""
 
 from __future__ import annotations
 

@@ -1,28 +1,28 @@
-"""Instants at which a pose is due, none of which load or a coarse clock swallows."""
+"""Output stamps at a fixed rate, none of which is skipped under load or with a coarse clock."""
 
 from __future__ import annotations
 
-_LONGEST_ARREARS = 500_000_000  # what is due longer is due no more [ns]
+_LONGEST_ARREARS = 500_000_000  # older ticks are dropped [ns]
 
 
 class TickSchedule:
-    """Multiples of a period on the clock; whole numbers, so that nothing drifts."""
+    """Ticks at multiples of the period; integers, so that they do not drift."""
 
     def __init__(self, rate: float) -> None:
-        """Begin with the first time that is asked for.
+        """Start at the first call of `due`.
 
         Args:
-            rate: ticks a second.
+            rate: tick rate [1/s].
         """
         self._period = round(1e9 / rate)
         self._done: int | None = None
 
     def start_again(self) -> None:
-        """Forget what is due, as time jumped."""
+        """Drop the due ticks after a clock jump."""
         self._done = None
 
     def due(self, now: int) -> range:
-        """Return the instants since the last call up to now [ns]."""
+        """Return the stamps of the ticks since the last call, up to now [ns]."""
         last = now // self._period
         if self._done is None:
             self._done = last - 1

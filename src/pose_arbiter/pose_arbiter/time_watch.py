@@ -1,4 +1,4 @@
-"""The time, and whether it jumped."""
+"""The node's clock, with detection of jumps."""
 
 from __future__ import annotations
 
@@ -6,26 +6,26 @@ from collections.abc import Callable
 
 from rclpy.node import Node
 
-_BACK_MAX = 100_000_000  # a clock that is set may go back by so much [ns]
-_AHEAD_MAX = 10_000_000_000  # simulated time that goes ahead by more was wound on [ns]
+_BACK_MAX = 100_000_000  # tolerated step back when a clock is synchronized [ns]
+_AHEAD_MAX = 10_000_000_000  # a larger step ahead of simulated time is a jump [ns]
 
 
 class TimeWatch:
-    """Asks the node's clock."""
+    """Reads the node's clock and reports jumps."""
 
     def __init__(self, node: Node, on_jump: Callable[[], None]) -> None:
-        """Begin now.
+        """Start with the clock of a node.
 
         Args:
-            node: whose clock is asked.
-            on_jump: called when time went back, or when simulated time was wound on.
+            node: node whose clock is read.
+            on_jump: called when time jumped back, or when simulated time jumped ahead.
         """
         self._clock, self._on_jump = node.get_clock(), on_jump
         self._is_simulated = bool(node.get_parameter('use_sim_time').value)
         self._latest = 0
 
     def now(self) -> int:
-        """Return the time [ns], 0 while simulated time has not begun."""
+        """Return the current time [ns], 0 before simulated time has started."""
         now = int(self._clock.now().nanoseconds)
         before, self._latest = self._latest, now
         wound_on = self._is_simulated and 0 < before < now - _AHEAD_MAX

@@ -1,4 +1,4 @@
-"""The frame of the odometry in the map on /tf, where tf2_ros is installed."""
+"""Publishes map to odom on /tf, if tf2_ros is installed."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from shirube_ros.pose_conversion import pose_message
 
 
 class TransformOutput:
-    """Broadcasts one transform; does nothing where tf2_ros is not installed."""
+    """Broadcasts one transform; does nothing if tf2_ros is not installed."""
 
     def __init__(self, node: Node, parent: str, child: str) -> None:
-        """Advertise.
+        """Create the broadcaster.
 
         Args:
-            node: the node that broadcasts.
-            parent: name of the map's frame.
-            child: name of the odometry's frame.
+            node: node that broadcasts.
+            parent: map frame.
+            child: odometry frame.
         """
         self._parent, self._child = parent, child
         self._broadcaster: Any = None
         try:
             self._broadcaster = import_module('tf2_ros').TransformBroadcaster(node)
         except ImportError:
-            node.get_logger().info('tf2_ros is not installed: nothing is told on /tf')
+            node.get_logger().info('tf2_ros is not installed; map to odom is not published')
 
     def send(self, T_map_odom: PlanarPose, stamp: int) -> None:
         """Broadcast the pose of the child in the parent, valid until a stamp [ns]."""

@@ -1,4 +1,4 @@
-"""The node in a graph of its own, and a robot around it whose time the test decides."""
+"""The node in an isolated graph, and a simulated robot whose clock the test sets."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NOISE = np.diag([1e-4, 1e-4, 1e-4])
 
 
 class Robot:
-    """Drives along x at 0.5 m/s; `a` tells poses with covariance, `b` without."""
+    """Drives along x at 0.5 m/s; `a` publishes poses with covariance, `b` without."""
 
     def __init__(self, graph, *, clock=True, **parameters):
         self._graph, self.now = graph, START
@@ -57,11 +57,11 @@ class Robot:
 
     @property
     def pose(self):
-        """Where the robot is."""
+        """True pose of the robot."""
         return PlanarPose(0.5 * (self.now - START), 0.0, 0.0)
 
     def tick(self, seconds):
-        """Let time pass at the node."""
+        """Advance the clock of the node."""
         self.now += seconds
         self._clock.publish(Clock(clock=stamp(self.now)))
         aim = round(self.now * 1e9)
@@ -89,7 +89,7 @@ class Robot:
         self.send('odom', message)
 
     def drive(self, seconds, a=True, b=True):
-        """Ten steps a second; a and b may be functions of the true pose."""
+        """Drive in steps of 0.1 s; a and b may be functions of the true pose."""
         for _ in range(round(10 * seconds)):
             self.tick(0.1)
             self.say_odometry()
@@ -104,7 +104,7 @@ class Robot:
         return list(self.node._guard.counts[name].refused)
 
     def report(self):
-        """What the diagnostics say now."""
+        """Return the next status in the diagnostics."""
         before = len(self.reports)
         assert self._graph.spin_until(lambda: len(self.reports) > before)
         return self.reports[-1]

@@ -1,4 +1,4 @@
-"""A short drive with odometry that is off, and sources that look at it."""
+"""A short simulated drive with wrong odometry and several sources."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ SIGMA = 0.005
 
 
 def true_pose(seconds):
-    """On a circle of 1 m radius, at 0.4 m/s."""
+    """Return the pose on a circle of 1 m radius, at 0.4 m/s."""
     angle = 0.4 * seconds
     return PlanarPose(math.sin(angle), 1.0 - math.cos(angle), math.remainder(angle, math.tau))
 
 
 def odometry_pose(seconds):
-    """2 % too far, from an origin elsewhere."""
+    """Return odometry with a scale error of 2 %, from another origin."""
     angle = 0.4 * seconds
     away = PlanarPose(3.0, -2.0, 1.0)
     return away @ PlanarPose(1.02 * math.sin(angle), 1.02 * (1.0 - math.cos(angle)), angle)
@@ -76,7 +76,7 @@ def tell(arbiter, said, now=None):
 
 
 def errors(arbiter, seconds):
-    """Return how far [m] and turned [rad] the fused pose is off."""
+    """Return the errors of the fused pose in position [m] and yaw [rad]."""
     estimate = arbiter.estimate_at(BEGIN + round(seconds * SECOND))
     pose, true = PlanarPose(estimate.x, estimate.y, estimate.yaw), true_pose(seconds)
     return pose.distance_to(true), abs(pose.turn_to(true))

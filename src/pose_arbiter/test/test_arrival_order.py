@@ -1,4 +1,4 @@
-"""Late messages and those out of order make no difference."""
+"""Late and out-of-order messages do not change the result."""
 
 from __future__ import annotations
 

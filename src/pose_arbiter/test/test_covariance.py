@@ -1,4 +1,4 @@
-"""Six floats do what matrices do."""
+"""Covariances of six floats agree with numpy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Steps of the filter beside second implementations: information form, and all measurements at once."""
+"""Filter steps against second implementations: information form, and all measurements in one batch."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def difference_to(estimate, z):
 
 
 def by_all_at_once(p, said):
-    """Return mean and covariance of pose and lasting errors of two sources after measurements (source, z, R)."""
+    """Return mean and covariance of pose and biases of two sources after measurements (source, z, R)."""
     information, vector = np.eye(9), np.zeros(9)
     information[:3, :3] = np.linalg.inv(as_matrix(p))
     for source, z, r in said:
@@ -90,7 +90,7 @@ def test_a_measurement_without_lasting_errors_does_what_kalman_says(trail, seed)
 
 @pytest.mark.parametrize('seed', range(8))
 def test_one_after_the_other_is_all_at_once(trail, seed):
-    # Both sources are rough beside the estimate, so that what lasts of them is learned.
+    # Both sources are less accurate than the estimate, so that their biases are estimated.
     rng, p = np.random.default_rng(seed), scaled(random_covariance(seed), 1e-3)
     rough = [random_covariance(seed + 100), random_covariance(seed + 200)]
     said = [(k % 2, 0.1 * rng.normal(size=3), rough[k % 2]) for k in range(6)]
@@ -113,7 +113,7 @@ def test_a_first_measurement_is_one_of_a_robot_that_may_be_anywhere(trail, seed)
 
 @pytest.mark.newest_set_only
 def test_errors_are_as_large_as_is_said_of_a_source_alone(trail):
-    """Many robots that stand, each with a lasting error of its own and noise."""
+    """Many stationary robots, each with its own bias and noise."""
     rng, r = np.random.default_rng(3), scaled(random_covariance(3), 1e-3)
     lever, R = math.sqrt(SHARE) * lasting_root(r), (1.0 - SHARE) * as_matrix(r)
     ends, estimate = [], start(trail)
@@ -146,7 +146,7 @@ def test_where_errors_have_grown_something_new_has_come_on_top(trail, growth, ke
     P[:3, 3:6] = P[3:6, :3] = 0.0
     P[3:6, 3:6] = rest * np.eye(3)
     known = known._replace(lasting=np.array([[1.0, -2.0, 0.5], [0.0, 0.0, 0.0]]), P=P)
-    after = mended(known, (0.0, 0.0, 0.0), 0, scaled(r, growth**2), 1e-6)  # a pose that tells nothing
+    after = mended(known, (0.0, 0.0, 0.0), 0, scaled(r, growth**2), 1e-6)  # a pose without information
     np.testing.assert_allclose(after.lasting[0], kept * known.lasting[0], rtol=1e-3)
     np.testing.assert_allclose(after.P[3:6, 3:6], (1.0 - kept**2) * np.eye(3), atol=1e-3)
 
@@ -156,7 +156,7 @@ def test_lasting_errors_make_up_the_covariance(seed):
     r = random_covariance(seed)
     L = lasting_root(r)
     np.testing.assert_allclose(L @ L.T, as_matrix(r), atol=1e-12)
-    lever = (-0.7, 1.5, 1.0)  # all of it one error in the heading
+    lever = (-0.7, 1.5, 1.0)  # fully correlated with yaw
     r = tuple(1e-4 * lever[i] * lever[j] for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
     np.testing.assert_allclose(lasting_root(r)[:, 0], 1e-2 * np.array(lever), atol=1e-12)
 

@@ -1,4 +1,4 @@
-"""Who is believed."""
+"""Outlier rejection: which sources are accepted, and when the estimate is reset."""
 
 from __future__ import annotations
 
@@ -189,7 +189,7 @@ def test_a_pose_that_the_estimate_is_set_to_counts_half_as_sure_as_it_claims():
     arbiter = run(0.05, [true_pose])
     estimate = arbiter.estimate_at(BEGIN + 3_000_000)
     assert arbiter.counts() == {(0, Verdict.RESET): 1}
-    assert estimate.covariance[0] == pytest.approx(SIGMA**2)  # one alone need not be doubted
+    assert estimate.covariance[0] == pytest.approx(SIGMA**2)  # the only source is not inflated
     jumped = run(4.0, [lambda s: true_pose(s) if s < 1.0 else elsewhere(s)])
     reset = next(
         e
@@ -223,7 +223,7 @@ def test_after_a_reset_nothing_is_known():
 def test_an_exact_source_is_believed_although_the_heading_slips_as_the_settings_say(seed):
     settings, rng = ArbiterSettings(), random.Random(seed)
     arbiter, robot, odometry = new_arbiter(1, [SourceSettings(sigma_xy=1e-4, sigma_yaw=1e-4)]), ORIGIN, ORIGIN
-    step = 0.15 / 50.0  # slowly: what is by chance is the larger part of the error then
+    step = 0.15 / 50.0  # slow: random error dominates
     for k in range(2000):
         slip = PlanarPose(0.0, 0.0, settings.turn_noise * math.sqrt(step) * rng.gauss(0.0, 1.0))
         robot, odometry = robot @ PlanarPose(step, 0.0, 0.0), odometry @ PlanarPose(step, 0.0, 0.0) @ slip
@@ -242,11 +242,11 @@ def test_a_rough_source_that_speaks_often_takes_no_pose_away_from_an_exact_one_t
     said = {message[:2]: message for message in (*often, *seldom)}
     tell(arbiter, sorted(said.values(), key=lambda m: m[:1]))
     worst = max(errors(arbiter, 10.0 + k / 20)[0] for k in range(40))
-    assert worst < 0.02  # the rough one is 57 mm off
+    assert worst < 0.02  # the inaccurate source is 57 mm off
 
 
 def test_while_the_robot_stands_nobody_who_was_refused_is_believed_again():
-    """One that is late, too, is near then."""
+    """A late source is inside the gate then, too."""
 
     def at(seconds):
         return min(seconds, 4.0) if seconds < 8.0 else seconds - 4.0

@@ -1,4 +1,4 @@
-"""Whatever is wrong is told in one line, and the pose stays as it was."""
+"""Invalid messages and parameters are reported in one line and leave the pose unchanged."""
 
 from __future__ import annotations
 
@@ -27,27 +27,27 @@ def flat(message):
 @pytest.mark.parametrize(
     ('send', 'name', 'words'),
     [
-        (lambda r: r.say_a(frame='hall'), 'a', "nobody publishes poses of a in the frame 'map'"),
+        (lambda r: r.say_a(frame='hall'), 'a', "poses of a have frame_id 'hall', expected 'map'"),
         (lambda r: r.say_a(PlanarPose(math.nan, 0.0, 0.0)), 'a', 'a holds a pose that is not finite'),
         (lambda r: r.say_a(noise=np.zeros((3, 3))), 'a', 'a holds a covariance that is not positive'),
-        (lambda r: r.say_a(noise=np.eye(3) * 1e9), 'a', 'a: covariance is none of a pose'),
-        (lambda r: r.say_a(PlanarPose(1e9, 0.0, 0.0)), 'a', 'a: farther away than any robot'),
+        (lambda r: r.say_a(noise=np.eye(3) * 1e9), 'a', 'a: covariance is invalid'),
+        (lambda r: r.say_a(PlanarPose(1e9, 0.0, 0.0)), 'a', 'a: farther than 1000 km from the origin'),
         (lambda r: r.say_a(ago=r.now), 'a', 'a: stamp is 0'),
         (lambda r: r.say_a(ago=-5.0), 'a', 'a: stamp is in the future'),
         (lambda r: r.say_a(ago=50.0), 'a', 'a: stamp is too old'),
-        (lambda r: [r.say_a(), r.say_a()], 'a', 'a: stamp came before'),
+        (lambda r: [r.say_a(), r.say_a()], 'a', 'a: duplicate stamp'),
         (lambda r: r.send('b', flat(pose_stamped(r.pose, r.header()))), 'b', 'b holds a quaternion of zeros'),
         (lambda r: r.send('odom', Odometry(header=r.header('odom'))), 'odom', None),
         (
             lambda r: r.send('odom', Odometry(header=r.header('hall'))),
             'odom',
-            "nobody publishes odometry in the frame 'odom'",
+            "odometry has frame_id 'hall', expected 'odom'",
         ),
         (lambda r: r.say_odometry(PlanarPose(math.inf, 0.0, 0.0)), 'odom', 'odom holds a pose that is not'),
         (
             lambda r: r.send('initialpose', pose_with_covariance_stamped(r.pose, NOISE, r.header('odom'))),
             'initialpose',
-            "initialpose is in the frame 'odom', map_frame is 'map'",
+            "initialpose has frame_id 'odom', expected 'map'",
         ),
     ],
 )
@@ -58,7 +58,7 @@ def test_a_bad_message_is_refused_with_one_line(graph, send, name, words):
     send(robot)
     lines = robot.refusals(name)
     if words is None:
-        assert lines == []  # a quaternion of no turn is what a new message holds
+        assert lines == []  # a new message holds the identity quaternion
         return
     assert len(lines) == 1
     assert lines[0].startswith(words)
@@ -72,7 +72,7 @@ def test_when_time_goes_back_everything_begins_anew_and_it_is_said_once(graph, c
     robot.now -= 50.0
     robot.tick(0.0)
     robot.drive(1.0)
-    assert capfd.readouterr().err.count('time jumped') == 1
+    assert capfd.readouterr().err.count('clock jumped') == 1
     assert robot.poses[-1].pose.position.x == pytest.approx(robot.pose.x, abs=0.02)
 
 
@@ -80,7 +80,7 @@ def test_what_comes_before_simulated_time_has_begun_is_refused_and_harms_nothing
     robot = Robot(graph, clock=False)
     robot.say_a(ago=-1e9)
     assert robot.refusals('a') == [
-        'simulated time has not begun; publish /clock, or set use_sim_time to false'
+        'simulated time has not started; publish /clock, or set use_sim_time to false'
     ]
     robot.tick(0.0)
     robot.drive(1.0)
@@ -99,22 +99,25 @@ def test_topics_that_nobody_publishes_are_told_once(graph, capfd):
         node._report.status()
     words = capfd.readouterr().err
     for topic in ('/a/pose_with_covariance (a)', '/b/pose_with_covariance (b)', '/odom (odom)'):
-        assert words.count(f'nobody publishes {topic}; check its name') == 1
+        assert words.count(f'{topic} has no publisher; check the topic name') == 1
 
 
 @pytest.mark.parametrize(
     ('parameters', 'words'),
     [
-        ({'sources': ['a', 'a']}, 'holds a twice; give each source a name of its own'),
+        ({'sources': ['a', 'a']}, 'holds a twice; give each source a unique name'),
         ({'sources': ['a', 'b'], 'a.topic': '/p', 'b.topic': '/p'}, 'a and b have the same topic /p'),
-        ({'sources': ['A b']}, "holds 'A b'; a name has small letters"),
-        ({'sources': ['class']}, "holds 'class'; a name has small letters.* and is no word of Python"),
+        ({'sources': ['A b']}, "holds 'A b'; a name has lower-case letters"),
+        (
+            {'sources': ['class']},
+            "holds 'class'; a name has lower-case letters.* and is not a Python keyword",
+        ),
         ({'sources': ['rate']}, 'holds rate, which is a parameter'),
-        ({'sources': ['odom']}, 'holds odom, which is something else in the diagnostics'),
-        ({'sources': ['a'], 'a.topic': 'b c'}, "setting a.topic is 'b c', which is no name of a topic"),
+        ({'sources': ['odom']}, 'holds odom, which is reserved in the diagnostics'),
+        ({'sources': ['a'], 'a.topic': 'b c'}, "setting a.topic is 'b c', which is not a valid topic name"),
         (
             {'sources': ['a'], 'a.topic': '/pose_arbiter/pose'},
-            'setting a.topic is .* what this node tells itself',
+            'setting a.topic is .* an output of this node',
         ),
         ({'sources': 'a'}, 'must be a list of names'),
         ({'sources': [1.0]}, 'must be a list of names'),
@@ -132,7 +135,7 @@ def test_bad_parameters_are_refused_with_one_line(graph, parameters, words):
 
 def test_a_strange_parameter_is_told(graph, capfd):
     graph.add(PoseArbiterNode, wheel_radius=0.1)
-    assert 'parameter wheel_radius does not exist here and is left out' in capfd.readouterr().err
+    assert 'parameter wheel_radius does not exist in this node and is ignored' in capfd.readouterr().err
 
 
 def test_a_bad_start_is_one_line_and_exit_code_1(capfd):

@@ -1,4 +1,4 @@
-"""Odometry in any order, and the covariance of its motions."""
+"""Odometry in any order of arrival, and the covariance of its motions."""
 
 from __future__ import annotations
 

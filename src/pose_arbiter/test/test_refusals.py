@@ -1,4 +1,4 @@
-"""What is no pose leaves the state as it was."""
+"""Invalid messages leave the state unchanged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""No tick is lost, none comes twice."""
+"""No tick is skipped or repeated."""
 
 from __future__ import annotations
 

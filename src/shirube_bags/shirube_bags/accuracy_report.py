@@ -1,4 +1,4 @@
-"""The figures of a run against ground truth, as text and as JSON, and the limits they must keep."""
+"""Accuracy of a run against ground truth, as text and as JSON, and its limits."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ COVERAGE = 'coverage'
 
 @dataclass(frozen=True)
 class AccuracyReport:
-    """The figures of one run.
+    """Accuracy of one run.
 
     Attributes:
-        compared: poses with a true pose at their stamp.
-        unmatched: poses without.
+        compared: number of poses with ground truth at their stamp.
+        unmatched: number of poses without.
         position: statistics of the position errors [m].
         heading: statistics of the heading errors [rad].
-        coverage: which stamps got a pose.
-        expected_from: whose stamps these are, for people.
+        coverage: stamps with and without a pose.
+        expected_from: source of the expected stamps, for the text report.
     """
 
     compared: int
@@ -37,7 +37,7 @@ class AccuracyReport:
     expected_from: str
 
     def measures(self) -> dict[str, float]:
-        """Return what limits can be set on: ``position_rms`` [m], …, ``heading_max`` [rad], ``coverage``."""
+        """Return the metrics that can be limited: ``position_rms`` [m], …, ``heading_max`` [rad], ``coverage``."""
         return {
             **{f'position_{name}': value for name, value in dataclasses.asdict(self.position).items()},
             **{f'heading_{name}': value for name, value in dataclasses.asdict(self.heading).items()},
@@ -46,7 +46,7 @@ class AccuracyReport:
 
 
 def make_report(errors: TrajectoryErrors, coverage: Coverage, expected_from: str) -> AccuracyReport:
-    """Sum up a comparison."""
+    """Compute the report of a comparison."""
     return AccuracyReport(
         compared=len(errors.estimate),
         unmatched=errors.unmatched,
@@ -58,7 +58,7 @@ def make_report(errors: TrajectoryErrors, coverage: Coverage, expected_from: str
 
 
 def report_as_text(report: AccuracyReport) -> str:
-    """Return a table for people, in millimetres and degrees."""
+    """Format the report as a text table, in millimetres and degrees."""
     rows = [f'{"error":<16}' + ''.join(f'{name:>10}' for name in STATISTICS)]
     for name, unit, scale, statistics in (
         ('position', 'mm', 1000.0, report.position),
@@ -71,12 +71,12 @@ def report_as_text(report: AccuracyReport) -> str:
         f'coverage {coverage.share:.2%}: {coverage.covered} of {coverage.expected} stamps of '
         f'{report.expected_from} have a pose, {coverage.excluded} excluded'
     )
-    rows.append(f'{report.compared} poses compared, {report.unmatched} without a true pose')
+    rows.append(f'{report.compared} poses compared, {report.unmatched} without ground truth')
     return '\n'.join(rows)
 
 
 def report_as_json(report: AccuracyReport) -> dict[str, Any]:
-    """Return the report as plain numbers and texts, in metres and radians; stamps in seconds."""
+    """Return the report as JSON data, in metres and radians; stamps in seconds."""
     coverage = report.coverage
     return {
         'compared': report.compared,
@@ -95,11 +95,11 @@ def report_as_json(report: AccuracyReport) -> dict[str, Any]:
 
 
 def broken_limits(report: AccuracyReport, limits: Mapping[str, float]) -> list[str]:
-    """Return a line for each limit that the report breaks.
+    """Return a message for each limit that the report violates.
 
     Args:
-        report: the report.
-        limits: by the names of `AccuracyReport.measures`; the coverage is a lower limit, the others upper.
+        report: accuracy of the run.
+        limits: limits by metric (`AccuracyReport.measures`); a lower limit for the coverage, else upper limits.
     """
     measures = report.measures()
     lines = []

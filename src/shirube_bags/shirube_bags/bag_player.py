@@ -1,4 +1,4 @@
-"""Publishing of a bag's messages, as they are, with ``/clock``."""
+"""Publishes a bag's messages, unchanged, with ``/clock``."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ CLOCK = '/clock'
 class BagPlayer:
     """Publishes the messages of a bag from one node.
 
-    Messages go out as the bytes they were recorded as. ``/clock`` shows the stamps of recording, unless the
-    bag has a clock of its own: then that is replayed.
+    Messages are published as their recorded bytes. ``/clock`` is the time of recording, unless the bag contains
+    ``/clock`` itself: then that is replayed.
     """
 
     def __init__(self, node: Node, topics: Iterable[BagTopic]) -> None:
-        """Make the publishers.
+        """Create the publishers.
 
         Args:
-            node: the node that publishes.
-            topics: the topics to publish.
+            node: node that publishes.
+            topics: topics to publish.
 
         Raises:
             ReplayError: a type is not installed.
@@ -45,15 +45,15 @@ class BagPlayer:
 
     @property
     def topics(self) -> tuple[str, ...]:
-        """The topics that are published."""
+        """Published topics."""
         return tuple(self._publishers)
 
     def resolved_topic(self, topic: str) -> str:
-        """Return the name a topic is published under after remapping."""
+        """Return the name of a topic after remapping."""
         return str(self._publisher(topic).topic_name)
 
     def subscriber_count(self, topic: str) -> int:
-        """Return how many subscribers a topic has."""
+        """Return the number of subscribers of a topic."""
         return int(self._publisher(topic).get_subscription_count())
 
     def publish(self, message: BagMessage) -> None:
@@ -71,15 +71,15 @@ class BagPlayer:
         self._clock.publish(message)
 
     def rewind(self) -> None:
-        """Let the clock jump back, for the next round of a loop."""
+        """Let the clock jump back, for the next iteration of a loop."""
         self._clock_ns = -1
 
     def wait_until_received(self, topics: Sequence[str], timeout: float) -> None:
-        """Wait until all reliable subscribers have everything that was published.
+        """Wait until all reliable subscribers have acknowledged all messages.
 
         Args:
-            topics: the topics to wait for.
-            timeout: how long at most, for each topic [s].
+            topics: topics to wait for.
+            timeout: longest wait for each topic [s].
         """
         for topic in topics:
             self._publishers[topic].wait_for_all_acked(Duration(seconds=timeout))

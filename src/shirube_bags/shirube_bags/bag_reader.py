@@ -1,4 +1,4 @@
-"""Reading of rosbag2 bags, mcap or sqlite3: the one wrapper over the ``rosbags`` library."""
+"""Reader of rosbag2 bags, mcap or sqlite3, on top of the ``rosbags`` library."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rosbags.typesys.store import Typestore
 from shirube_bags.errors import BagError
 from shirube_bags.message_types import jazzy_types
 
-DAMAGED = 'it is truncated or damaged: record it again, or repair it with "mcap recover"'
+DAMAGED = 'it is truncated or corrupted: record it again, or repair it with "mcap recover"'
 
 
 @dataclass(frozen=True)
@@ -24,10 +24,10 @@ class BagTopic:
     """One topic of a bag.
 
     Attributes:
-        name: absolute name, as ``/image_raw``.
-        msgtype: as ``sensor_msgs/msg/Image``.
-        message_count: messages in the bag.
-        qos: profiles that the publishers offered; empty where the bag does not say.
+        name: absolute name, such as ``/image_raw``.
+        msgtype: message type, such as ``sensor_msgs/msg/Image``.
+        message_count: number of messages in the bag.
+        qos: QoS profiles that the publishers offered; empty if unknown.
     """
 
     name: str
@@ -42,9 +42,9 @@ class BagMessage:
 
     Attributes:
         topic: absolute name.
-        msgtype: as ``sensor_msgs/msg/Image``.
-        stamp_ns: when it was received [ns].
-        raw: the message in CDR, with its four bytes of header.
+        msgtype: message type, such as ``sensor_msgs/msg/Image``.
+        stamp_ns: time of reception [ns].
+        raw: message in CDR, with its header of four bytes.
     """
 
     topic: str
@@ -61,13 +61,13 @@ class BagReader:
                 image = bag.decode(message)
 
     Attributes:
-        topics: the topics by name (after opening).
+        topics: topics by name (after opening).
         start_ns, end_ns: stamps of the first and the last message [ns].
-        message_count: messages in the bag.
+        message_count: number of messages in the bag.
     """
 
     def __init__(self, path: Path | str) -> None:
-        """Name a bag; it is opened by ``with``."""
+        """Set the path of a bag, which is opened by ``with``."""
         self.path = Path(path)
         self.topics: dict[str, BagTopic] = {}
         self.start_ns = self.end_ns = self.message_count = 0
@@ -78,10 +78,10 @@ class BagReader:
         """Open the bag.
 
         Raises:
-            BagError: it is missing, empty, truncated, or no rosbag2.
+            BagError: the bag is missing, empty, truncated, or not a rosbag2.
         """
         check_is_bag(self.path)
-        # A damaged file ends in whatever error the parser runs into (struct, yaml, sqlite, zstd, types).
+        # A corrupted file raises any error of the parsers (struct, yaml, sqlite, zstd, types).
         try:
             self._reader = Reader(self.path)
             self._reader.open()
@@ -93,8 +93,8 @@ class BagReader:
         self.message_count = self._reader.message_count
         if self.message_count == 0:
             self._close()
-            raise BagError(f'{self.path}: holds no messages; record it again while the topics are published')
-        # rosbags counts the end behind the last message.
+            raise BagError(f'{self.path}: has no messages; record it again while the topics are published')
+        # The end time of rosbags is one past the last message.
         self.start_ns, self.end_ns = self._reader.start_time, self._reader.end_time - 1
         return self
 
@@ -111,10 +111,10 @@ class BagReader:
         """Yield messages in the order of their stamps.
 
         Args:
-            topics: names of topics; all of the bag's if empty.
+            topics: topics to read; all if empty.
 
         Raises:
-            BagError: a topic is not in the bag, or the bag is damaged.
+            BagError: a topic is not in the bag, or the bag is corrupted.
         """
         wanted = self.select_topics(topics)
         count = 0
@@ -123,18 +123,18 @@ class BagReader:
             yield message
         promised = sum(self.topics[topic].message_count for topic in wanted)
         if count != promised:
-            raise BagError(f'{self.path}: holds {count} of the {promised} messages in its index; {DAMAGED}')
+            raise BagError(f'{self.path}: has {count} of the {promised} messages in its index; {DAMAGED}')
 
     def messages_between(self, topics: Iterable[str], begin_ns: int, end_ns: int) -> Iterator[BagMessage]:
-        """Yield the messages that were received in a time, both ends included; with an index no others are read.
+        """Yield the messages received in an interval, both ends included; an index avoids reading the others.
 
         Args:
-            topics: names of topics; all of the bag's if empty.
-            begin_ns: of the time [ns].
-            end_ns: of the time [ns].
+            topics: topics to read; all if empty.
+            begin_ns: begin of the interval [ns].
+            end_ns: end of the interval [ns].
 
         Raises:
-            BagError: a topic is not in the bag, or the bag is damaged.
+            BagError: a topic is not in the bag, or the bag is corrupted.
         """
         yield from self._read(self.select_topics(topics), begin_ns, end_ns + 1)
 
@@ -153,7 +153,7 @@ class BagReader:
             raise self._refusal(fault) from fault
 
     def select_topics(self, topics: Iterable[str]) -> tuple[str, ...]:
-        """Return the given topics, or all of the bag's if none is given.
+        """Return the given topics, or all topics of the bag if none is given.
 
         Raises:
             BagError: a topic is not in the bag.
@@ -165,16 +165,16 @@ class BagReader:
         return wanted
 
     def decode(self, message: BagMessage) -> Any:
-        """Return the message as a dataclass with the fields of its ROS type; its arrays are numpy arrays.
+        """Deserialize a message to a dataclass with the fields of its ROS type; arrays are numpy arrays.
 
         Raises:
-            BagError: the bytes are no message of this type.
+            BagError: the bytes are not a valid message of this type.
         """
         try:
             return self._typestore.deserialize_cdr(message.raw, message.msgtype)
         except Exception as fault:
             raise BagError(
-                f'{self.path}: message on {message.topic} at {message.stamp_ns} ns is no valid '
+                f'{self.path}: message on {message.topic} at {message.stamp_ns} ns is not a valid '
                 f'{message.msgtype} ({fault}); {DAMAGED}'
             ) from fault
 
@@ -190,33 +190,35 @@ class BagReader:
 
 
 def check_is_bag(path: Path) -> None:
-    """Check by names alone that a bag stands at ``path``.
+    """Check that ``path`` is a bag, by file names only.
 
     Raises:
-        BagError: nothing is there, or something else; the line says what and what to do.
+        BagError: the path does not exist or is not a bag; the message names the remedy.
     """
     if not path.exists():
         raise BagError(f'{path}: does not exist; give the folder of a rosbag2 or its .mcap file')
     if path.is_dir():
         if not (path / 'metadata.yaml').exists():
             raise BagError(
-                f'{path}: is a folder without metadata.yaml, so no finished bag; give the .mcap file in it, '
+                f'{path}: is a folder without metadata.yaml, so not a complete bag; give the .mcap file in it, '
                 'or run "ros2 bag reindex"'
             )
         return
     if path.suffix == '.bag':
-        raise BagError(f'{path}: is a bag of ROS 1; convert it with "rosbags-convert"')
+        raise BagError(f'{path}: is a ROS 1 bag; convert it with "rosbags-convert"')
     if path.suffix not in {'.mcap', '.db3'}:
-        raise BagError(f'{path}: is no rosbag2; give the folder with metadata.yaml, or a .mcap or .db3 file')
+        raise BagError(
+            f'{path}: is not a rosbag2; give the folder with metadata.yaml, or a .mcap or .db3 file'
+        )
     if path.stat().st_size == 0:
         raise BagError(f'{path}: is empty; record it again')
 
 
 def topics_of(path: Path, connections: Iterable[Connection]) -> dict[str, BagTopic]:
-    """Return the topics of a bag by name; several publishers of one topic are joined.
+    """Return the topics of a bag by name; the connections of several publishers of a topic are merged.
 
     Raises:
-        BagError: a topic holds messages of two types.
+        BagError: a topic has messages of two types.
     """
     topics: dict[str, BagTopic] = {}
     for connection in connections:
@@ -226,8 +228,8 @@ def topics_of(path: Path, connections: Iterable[Connection]) -> dict[str, BagTop
         if known is not None:
             if known.msgtype != topic.msgtype:
                 raise BagError(
-                    f'{path}: topic {topic.name} holds both {known.msgtype} and {topic.msgtype}; '
-                    'record one type a topic'
+                    f'{path}: topic {topic.name} has both {known.msgtype} and {topic.msgtype}; '
+                    'record one type per topic'
                 )
             topic = BagTopic(
                 topic.name, topic.msgtype, known.message_count + topic.message_count, known.qos + qos
@@ -237,14 +239,14 @@ def topics_of(path: Path, connections: Iterable[Connection]) -> dict[str, BagTop
 
 
 def offered_profiles(connection: Connection) -> tuple[Qos, ...]:
-    """Return what the publishers of a topic offered."""
+    """Return the QoS profiles that the publishers of a topic offered."""
     if isinstance(connection.ext, ConnectionExtRosbag2):
         return tuple(connection.ext.offered_qos_profiles)
     return ()
 
 
 def typestore_for(connections: Iterable[Connection]) -> Typestore:
-    """Return ROS 2 Jazzy's types, joined by those that only the bag itself defines."""
+    """Return the types of ROS 2 Jazzy and those that only the bag defines."""
     unknown = [each for each in connections if each.msgtype not in jazzy_types().fielddefs]
     if not unknown:
         return jazzy_types()

@@ -1,4 +1,4 @@
-"""Recording of live topics into a bag."""
+"""Records live topics into a bag."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from shirube_bags.ros_types import load_message_class
 
 
 class BagRecorder:
-    """Subscribes to topics as they appear and writes their messages, as they come, into a bag."""
+    """Subscribes to topics when they appear and writes their serialized messages into a bag."""
 
     def __init__(self, node: Node, bag: BagWriter, topics: Sequence[str], say: Callable[[str], None]) -> None:
-        """Prepare.
+        """Start without subscriptions.
 
         Args:
-            node: the node that subscribes; its clock stamps the messages.
-            bag: the open bag.
-            topics: the topics to record; every topic that appears if empty.
-            say: told what is recorded and what is not.
+            node: node that subscribes; its clock stamps the messages.
+            bag: open bag.
+            topics: topics to record; all if empty.
+            log: called with a line for each topic that is recorded or skipped.
         """
         self._node = node
         self._bag = bag
@@ -39,14 +39,14 @@ class BagRecorder:
 
     @property
     def missing_topics(self) -> list[str]:
-        """The wanted topics that nobody has published yet."""
+        """Requested topics without a publisher so far."""
         return [topic for topic in self._wanted if topic not in self._subscriptions]
 
     def find_topics(self) -> None:
-        """Subscribe to the topics that have appeared; call it now and then.
+        """Subscribe to new topics; call it periodically.
 
         Raises:
-            ReplayError: a wanted topic's type cannot be recorded.
+            ReplayError: the type of a requested topic cannot be recorded.
         """
         for topic, types in self._node.get_topic_names_and_types():
             if topic in self._subscriptions or topic in self._refused:
@@ -68,7 +68,7 @@ class BagRecorder:
             if self._wanted:
                 raise
             self._refused.add(topic)
-            self._say(f'{topic} is left out: {fault}')
+            self._say(f'{topic} is skipped: {fault}')
             return
         msgtype = types[0]
         self._bag.declare(topic, msgtype, offered_qos(publishers))
@@ -81,7 +81,7 @@ class BagRecorder:
     def _write(self, topic: str, msgtype: str, raw: bytes) -> None:
         self._without_stamp.append((topic, msgtype, raw))
         stamp_ns = self._node.get_clock().now().nanoseconds
-        # Simulated time is 0 until the first /clock: a stamp of 0 would make the bag decades long.
+        # Simulated time is 0 before the first /clock: a stamp of 0 would make the bag decades long.
         if stamp_ns == 0:
             return
         for message in self._without_stamp:
@@ -94,13 +94,15 @@ def recordable_class(topic: str, types: Sequence[str]) -> object:
     """Return the message class of a live topic.
 
     Raises:
-        ReplayError: it has several types, or one that is not installed or not among the common interfaces.
+        ReplayError: the topic has several types, or one that is not installed or not in the common interfaces.
     """
     if len(types) != 1:
-        raise ReplayError(f'{topic} is published with the types {", ".join(types)}; publish one type a topic')
+        raise ReplayError(
+            f'{topic} is published with the types {", ".join(types)}; publish one type per topic'
+        )
     if types[0] not in jazzy_types().fielddefs:
         raise ReplayError(
-            f"{topic} has the type {types[0]}, none of ROS 2's common interfaces; use ros2 bag record"
+            f"{topic} has the type {types[0]}, which is not in ROS 2's common interfaces; use ros2 bag record"
         )
     message_class: object = load_message_class(types[0])
     return message_class

@@ -1,4 +1,4 @@
-"""Trajectories and stamps out of bags, taken from the headers of the messages."""
+"""Loads trajectories and header stamps from bags."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ def load_bag_trajectory(bag: BagReader, topic: str | None) -> Trajectory:
     """Load the poses of one topic, stamped by their headers.
 
     Args:
-        bag: an open bag.
-        topic: the topic; None takes the only one with poses.
+        bag: open bag.
+        topic: topic name; None selects the only topic with poses.
 
     Raises:
-        BagError: no such topic, several to choose from, another type, or malformed poses.
+        BagError: no such topic, an ambiguous choice, another type, or malformed poses.
     """
     chosen = choose_topic(bag, topic)
     stamps, positions, quaternions = [], [], []
@@ -48,7 +48,7 @@ def load_bag_trajectory(bag: BagReader, topic: str | None) -> Trajectory:
 
 
 def load_header_stamps(bag: BagReader, topic: str) -> NDArray[np.int64]:
-    """Return the stamps in the headers of a topic's messages, shape (n,), increasing [ns].
+    """Return the header stamps of a topic's messages, shape (n,), increasing [ns].
 
     Raises:
         BagError: no such topic, or its messages have no header.
@@ -63,39 +63,39 @@ def load_header_stamps(bag: BagReader, topic: str) -> NDArray[np.int64]:
 
 
 def header_stamp(raw: bytes) -> int:
-    """Return the stamp [ns] of a serialized message that begins with a header, without decoding the rest."""
+    """Return the header stamp [ns] of a serialized message without decoding the rest."""
     order = '<' if raw[1] else '>'
     seconds, nanoseconds = struct.unpack_from(f'{order}iI', raw, 4)
     return int(seconds) * NANOSECONDS + int(nanoseconds)
 
 
 def choose_topic(bag: BagReader, topic: str | None) -> BagTopic:
-    """Return the named topic, or the only one that holds poses.
+    """Return the named topic, or the only one with poses.
 
     Raises:
-        BagError: no such topic, none or several to choose from, or it holds no poses.
+        BagError: no such topic, an ambiguous choice, or a topic without poses.
     """
     with_poses = [each for each in bag.topics.values() if each.msgtype in POSE_TYPES]
     if topic is None:
         if len(with_poses) == 1:
             return with_poses[0]
-        raise BagError(f'{bag.path}: {names_of(with_poses)} hold poses; name the one to take')
+        raise BagError(f'{bag.path}: {names_of(with_poses)} have poses; name one of them')
     (name,) = bag.select_topics([topic])
     chosen = bag.topics[name]
     if chosen.msgtype not in POSE_TYPES:
         raise BagError(
-            f'{bag.path}, topic {name}: holds {chosen.msgtype} and no poses; {names_of(with_poses)} hold some'
+            f'{bag.path}, topic {name}: has type {chosen.msgtype}, not poses; {names_of(with_poses)} have poses'
         )
     return chosen
 
 
 def names_of(topics: Iterable[BagTopic]) -> str:
-    """Return the names of topics as a list in words."""
+    """Return the names of topics as a comma-separated list."""
     return ', '.join(sorted(topic.name for topic in topics)) or 'no topics'
 
 
 def pose_of(message: Any, msgtype: str) -> tuple[Any, Any]:
-    """Return the position and the quaternion in a message of one of `POSE_TYPES`."""
+    """Return the position and the quaternion of a message of one of `POSE_TYPES`."""
     if msgtype == 'geometry_msgs/msg/TransformStamped':
         return message.transform.translation, message.transform.rotation
     pose = message.pose if msgtype == 'geometry_msgs/msg/PoseStamped' else message.pose.pose

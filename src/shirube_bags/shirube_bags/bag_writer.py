@@ -1,4 +1,4 @@
-"""Writing of rosbag2 bags: mcap with compressed chunks, complete or not there at all."""
+"""Writer of rosbag2 bags: mcap with compressed chunks, created atomically."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from shirube_bags.message_types import jazzy_types
 class BagWriter:
     """Writes one bag, a folder with ``metadata.yaml`` and an mcap file.
 
-    The bag grows in a folder beside its place and is renamed when it is complete; when the ``with`` block
-    raises, nothing is left behind. Real ``ros2 bag`` reads and plays what comes out.
+    The bag is written to a temporary folder and renamed when it is complete; if the ``with`` block raises, it is
+    removed. ``ros2 bag`` reads and plays the result.
 
         with BagWriter('bags/floor') as bag:
             bag.write('/odom', 'nav_msgs/msg/Odometry', odometry, stamp_ns)
@@ -30,10 +30,10 @@ class BagWriter:
         """Prepare a bag.
 
         Args:
-            path: the folder to make; its parents are made too.
+            path: folder to create; its parents are created, too.
 
         Raises:
-            BagError: something stands there already.
+            BagError: the path exists already.
         """
         self.path = Path(path)
         if self.path.exists():
@@ -47,19 +47,19 @@ class BagWriter:
         """Open the bag for writing.
 
         Raises:
-            BagError: the place cannot be written to.
+            BagError: the folder is not writable.
         """
         parent = self.path.absolute().parent
         try:
             parent.mkdir(parents=True, exist_ok=True)
             self._folder = Path(tempfile.mkdtemp(prefix=f'{self.path.name}.partial-', dir=parent))
-            # The files in a bag carry the bag's own name, so it grows under that name one level deeper.
+            # The files in a bag are named after the bag, so it is written under its own name, one level deeper.
             self._writer = Writer(self._folder / self.path.name, version=9, storage_plugin=StoragePlugin.MCAP)
             self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
             self._writer.open()
         except OSError as fault:
             raise BagError(
-                f'{self.path}: cannot be made ({fault.strerror}); choose a writable place'
+                f'{self.path}: cannot be created ({fault.strerror}); choose a writable place'
             ) from fault
         return self
 
@@ -69,7 +69,7 @@ class BagWriter:
         fault: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """Complete the bag and put it in its place, or leave nothing if the block raised."""
+        """Complete the bag and rename it to its path, or remove it if the block raised."""
         if self._folder is None or self._writer is None:
             return
         try:
@@ -80,33 +80,33 @@ class BagWriter:
                 self._writer.abort()
         except OSError as error:
             raise BagError(
-                f'{self.path}: cannot be completed ({error.strerror}); make room or choose another place'
+                f'{self.path}: cannot be completed ({error.strerror}); free disk space or choose another folder'
             ) from error
         finally:
             shutil.rmtree(self._folder, ignore_errors=True)
 
     def declare(self, topic: str, msgtype: str, qos: Qos | None = None) -> None:
-        """Add a topic with a quality of service of its own; needed only where the default does not fit.
+        """Add a topic with its own QoS profile; needed only if the default profile does not fit.
 
         Args:
-            topic: absolute name, as ``/image_raw``.
-            msgtype: as ``sensor_msgs/msg/Image``.
-            qos: the profile a player shall offer; by default `default_qos`.
+            topic: absolute name, such as ``/image_raw``.
+            msgtype: message type, such as ``sensor_msgs/msg/Image``.
+            qos: profile for the player; None uses `default_qos`.
 
         Raises:
-            BagError: the type is unknown, or the topic is there with another type.
+            BagError: the type is unknown, or the topic exists with another type.
         """
         known = self._connections.get(topic)
         if known is not None:
             if known.msgtype != msgtype:
                 raise BagError(
-                    f'{self.path}: topic {topic} holds {known.msgtype}, so {msgtype} needs another topic'
+                    f'{self.path}: topic {topic} has type {known.msgtype}, so {msgtype} needs another topic'
                 )
             return
         if msgtype not in jazzy_types().fielddefs:
             raise BagError(
                 f'{self.path}: topic {topic} has the unknown type {msgtype!r}; '
-                "use one of ROS 2 Jazzy's common interfaces, as 'sensor_msgs/msg/Image'"
+                "use one of ROS 2 Jazzy's common interfaces, such as 'sensor_msgs/msg/Image'"
             )
         profile = default_qos(topic, msgtype) if qos is None else qos
         self._connections[topic] = self._open_writer().add_connection(
@@ -117,26 +117,26 @@ class BagWriter:
         """Write one message.
 
         Args:
-            topic: absolute name, as ``/image_raw``.
-            msgtype: as ``sensor_msgs/msg/Image``.
-            message: a dataclass of `jazzy_types`, not a message of rclpy (for these: `write_raw`).
-            stamp_ns: when the message was received [ns since the epoch or since the start].
+            topic: absolute name, such as ``/image_raw``.
+            msgtype: message type, such as ``sensor_msgs/msg/Image``.
+            message: dataclass of `jazzy_types`, not an rclpy message (for these: `write_raw`).
+            stamp_ns: time of reception [ns since the epoch or since the start].
 
         Raises:
-            BagError: the message does not fit its type, or see `declare`.
+            BagError: the message does not match its type, or see `declare`.
         """
         self.declare(topic, msgtype)
         try:
             raw = jazzy_types().serialize_cdr(message, msgtype)
-        # The serializer is generated code: a wrong field ends in whatever Python raises there.
+        # The serializer is generated code: a wrong field can raise any error.
         except Exception as fault:
             raise BagError(
-                f'{self.path}: message on {topic} is no valid {msgtype} ({fault}); check its fields'
+                f'{self.path}: message on {topic} is not a valid {msgtype} ({fault}); check its fields'
             ) from fault
         self.write_raw(topic, msgtype, raw, stamp_ns)
 
     def write_raw(self, topic: str, msgtype: str, raw: bytes | memoryview, stamp_ns: int) -> None:
-        """Write one message that is serialized already (CDR with its four bytes of header).
+        """Write one serialized message (CDR with its header of four bytes).
 
         Raises:
             BagError: the stamp is negative, the disk is full, or see `declare`.
@@ -148,7 +148,7 @@ class BagWriter:
             self._open_writer().write(self._connections[topic], stamp_ns, raw)
         except (OSError, WriterError) as fault:
             raise BagError(
-                f'{self.path}: cannot be written ({fault}); make room or choose another place'
+                f'{self.path}: cannot be written ({fault}); free disk space or choose another folder'
             ) from fault
         self.message_count += 1
 

@@ -1,4 +1,4 @@
-"""Which share of the images got a pose."""
+"""Coverage: the fraction of images with a pose."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Coverage:
-    """How many stamps have a pose.
+    """Number of stamps with a pose.
 
     Attributes:
-        expected: stamps that should have a pose.
-        covered: those of them that have one.
-        excluded: stamps left out because they lie in an excluded interval.
-        missing_ns: array of int64, the stamps without a pose [ns].
+        expected: number of stamps that should have a pose.
+        covered: number of expected stamps with a pose.
+        excluded: number of stamps within an excluded interval.
+        missing_ns: array of int64, stamps without a pose [ns].
     """
 
     expected: int
@@ -26,7 +26,7 @@ class Coverage:
 
     @property
     def share(self) -> float:
-        """The covered share of the expected stamps, 0 to 1; 1 if none is expected."""
+        """Covered fraction of the expected stamps, 0 to 1; 1 if none is expected."""
         return self.covered / self.expected if self.expected else 1.0
 
 
@@ -41,8 +41,8 @@ def measure_coverage(
     Args:
         expected_ns: array of int64, shape (n,), stamps of the images [ns].
         estimated_ns: array of int64, shape (m,), increasing, m > 0, stamps of the poses [ns].
-        tolerance_ns: a pose as near as this belongs to the image [ns].
-        excluded_ns: array of int64, shape (k, 2), starts and ends of intervals in which no pose is expected,
+        tolerance_ns: largest difference between the stamps of a pose and its image [ns].
+        excluded_ns: array of int64, shape (k, 2), start and end of each interval in which no pose is expected,
             both included [ns].
     """
     inside = np.zeros(len(expected_ns), dtype=bool)

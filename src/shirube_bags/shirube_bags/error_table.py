@@ -1,4 +1,4 @@
-"""The errors of each pose as a CSV file."""
+"""Writes the errors of each pose to a CSV file."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ COLUMNS = (
 
 
 def save_error_table(path: Path | str, errors: TrajectoryErrors) -> None:
-    """Write one line a compared pose, in seconds, metres and radians.
+    """Write one line per compared pose, in seconds, metres and radians.
 
     Raises:
-        OSError: the place cannot be written to.
+        OSError: the file cannot be written.
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator='\n')

@@ -1,8 +1,8 @@
-"""The errors of this package: one clear line each, with the file, what is wrong and the remedy."""
+"""Errors of this package; each message is one line with the file, the fault and the remedy."""
 
 
 class ShirubeBagsError(ValueError):
-    """Root of the errors of shirube_bags."""
+    """Base class of the errors of shirube_bags."""
 
 
 class BagError(ShirubeBagsError):
@@ -18,4 +18,4 @@ class TrajectoryError(ShirubeBagsError):
 
 
 class ReplayError(ShirubeBagsError):
-    """A replay or a recording cannot do what was asked of it."""
+    """A replay or a recording cannot be done as requested."""

@@ -1,7 +1,6 @@
-"""Lock step: the next message goes out when the nodes have worked off the last one.
+"""Lockstep replay: a message is published when the nodes have processed the last one.
 
-Nothing is lost then, however slow the nodes and however short their queues, and nothing waits longer than it
-must.
+No message is lost, however slow the nodes and short their queues, and the replay runs as fast as possible.
 """
 
 from __future__ import annotations
@@ -15,16 +14,16 @@ from shirube_bags.bag_player import CLOCK, BagPlayer
 from shirube_bags.bag_reader import BagMessage, BagReader
 from shirube_bags.node_questions import NodeQuestions
 
-# A message in one datagram arrives before the question behind it; fragments may be overtaken [bytes].
+# A message in one datagram arrives before a request sent after it; fragments may be overtaken [byte].
 LARGEST_DATAGRAM = 65_000
-# The first message may set off a compilation in the node [s].
+# The first message may start a compilation of numba kernels in the node [s].
 ANSWER_TIMEOUT = 180.0
-# With other settings of the middleware than play's own, an acknowledgement can take seconds [s].
+# With middleware settings other than those of ``play``, an acknowledgement can take seconds [s].
 ACKNOWLEDGE_TIMEOUT = 0.1
 
 
 class Lockstep:
-    """Publishes messages and waits until all that subscribe to them have worked them off."""
+    """Publishes messages and waits until all subscribing nodes have processed them."""
 
     def __init__(
         self,
@@ -34,14 +33,14 @@ class Lockstep:
         timeout: float = ANSWER_TIMEOUT,
         should_stop: Callable[[], bool] = lambda: False,
     ) -> None:
-        """Prepare.
+        """Start without known subscribers.
 
         Args:
-            player: publishes the messages.
-            node: the player's node.
-            executor: spins this node; nodes under test may be in it too.
-            timeout: how long a node may take for one message [s].
-            should_stop: looked at while waiting; True ends it.
+            player: player that publishes the messages.
+            node: node of the player.
+            executor: executor of this node; it may contain the nodes under test, too.
+            timeout: longest processing time of one message [s].
+            should_stop: polled while waiting; True ends the wait.
         """
         self._player = player
         self._timeout = timeout
@@ -50,17 +49,17 @@ class Lockstep:
 
     @property
     def silent_nodes(self) -> tuple[str, ...]:
-        """Subscribing nodes of which nobody can tell when they are ready; known after `wait`."""
+        """Subscribing nodes without a parameter service, which cannot be waited for; known after `wait`."""
         return self._questions.silent_nodes
 
     def publish(self, message: BagMessage) -> None:
-        """Publish a message and wait until it is worked off.
+        """Publish a message and wait until it is processed.
 
         Raises:
-            ReplayError: a node has not answered in time.
+            ReplayError: a node has not responded in time.
         """
-        # Nodes look for what has come one subscription after the other: without the question, the message could be
-        # found by a look that missed the clock just before.
+        # Executors poll one subscription after the other: without this barrier, the message could be taken in a poll
+        # that missed the clock just before it.
         self._player.set_clock(message.stamp_ns)
         followers = set(self._subscribers_of(CLOCK)) & set(self._subscribers_of(message.topic))
         self._questions.ask(sorted(followers), self._timeout)
@@ -70,14 +69,14 @@ class Lockstep:
         self.wait([message.topic])
 
     def wait(self, topics: Sequence[str]) -> None:
-        """Wait until what was published on the topics is worked off.
+        """Wait until all messages published on the topics are processed.
 
         Raises:
-            ReplayError: a node has not answered in time.
+            ReplayError: a node has not responded in time.
         """
         names = {name for topic in topics for name in self._subscribers_of(topic)}
-        # Nodes look for messages before they look for questions: where both come in between, the question is answered
-        # first. The second question is answered after another look for messages.
+        # Executors poll subscriptions before services: if both arrive in between, the request is served first. The
+        # second request is served after another poll of the subscriptions.
         for _ in range(2):
             self._questions.ask(sorted(names), self._timeout)
 
@@ -97,21 +96,21 @@ def replay_in_lockstep(
     topics: Sequence[str] = (),
     timeout: float = ANSWER_TIMEOUT,
 ) -> int:
-    """Replay a bag, each message when the last one is worked off: for tests with the nodes in one process.
+    """Replay a bag in lockstep, for tests with all nodes in one process.
 
     Args:
-        bag: an open bag.
-        node: the player's node.
-        executor: spins this node and the nodes under test, which are all there already, in one context.
-        topics: topics to replay; all of the bag's if empty.
-        timeout: how long a node may take for one message [s].
+        bag: open bag.
+        node: node of the player.
+        executor: executor of this node and of all nodes under test, in one context.
+        topics: topics to replay; all if empty.
+        timeout: longest processing time of one message [s].
 
     Returns:
-        How many messages were published.
+        number of published messages.
 
     Raises:
-        ReplayError: a type is not installed, or a node has not answered in time.
-        BagError: a topic is not in the bag, or the bag is damaged.
+        ReplayError: a type is not installed, or a node has not responded in time.
+        BagError: a topic is not in the bag, or the bag is corrupted.
     """
     player = BagPlayer(node, [bag.topics[topic] for topic in bag.select_topics(topics)])
     lockstep = Lockstep(player, node, executor, timeout)

@@ -1,4 +1,4 @@
-"""The message types of ROS 2 Jazzy as plain dataclasses, to be had without ROS."""
+"""The message types of ROS 2 Jazzy as dataclasses, without a ROS installation."""
 
 from __future__ import annotations
 
@@ -13,6 +13,6 @@ def jazzy_types() -> Typestore:
     """Return the common interfaces of ROS 2 Jazzy.
 
     ``jazzy_types().types['geometry_msgs/msg/PoseStamped']`` is the dataclass of that message; its arrays of
-    numbers are numpy arrays. The store is shared: register nothing in it.
+    numbers are numpy arrays. The store is shared: do not register types in it.
     """
     return get_typestore(Stores.ROS2_JAZZY)

@@ -1,10 +1,10 @@
-"""Questions to nodes: whoever has answered two has worked off the messages that came before the first.
+"""A barrier for nodes: two parameter requests, after which all earlier messages are processed.
 
-Every node answers questions about its parameters, from the same executor as its messages. An executor looks whether
-messages have come, then whether questions have, and works off the messages that it has found before the questions. A
-message and a question that come between the two looks are found the wrong way round; but before a second question is
-found there was another look for messages. So a node is asked for none of its parameters, twice. That holds for nodes
-with the usual executors and callback groups; a node that hands its messages to threads of its own answers too early.
+Every node serves parameter requests, in the same executor as its messages. An executor polls its subscriptions, then
+its services, and processes messages before requests. A message and a request that arrive between the two polls are
+processed in the wrong order; but before a second request is taken, the subscriptions are polled again. So each node
+gets two GetParameters requests for no parameters. This works for nodes with the standard executors and callback groups;
+a node that processes messages in its own threads responds too early.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from shirube_bags.errors import ReplayError
 
-# A node and its services are found within milliseconds of its subscriptions, now and then within seconds [s].
+# Discovery of a node's services takes milliseconds after that of its subscriptions, sometimes seconds [s].
 DISCOVERY_TIMEOUT = 3.0
-# An answer given while its asker is being discovered can get lost [s].
+# A response sent before the client is discovered can be lost, so requests are repeated [s].
 REPEAT_INTERVAL = 1.0
 
 
 class NodeQuestions:
-    """Finds the nodes that subscribe to topics, asks them, and waits for their answers."""
+    """Finds the nodes that subscribe to topics, and waits until they have responded."""
 
     def __init__(self, node: Node, executor: Executor, should_stop: Callable[[], bool]) -> None:
-        """Prepare.
+        """Start without clients.
 
         Args:
-            node: asks.
-            executor: spins this node; the nodes that are asked may be in it too.
-            should_stop: looked at while waiting; True ends it.
+            node: node that sends the requests.
+            executor: executor of this node; it may contain the other nodes, too.
+            should_stop: polled while waiting; True ends the wait.
         """
         self._node = node
         self._executor = executor
@@ -46,7 +46,7 @@ class NodeQuestions:
 
     @property
     def silent_nodes(self) -> tuple[str, ...]:
-        """The nodes that have no parameter service, so that nobody can tell when they are ready."""
+        """Nodes without a parameter service, which cannot be waited for."""
         return tuple(sorted(self._silent))
 
     def find_subscribers(self, topic: str, count: int) -> tuple[str, ...]:
@@ -54,7 +54,7 @@ class NodeQuestions:
 
         Args:
             topic: absolute name, after remapping.
-            count: subscribers known to the publisher; the names of their nodes are waited for.
+            count: number of subscribers known to the publisher; their node names are waited for.
         """
         deadline = time.monotonic() + DISCOVERY_TIMEOUT
         while True:
@@ -65,14 +65,14 @@ class NodeQuestions:
             self._executor.spin_once(timeout_sec=0.01)
 
     def ask(self, names: Iterable[str], timeout: float) -> None:
-        """Wait until the nodes have answered; those that have ended or never answer are left out.
+        """Wait until the nodes have responded; nodes that have ended or are unresponsive are skipped.
 
         Args:
-            names: full names of the nodes.
-            timeout: how long the answers may take [s].
+            names: fully qualified names of the nodes.
+            timeout: longest wait for the responses [s].
 
         Raises:
-            ReplayError: the time is over.
+            ReplayError: timeout.
         """
         answers = {name: self._question(name) for name in names if self._can_be_asked(name)}
         now = time.monotonic()
@@ -81,7 +81,7 @@ class NodeQuestions:
             now = time.monotonic()
             if now > deadline:
                 raise ReplayError(
-                    f'{", ".join(waiting)} has not answered for {timeout:g} s; look whether it hangs'
+                    f'{", ".join(waiting)} has not responded for {timeout:g} s; check whether it hangs'
                 )
             if now > repeat:
                 answers.update({name: self._question(name) for name in waiting})
@@ -113,5 +113,5 @@ class NodeQuestions:
 
 
 def full_name(endpoint: TopicEndpointInfo) -> str:
-    """Return the namespace and name of the node that an endpoint belongs to."""
+    """Return the fully qualified name of an endpoint's node."""
     return f'{endpoint.node_namespace.rstrip("/")}/{endpoint.node_name}'

@@ -1,4 +1,4 @@
-"""One round of a replay: each message at its time, or in step with the nodes."""
+"""Replays a bag once: each message at its time, or in lockstep with the nodes."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from shirube_bags.lockstep import Lockstep
 from shirube_bags.replay_pace import ReplayPace
 from shirube_bags.stamps import NANOSECONDS
 
-# ``/clock`` goes on at 40 Hz between the messages, as that of "ros2 bag play" [s].
+# ``/clock`` is published at 40 Hz between the messages, as by "ros2 bag play" [s].
 CLOCK_INTERVAL = 0.025
 
 
 @dataclass(frozen=True)
 class ReplayOutcome:
-    """What was replayed.
+    """Result of a replay.
 
     Attributes:
-        messages: how many were published.
-        bag_duration: the bag's time that was played [s].
-        took: the time it took [s].
+        messages: number of published messages.
+        bag_duration: replayed time of the bag [s].
+        elapsed: wall time of the replay [s].
     """
 
     messages: int
@@ -44,16 +44,16 @@ def replay(
     """Publish the bag's messages once.
 
     Args:
-        bag: an open bag.
-        player: publishes; its topics are replayed.
-        rate: seconds of the bag a second; 0 waits for no time at all.
-        lockstep: waits for the nodes after each message; None does not.
-        stop: ends the replay when it is set.
-        on_progress: told the bag's time since its start [s].
+        bag: open bag.
+        player: player of the topics to replay.
+        rate: playback rate; 0 publishes without waiting.
+        lockstep: waits for the nodes after each message; None to publish without waiting for them.
+        stop: event that ends the replay.
+        on_progress: called with the replayed time of the bag [s].
 
     Raises:
-        ReplayError: a node has not answered in time.
-        BagError: the bag is damaged.
+        ReplayError: a node has not responded in time.
+        BagError: the bag is corrupted.
     """
     began = time.monotonic()
     pace = ReplayPace(rate, bag.start_ns, began)
@@ -71,7 +71,7 @@ def replay(
 
 
 def wait_until_due(pace: ReplayPace, stamp_ns: int, player: BagPlayer, stop: Event) -> None:
-    """Wait for the time of a message, while ``/clock`` goes on."""
+    """Wait for the time of a message, while publishing ``/clock``."""
     while (delay := pace.delay(stamp_ns, time.monotonic())) > 0.0:
         if stop.wait(min(delay, CLOCK_INTERVAL)):
             return

@@ -1,4 +1,4 @@
-"""When the messages of a bag are due."""
+"""Timing of a replay."""
 
 from __future__ import annotations
 
@@ -6,29 +6,29 @@ from shirube_bags.stamps import NANOSECONDS
 
 
 class ReplayPace:
-    """Maps the bag's time to a steady clock's.
+    """Maps the time of the bag to a steady clock.
 
-    A replay that fell behind, because the machine was busy or the program was halted, does not hurry:
-    receivers with short queues would lose what comes in a burst. The rest is shifted instead.
+    A replay that fell behind, because of load or a suspended process, does not catch up: subscribers with short queues
+    would lose messages of a burst. The remaining messages are delayed instead.
     """
 
-    # A late wake-up as any scheduler has it is caught up with [s].
+    # A longer delay is not caught up; shorter ones are normal scheduling jitter [s].
     HARMLESS_DELAY = 0.02
 
     def __init__(self, rate: float, first_stamp_ns: int, now: float) -> None:
-        """Begin.
+        """Start the replay.
 
         Args:
-            rate: seconds of the bag a second; 0 makes every message due at once.
-            first_stamp_ns: the bag's time at which the replay begins [ns].
-            now: the steady clock's [s].
+            rate: playback rate; 0 makes every message due at once.
+            first_stamp_ns: time of the bag at the start of the replay [ns].
+            now: time of the steady clock [s].
         """
         self._rate = rate
         self._first_stamp_ns = first_stamp_ns
         self._began = now
 
     def delay(self, stamp_ns: int, now: float) -> float:
-        """Return how long to wait for the message with this stamp [s], 0 or more."""
+        """Return the delay until a message is due [s], 0 or more."""
         if self._rate == 0.0:
             return 0.0
         due = self._began + (stamp_ns - self._first_stamp_ns) / NANOSECONDS / self._rate
@@ -37,5 +37,5 @@ class ReplayPace:
         return max(0.0, due - now)
 
     def bag_time(self, now: float) -> int:
-        """Return the bag's time [ns] at a time of the steady clock [s]."""
+        """Return the time of the bag [ns] at a time of the steady clock [s]."""
         return self._first_stamp_ns + round((now - self._began) * self._rate * NANOSECONDS)

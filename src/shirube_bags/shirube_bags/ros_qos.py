@@ -1,4 +1,4 @@
-"""Quality of service between bags and rclpy."""
+"""Conversion of QoS profiles between bags and rclpy."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ LARGEST_LATCHED_HISTORY = 1000
 
 
 def replay_qos(topic: BagTopic) -> QoSProfile:
-    """Return the profile a topic is replayed with.
+    """Return the profile for the replay of a topic.
 
-    It is reliable whatever the bag offered, since that serves every subscriber, and nothing is discarded
-    before all reliable subscribers have it. Latched topics stay latched.
+    It is always reliable, which is compatible with every subscriber, and keeps all messages until reliable subscribers
+    have acknowledged them. Latched (transient local) topics stay latched.
     """
     if any(each.durability is QosDurability.TRANSIENT_LOCAL for each in topic.qos):
         deepest = max(each.depth for each in topic.qos)
@@ -32,7 +32,7 @@ def replay_qos(topic: BagTopic) -> QoSProfile:
 
 
 def recording_qos(publishers: Sequence[TopicEndpointInfo]) -> QoSProfile:
-    """Return the strongest profile that all the publishers of a topic can serve, with a queue without end."""
+    """Return the strictest profile compatible with all publishers of a topic, with an unlimited queue."""
     qos = offered_qos(publishers)
     reliable = qos.reliability is QosReliability.RELIABLE
     latched = qos.durability is QosDurability.TRANSIENT_LOCAL
@@ -44,10 +44,10 @@ def recording_qos(publishers: Sequence[TopicEndpointInfo]) -> QoSProfile:
 
 
 def offered_qos(publishers: Sequence[TopicEndpointInfo]) -> Qos:
-    """Return what all the publishers of a topic offer, as a bag stores it."""
+    """Return the profile that all publishers of a topic offer, as stored in a bag."""
     profiles = [each.qos_profile for each in publishers]
     latched = all(each.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in profiles)
-    # The discovery does not tell the depth: 0 there.
+    # Discovery does not transmit the depth: it is 0.
     depth = max([each.depth for each in profiles if each.depth > 0], default=1 if latched else 10)
     qos = reliable_qos(depth, latched)
     if all(each.reliability == ReliabilityPolicy.RELIABLE for each in profiles):

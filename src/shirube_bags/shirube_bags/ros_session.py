@@ -1,4 +1,4 @@
-"""A node of its own for a command, cleanly shut down."""
+"""A node and its executor for a command, with clean shutdown."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class RosSession:
 
 @contextmanager
 def ros_session(name: str, arguments: Sequence[str], use_sim_time: bool = False) -> Iterator[RosSession]:
-    """Give a node; signals are left to the caller (`stop_on_signals`).
+    """Create a node; the caller handles signals (`stop_on_signals`).
 
     Args:
-        name: the node's name.
-        arguments: the command line, from which ROS takes what follows ``--ros-args``.
-        use_sim_time: True if the node's clock follows ``/clock``.
+        name: node name.
+        arguments: command line, including ``--ros-args``.
+        use_sim_time: whether the node's clock follows ``/clock``.
     """
     context = Context()
     rclpy.init(args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO)

@@ -1,4 +1,4 @@
-"""The message classes of rclpy by their names."""
+"""Loads rclpy message classes by name."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from shirube_bags.errors import ReplayError
 
 
 def load_message_class(msgtype: str) -> Any:
-    """Return the class of a message type as ``sensor_msgs/msg/Image``.
+    """Return the class of a message type such as ``sensor_msgs/msg/Image``.
 
     Raises:
         ReplayError: the type is not installed.

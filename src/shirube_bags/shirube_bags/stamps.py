@@ -1,19 +1,19 @@
-"""Stamps in nanoseconds, and as decimal seconds in text files without a nanosecond lost."""
+"""Lossless conversion between stamps [ns] and decimal seconds in text files."""
 
 from __future__ import annotations
 
 from decimal import Decimal, InvalidOperation
 
 NANOSECONDS = 1_000_000_000
-# What 64 bits hold of nanoseconds [s].
+# Largest time in 64-bit nanoseconds [s].
 LATEST = 9_223_372_036
 
 
 def stamp_from_text(text: str) -> int:
-    """Return the stamp [ns] of decimal seconds, as ``1700000000.123456789`` or ``1.5e3``.
+    """Return the stamp [ns] of decimal seconds, such as ``1700000000.123456789`` or ``1.5e3``.
 
     Raises:
-        ValueError: the text is no finite number.
+        ValueError: the text is not a finite number.
     """
     try:
         seconds = Decimal(text)

@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM as a wish to stop, so that files are closed and programs end with exit code 0."""
+"""Handles SIGINT and SIGTERM by a stop event, so that files are closed and the exit code is 0."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def stop_on_signals() -> Iterator[threading.Event]:
-    """Give an event that SIGINT and SIGTERM set; the former handlers come back at the end."""
+    """Provide an event that SIGINT and SIGTERM set; restore the previous handlers at the end."""
     stop = threading.Event()
     signals = (signal.SIGINT, signal.SIGTERM)
     former = {each: signal.signal(each, lambda _number, _frame: stop.set()) for each in signals}

@@ -1,4 +1,4 @@
-"""Waiting for the subscribers of a replay."""
+"""Waits for the subscribers of a replay."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from shirube_bags.errors import ReplayError
 
-# Once somebody listens, the other subscriptions of the same node are found within this [s].
+# After the first subscriber, the other subscriptions of the same node are discovered within this time [s].
 SETTLING_TIME = 0.3
 POLL_INTERVAL = 0.01
 
@@ -18,16 +18,16 @@ def wait_for_wanted(
     timeout: float,
     should_stop: Callable[[], bool],
 ) -> None:
-    """Wait until each wanted topic has as many subscribers as wanted.
+    """Wait until each topic has the requested number of subscribers.
 
     Args:
-        subscriber_count: tells how many subscribers a topic has.
-        wanted: numbers of subscribers by topic.
-        timeout: how long to wait for all of them [s].
-        should_stop: asked while waiting; True ends it.
+        subscriber_count: returns the number of subscribers of a topic.
+        wanted: requested number of subscribers by topic.
+        timeout: longest wait for all subscribers [s].
+        should_stop: polled while waiting; True ends the wait.
 
     Raises:
-        ReplayError: the time is over.
+        ReplayError: timeout.
     """
     deadline = time.monotonic() + timeout
     while not should_stop():
@@ -49,16 +49,16 @@ def wait_for_any(
     timeout: float,
     should_stop: Callable[[], bool],
 ) -> list[str]:
-    """Wait until a topic has a subscriber and the numbers of subscribers rest.
+    """Wait until a topic has a subscriber and the numbers of subscribers are stable.
 
     Args:
-        subscriber_count: tells how many subscribers a topic has.
-        topics: the topics that are replayed.
-        timeout: how long to wait for the first subscriber [s].
-        should_stop: asked while waiting; True ends it.
+        subscriber_count: returns the number of subscribers of a topic.
+        topics: replayed topics.
+        timeout: longest wait for the first subscriber [s].
+        should_stop: polled while waiting; True ends the wait.
 
     Returns:
-        The topics without a subscriber.
+        topics without a subscriber.
     """
     now = time.monotonic()
     deadline, changed, former = now + timeout, now, [0] * len(topics)

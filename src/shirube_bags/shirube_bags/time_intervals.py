@@ -1,4 +1,4 @@
-"""Intervals of time in a file, such as those in which the floor was covered by dirt."""
+"""Loads time intervals from a CSV file, for example those in which the floor was covered by dirt."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from shirube_bags.stamps import stamp_from_text
 
 
 def load_intervals(path: Path | str) -> NDArray[np.int64]:
-    """Load a CSV file with the columns ``start`` and ``end`` [s]; other columns are left alone.
+    """Load a CSV file with the columns ``start`` and ``end`` [s]; other columns are ignored.
 
     Returns:
         array of int64, shape (n, 2) [ns]; n may be 0.

@@ -1,4 +1,4 @@
-"""Which topic of a bag is meant."""
+"""Selection of a topic of a bag."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ def choose_topic(
     *,
     is_optional: bool = False,
 ) -> str:
-    """Return the topic that is named, else a usual one, else the only one of the type; an empty name is none.
+    """Return the named topic, else a default one, else the only one of the type; empty if there is none.
 
     Args:
-        bag: an open bag.
-        name: that the user gave, None for none.
-        types: message types that will do, the first one names the kind to people.
-        usual: names to take without asking, the first ones first.
-        is_optional: whether there may be none.
+        bag: open bag.
+        name: name given by the user, None if not given.
+        types: accepted message types; the first one appears in error messages.
+        defaults: default names, in order of preference.
+        is_optional: whether the topic may be missing.
 
     Raises:
-        BagError: the named topic is missing or of another type, or none or several are there to choose from.
+        BagError: the named topic is missing or has another type, or the choice is not unique.
     """
     fitting = sorted(topic.name for topic in bag.topics.values() if topic.msgtype in types)
     kind = types[0].rpartition('/')[2]

@@ -1,4 +1,4 @@
-"""Trajectories: stamped poses in space, and what lies between two of them."""
+"""Trajectories: stamped 3D poses, and their interpolation."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from shirube_bags.stamps import NANOSECONDS
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Poses of one frame in another, in the order of their stamps.
+    """Poses of one frame in another, sorted by stamp.
 
     Attributes:
         stamps_ns: array of int64, shape (n,), strictly increasing [ns].
         positions: array, shape (n, 3), x, y, z [m].
-        quaternions: array, shape (n, 4), x, y, z, w, of length 1.
+        quaternions: array, shape (n, 4), x, y, z, w, normalized.
     """
 
     stamps_ns: NDArray[np.int64]
@@ -36,7 +36,7 @@ class Trajectory:
 
 
 def make_trajectory(stamps_ns: ArrayLike, positions: ArrayLike, quaternions: ArrayLike) -> Trajectory:
-    """Check poses, sort them by their stamps and make their quaternions of length 1.
+    """Validate poses, sort them by stamp and normalize their quaternions.
 
     Args:
         stamps_ns: array-like of integers, shape (n,) [ns].
@@ -44,12 +44,12 @@ def make_trajectory(stamps_ns: ArrayLike, positions: ArrayLike, quaternions: Arr
         quaternions: array-like, shape (n, 4), x, y, z, w.
 
     Raises:
-        TrajectoryError: nothing in it, shapes that differ, numbers that are not finite, a quaternion that is
-            no rotation, two poses of one stamp; the line gives the first such pose.
+        TrajectoryError: no poses, different shapes, numbers that are not finite, a quaternion that is not
+            normalized, duplicate stamps; the message names the first such pose.
     """
     stamps = np.asarray(stamps_ns, dtype=np.int64)
     if len(stamps) == 0:
-        raise TrajectoryError('the trajectory holds no poses; give at least one')
+        raise TrajectoryError('the trajectory has no poses; give at least one')
     places = np.asarray(positions, dtype=np.float64).reshape(len(stamps), -1)
     turns = np.asarray(quaternions, dtype=np.float64).reshape(len(stamps), -1)
     if places.shape[1] != 3 or turns.shape[1] != 4:
@@ -57,25 +57,25 @@ def make_trajectory(stamps_ns: ArrayLike, positions: ArrayLike, quaternions: Arr
     malformed = first_malformed_pose(places, turns)
     if malformed is not None:
         raise TrajectoryError(
-            f'pose {malformed[0] + 1} of {len(stamps)} has {malformed[1]}; leave such poses out'
+            f'pose {malformed[0] + 1} of {len(stamps)} has {malformed[1]}; remove such poses'
         )
     order = np.argsort(stamps, kind='stable')
     stamps, places, turns = stamps[order], places[order], turns[order]
     turns = turns / np.linalg.norm(turns, axis=1)[:, None]
     twice = np.flatnonzero(np.diff(stamps) == 0)
     if len(twice):
-        raise TrajectoryError(f'two poses have the stamp {stamps[twice[0]]} ns; give one pose a stamp')
+        raise TrajectoryError(f'two poses have the stamp {stamps[twice[0]]} ns; give one pose per stamp')
     return Trajectory(stamps, places, turns)
 
 
 def first_malformed_pose(
     positions: NDArray[np.float64], quaternions: NDArray[np.float64]
 ) -> tuple[int, str] | None:
-    """Return the index of the first pose that is none and what is wrong with it, or None.
+    """Return the index of the first malformed pose and its fault, or None.
 
     Args:
         positions: array, shape (n, 3) [m].
-        quaternions: array, shape (n, 4), x, y, z, w; rounding in files leaves their length near 1.
+        quaternions: array, shape (n, 4), x, y, z, w; normalized up to rounding.
     """
     finite = np.isfinite(positions).all(axis=1)
     unit = np.abs(np.linalg.norm(quaternions, axis=1) - 1.0) < 0.01
@@ -89,7 +89,7 @@ def first_malformed_pose(
 
 
 def planar_trajectory(stamps_ns: ArrayLike, poses: ArrayLike) -> Trajectory:
-    """Make a trajectory of poses on a floor.
+    """Return a trajectory of planar poses.
 
     Args:
         stamps_ns: array-like of integers, shape (n,) [ns].
@@ -107,15 +107,15 @@ def planar_trajectory(stamps_ns: ArrayLike, poses: ArrayLike) -> Trajectory:
 def can_interpolate(
     trajectory: Trajectory, stamps_ns: NDArray[np.int64], longest_gap_ns: int
 ) -> NDArray[np.bool_]:
-    """Tell at which stamps a trajectory is known.
+    """Return at which stamps a trajectory can be interpolated.
 
     Args:
-        trajectory: the trajectory.
+        trajectory: trajectory to interpolate.
         stamps_ns: array of int64, shape (m,) [ns].
-        longest_gap_ns: between two poses further apart than this nothing is known [ns].
+        longest_gap_ns: longest gap between two poses that is interpolated [ns].
 
     Returns:
-        array of bool, shape (m,): the stamp is that of a pose or lies between two near ones.
+        array of bool, shape (m,): whether the stamp is that of a pose or within a short enough gap.
     """
     known = trajectory.stamps_ns
     after = np.minimum(np.searchsorted(known, stamps_ns, side='left'), len(known) - 1)
@@ -126,21 +126,21 @@ def can_interpolate(
 
 
 def interpolate(trajectory: Trajectory, stamps_ns: NDArray[np.int64]) -> Trajectory:
-    """Return the poses at other stamps: positions on straight lines, turns on great circles.
+    """Interpolate poses: positions linearly, rotations by slerp.
 
     Args:
-        trajectory: the trajectory.
+        trajectory: trajectory to interpolate.
         stamps_ns: array of int64, shape (m,), increasing, all within the trajectory [ns].
 
     Raises:
-        TrajectoryError: a stamp lies outside.
+        TrajectoryError: a stamp is outside the trajectory.
     """
     known = trajectory.stamps_ns
     if len(stamps_ns) and not (known[0] <= stamps_ns[0] and stamps_ns[-1] <= known[-1]):
-        raise TrajectoryError('stamps lie outside the trajectory; ask only for stamps within it')
+        raise TrajectoryError('stamps are outside the trajectory; give only stamps within it')
     if len(known) == 1 or len(stamps_ns) == 0:
         return trajectory.selected(np.isin(known, stamps_ns))
-    # Seconds since the start: a double does not hold the nanoseconds of an epoch.
+    # Seconds since the start: a double cannot represent an epoch with nanoseconds.
     times, wanted = (known - known[0]) / NANOSECONDS, (stamps_ns - known[0]) / NANOSECONDS
     positions = np.column_stack([np.interp(wanted, times, axis) for axis in trajectory.positions.T])
     rotations = Slerp(times, Rotation.from_quat(trajectory.quaternions))(wanted)

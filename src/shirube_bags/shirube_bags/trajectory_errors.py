@@ -1,4 +1,4 @@
-"""How far an estimated trajectory is from the true one."""
+"""Errors of an estimated trajectory against ground truth."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from shirube_bags.trajectory import Trajectory, can_interpolate, interpolate
 
 @dataclass(frozen=True)
 class TrajectoryErrors:
-    """The errors of the poses that could be compared.
+    """Errors of the poses that have ground truth at their stamps.
 
     Attributes:
-        estimate: the poses that were compared, n of them.
-        reference: the true poses at the same stamps.
-        position: array, shape (n,), distance from the true position [m].
-        heading: array, shape (n,), turn about the robot's own upward axis from the true heading [rad],
-            in [-pi, pi], counter-clockwise positive.
-        unmatched: poses of the estimate at stamps at which the reference is unknown.
+        estimate: compared poses, n of them.
+        reference: ground truth at the same stamps.
+        position: position errors, shape (n,) [m].
+        heading: yaw errors about the robot's upward axis, shape (n,) [rad], in [-pi, pi],
+            counter-clockwise positive.
+        unmatched: number of estimated poses without ground truth.
     """
 
     estimate: Trajectory
@@ -35,7 +35,7 @@ class TrajectoryErrors:
 
 @dataclass(frozen=True)
 class ErrorStatistics:
-    """Statistics of the sizes of errors, in their unit: median, root mean square, 95 % quantile, maximum."""
+    """Statistics of absolute errors, in their unit: median, root mean square, 95 % quantile, maximum."""
 
     median: float
     rms: float
@@ -46,21 +46,21 @@ class ErrorStatistics:
 def compare_trajectories(estimate: Trajectory, reference: Trajectory, longest_gap: float) -> TrajectoryErrors:
     """Compare an estimate with the reference, which is interpolated at the estimate's stamps.
 
-    Nothing is aligned: both are poses in the same map frame. A rigid motion of both changes no error.
+    There is no alignment: both are poses in the same map frame. A rigid motion of both changes no error.
 
     Args:
-        estimate: the poses to judge.
-        reference: the true poses.
-        longest_gap: between two true poses further apart than this nothing is compared [s].
+        estimate: estimated poses.
+        reference: ground truth.
+        longest_gap: longest gap in the ground truth that is interpolated [s].
 
     Raises:
-        TrajectoryError: the two have no time in common.
+        TrajectoryError: the two have no stamps in common.
     """
     known = can_interpolate(reference, estimate.stamps_ns, round(longest_gap * NANOSECONDS))
     if not known.any():
         raise TrajectoryError(
             f'the estimate ({time_span(estimate)}) and the reference ({time_span(reference)}) have no stamps '
-            'in common; check that they are of the same drive and both stamped with the time of the images'
+            'in common; check that both are of the same drive and stamped with the time of the images'
         )
     judged = estimate.selected(known)
     truth = interpolate(reference, judged.stamps_ns)
@@ -71,7 +71,7 @@ def compare_trajectories(estimate: Trajectory, reference: Trajectory, longest_ga
 
 
 def error_statistics(errors: NDArray[np.float64]) -> ErrorStatistics:
-    """Return the statistics of the sizes of errors, shape (n,) with n > 0."""
+    """Return the statistics of errors, shape (n,) with n > 0."""
     sizes = np.abs(errors)
     return ErrorStatistics(
         median=float(np.median(sizes)),

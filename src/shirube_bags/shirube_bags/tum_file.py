@@ -1,4 +1,4 @@
-"""Trajectory files in the form of TUM: ``stamp x y z qx qy qz qw`` a line, seconds and metres."""
+"""Trajectory files in TUM format: ``stamp x y z qx qy qz qw`` per line, seconds and metres."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ def load_tum(path: Path | str) -> Trajectory:
     """Load a TUM file; empty lines and lines that start with ``#`` are skipped.
 
     Raises:
-        TumFileError: the file is missing, empty, or a line is malformed or holds NaN.
+        TumFileError: the file is missing, empty, or a line is malformed or has NaN.
     """
     try:
         lines = Path(path).read_text(encoding='utf-8').splitlines()
     except (OSError, UnicodeDecodeError) as fault:
-        reason = fault.strerror if isinstance(fault, OSError) else 'is no text'
+        reason = fault.strerror if isinstance(fault, OSError) else 'not a text file'
         raise TumFileError(
             f'{path}: cannot be read ({reason}); give a text file of lines "{COLUMNS}"'
         ) from fault
@@ -37,17 +37,15 @@ def load_tum(path: Path | str) -> Trajectory:
         except ValueError as fault:
             raise TumFileError(f'{path}, line {number}: {fault}') from fault
         if stamp_ns in rows:
-            raise TumFileError(
-                f'{path}, line {number}: its stamp stands in an earlier line; keep one of the two'
-            )
+            raise TumFileError(f'{path}, line {number}: duplicate stamp; keep one of the two lines')
         rows[stamp_ns] = values
         numbers.append(number)
     if not rows:
-        raise TumFileError(f'{path}: holds no poses; give lines "{COLUMNS}"')
+        raise TumFileError(f'{path}: has no poses; give lines "{COLUMNS}"')
     poses = np.array(list(rows.values()))
     malformed = first_malformed_pose(poses[:, :3], poses[:, 3:])
     if malformed is not None:
-        raise TumFileError(f'{path}, line {numbers[malformed[0]]}: {malformed[1]}; leave such poses out')
+        raise TumFileError(f'{path}, line {numbers[malformed[0]]}: {malformed[1]}; remove such poses')
     return make_trajectory(list(rows), poses[:, :3], poses[:, 3:])
 
 
@@ -55,7 +53,7 @@ def parse_tum_line(line: str) -> tuple[int, list[float]]:
     """Return the stamp [ns] and the seven numbers of the pose in one line.
 
     Raises:
-        ValueError: there are not eight numbers in it.
+        ValueError: the line does not have eight numbers.
     """
     fields = line.split()
     if len(fields) != 8:
@@ -67,10 +65,10 @@ def parse_tum_line(line: str) -> tuple[int, list[float]]:
 
 
 def save_tum(path: Path | str, trajectory: Trajectory) -> None:
-    """Write a TUM file beside its place and rename it; stamps keep their nanoseconds, poses every digit.
+    """Write a TUM file atomically; stamps keep their nanoseconds, poses all digits.
 
     Raises:
-        TumFileError: the place cannot be written to.
+        TumFileError: the file cannot be written.
     """
     rows = zip(trajectory.stamps_ns, trajectory.positions, trajectory.quaternions, strict=True)
     lines = [f'# {COLUMNS}\n']

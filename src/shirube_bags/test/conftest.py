@@ -1,4 +1,4 @@
-"""Bags and ROS for the tests of this package."""
+"""Fixtures: bags, ROS nodes and processes."""
 
 import os
 import subprocess
@@ -62,7 +62,7 @@ def bag_path(tmp_path, messages) -> Path:
 
 @pytest.fixture
 def domain(monkeypatch, tmp_path):
-    """A ROS domain of its own, on this machine only."""
+    """An isolated ROS domain on this host."""
     with domain_id() as number:
         monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
         monkeypatch.setenv('ROS_DOMAIN_ID', str(number))
@@ -101,7 +101,7 @@ class Ros:
 
 @pytest.fixture
 def start_command(domain, tmp_path):
-    """Starts an executable of this package in a process of its own; it is ended with the test."""
+    """Starts an executable of this package in a new process, which ends with the test."""
     processes = []
 
     def start(name, *arguments):

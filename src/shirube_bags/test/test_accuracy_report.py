@@ -1,4 +1,4 @@
-"""Reports show the figures of a run, and limits hold them."""
+"""Reports show the accuracy of a run, and limits are checked."""
 
 import json
 import math

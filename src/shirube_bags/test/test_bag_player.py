@@ -1,4 +1,4 @@
-"""The player sets the clock and publishes bytes as they are."""
+"""The player publishes the clock and unchanged messages."""
 
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile

@@ -1,4 +1,4 @@
-"""Bags are read whole and in order; bad ones are refused in one line with a remedy."""
+"""Bags are read completely and in order; invalid ones are rejected in one line with a remedy."""
 
 import shutil
 
@@ -101,7 +101,7 @@ def test_a_truncated_sqlite_file_is_refused(tmp_path, share):
     path = write_sqlite_bag(tmp_path / 'bag')
     data = (path / 'bag.db3').read_bytes()
     (path / 'bag.db3').write_bytes(data[: int(len(data) * share)])
-    assert 'truncated or damaged' in refusal(path)
+    assert 'truncated or corrupted' in refusal(path)
 
 
 def test_flipped_bytes_are_refused(bag_path):
@@ -109,13 +109,13 @@ def test_flipped_bytes_are_refused(bag_path):
     for index in range(200, len(data) // 2, 50):
         data[index] ^= 0xFF
     (bag_path / MCAP).write_bytes(data)
-    assert 'truncated or damaged' in refusal(bag_path)
+    assert 'truncated or corrupted' in refusal(bag_path)
 
 
 def test_fewer_messages_than_promised_are_noticed(bag_path):
     metadata = bag_path / 'metadata.yaml'
     metadata.write_text(metadata.read_text().replace('message_count: 41', 'message_count: 45'))
-    assert 'holds 81 of the 85 messages' in refusal(bag_path)
+    assert 'has 81 of the 85 messages' in refusal(bag_path)
 
 
 def test_broken_metadata_is_refused(bag_path):
@@ -136,7 +136,7 @@ def test_a_folder_without_metadata_is_refused(tmp_path):
     assert 'metadata.yaml' in refusal(tmp_path)
 
 
-@pytest.mark.parametrize(('name', 'hint'), [('old.bag', 'rosbags-convert'), ('notes.txt', 'no rosbag2')])
+@pytest.mark.parametrize(('name', 'hint'), [('old.bag', 'rosbags-convert'), ('notes.txt', 'not a rosbag2')])
 def test_files_of_other_types_are_refused(tmp_path, name, hint):
     (tmp_path / name).write_text('something')
     assert hint in refusal(tmp_path / name)
@@ -155,7 +155,7 @@ def test_text_behind_the_name_of_a_bag_is_refused(tmp_path, bag_path):
 def test_a_bag_without_messages_is_refused(tmp_path):
     with BagWriter(tmp_path / 'bag') as bag:
         bag.declare('/text', 'std_msgs/msg/String')
-    assert 'holds no messages' in refusal(tmp_path / 'bag')
+    assert 'has no messages' in refusal(tmp_path / 'bag')
 
 
 def test_an_unknown_topic_is_refused_with_the_known_ones(bag_path):
@@ -166,7 +166,7 @@ def test_an_unknown_topic_is_refused_with_the_known_ones(bag_path):
 def test_bytes_that_are_no_message_are_refused(tmp_path):
     with BagWriter(tmp_path / 'bag') as bag:
         bag.write_raw('/text', 'std_msgs/msg/String', b'\x00\x01\x00\x00\xff\xff\xff\x7f', 1)
-    with BagReader(tmp_path / 'bag') as bag, pytest.raises(BagError, match='no valid std_msgs/msg/String'):
+    with BagReader(tmp_path / 'bag') as bag, pytest.raises(BagError, match='not a valid std_msgs/msg/String'):
         bag.decode(next(bag.messages()))
 
 

@@ -1,4 +1,4 @@
-"""What is published is recorded, as it was."""
+"""Published messages are recorded unchanged."""
 
 import pytest
 import rclpy
@@ -101,7 +101,7 @@ def test_topics_that_nobody_publishes_are_missing(ros, tmp_path):
 @pytest.mark.parametrize(
     ('types', 'message'),
     [
-        (['std_msgs/msg/String', 'std_msgs/msg/Int32'], 'one type a topic'),
+        (['std_msgs/msg/String', 'std_msgs/msg/Int32'], 'one type per topic'),
         (['my_msgs/msg/Thing'], 'use ros2 bag record'),
     ],
 )

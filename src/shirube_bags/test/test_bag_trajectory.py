@@ -52,12 +52,12 @@ def test_several_topics_with_poses_are_named(tmp_path, messages):
     with BagWriter(tmp_path / 'bag') as bag:
         for topic in ('/b', '/a'):
             bag.write(topic, 'geometry_msgs/msg/PoseStamped', messages.pose(START_NS, 0, 0, 0), 1)
-    with BagReader(tmp_path / 'bag') as bag, pytest.raises(BagError, match='/a, /b hold poses; name the one'):
+    with BagReader(tmp_path / 'bag') as bag, pytest.raises(BagError, match='/a, /b have poses; name one'):
         load_bag_trajectory(bag, None)
 
 
 def test_a_topic_without_poses_is_refused(bag_path):
-    with BagReader(bag_path) as bag, pytest.raises(BagError, match='/true_pose hold some'):
+    with BagReader(bag_path) as bag, pytest.raises(BagError, match='/true_pose have poses'):
         load_bag_trajectory(bag, '/image_raw')
 
 

@@ -1,4 +1,4 @@
-"""A bag that was written is whole, readable by others, or not there."""
+"""A written bag is complete and readable by other tools, or it does not exist."""
 
 import numpy as np
 import pytest
@@ -91,7 +91,7 @@ def test_an_existing_place_is_refused(tmp_path):
 
 def test_an_unwritable_place_is_refused_in_one_line(tmp_path):
     (tmp_path / 'file').write_text('')
-    with pytest.raises(BagError, match='cannot be made') as error, BagWriter(tmp_path / 'file' / 'bag'):
+    with pytest.raises(BagError, match='cannot be created') as error, BagWriter(tmp_path / 'file' / 'bag'):
         pass
     assert '\n' not in str(error.value)
 
@@ -100,8 +100,8 @@ def test_an_unwritable_place_is_refused_in_one_line(tmp_path):
     ('topic', 'msgtype', 'stamp', 'message'),
     [
         ('/other', 'my_msgs/msg/Thing', 1, "unknown type 'my_msgs/msg/Thing'"),
-        ('/text', 'std_msgs/msg/Int32', 1, 'holds std_msgs/msg/String'),
-        ('/other', 'std_msgs/msg/Header', 1, 'is no valid std_msgs/msg/Header'),
+        ('/text', 'std_msgs/msg/Int32', 1, 'has type std_msgs/msg/String'),
+        ('/other', 'std_msgs/msg/Header', 1, 'is not a valid std_msgs/msg/Header'),
         ('/text', 'std_msgs/msg/String', -1, 'negative'),
     ],
 )

@@ -16,7 +16,7 @@ START_NS = 1_700_000_000_123_456_789
 
 @pytest.fixture
 def run_path(tmp_path, messages):
-    """Poses 2 mm beside the truth of ``bag_path``, for all its images but the first and the last."""
+    """Poses with an error of 2 mm, for all images of ``bag_path`` except the first and the last."""
     path = tmp_path / 'run'
     with BagWriter(path) as bag:
         for index in range(1, 40):
@@ -88,7 +88,7 @@ def test_heading_limits_are_in_radians(tmp_path):
 
 @pytest.mark.parametrize(
     ('content', 'message'),
-    [('1.0 1 2 nan 0 0 0 1\n', 'line 1: a position'), ('', 'holds no poses'), (None, 'cannot be read')],
+    [('1.0 1 2 nan 0 0 0 1\n', 'line 1: a position'), ('', 'has no poses'), (None, 'cannot be read')],
 )
 def test_bad_input_ends_in_one_line(tmp_path, bag_path, capsys, content, message):
     path = tmp_path / 'bad.tum'
@@ -110,4 +110,4 @@ def test_an_unwritable_place_ends_in_one_line(run_path, bag_path, tmp_path, caps
 def test_images_need_a_bag(tmp_path, capsys):
     save_tum(tmp_path / 'a.tum', planar_trajectory([0, 10], np.zeros((2, 3))))
     assert check(tmp_path / 'a.tum', '--images', '/image_raw') == 1
-    assert 'is no bag' in capsys.readouterr().err
+    assert 'is not a bag' in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""In lock step every message is worked off before the next one, however short the queues."""
+"""In lockstep every message is processed before the next one, however short the queues."""
 
 import time
 
@@ -22,7 +22,7 @@ def stamp_of(time_message):
 
 
 class Listener:
-    """Notes each image, the clock then, and what was decoded."""
+    """Stores each image, the clock at that time, and the decoded message."""
 
     def __init__(self, ros, qos, work=0.0):
         self.node = ros.node('listener', parameter_overrides=[rclpy.Parameter('use_sim_time', value=True)])
@@ -108,7 +108,7 @@ def test_a_node_that_hangs_is_named(ros, bag_path):
     player = ros.node('player')
     with (
         BagReader(bag_path) as bag,
-        pytest.raises(ReplayError, match='hanging has not answered for'),
+        pytest.raises(ReplayError, match='hanging has not responded for'),
     ):
         replay_in_lockstep(bag, player, ros.executor, timeout=0.2)
 

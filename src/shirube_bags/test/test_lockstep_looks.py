@@ -1,4 +1,4 @@
-"""Lock step holds with nodes that look for the clock, then for messages, then for questions, with time in between."""
+"""Lockstep with nodes that poll the clock, then messages, then requests, with time in between."""
 
 import time
 from threading import Event, Thread
@@ -22,7 +22,7 @@ BETWEEN_LOOKS = 0.005
 
 
 class DividedExecutor(SingleThreadedExecutor):
-    """Looks for one kind after the other, as every executor does, but slowly."""
+    """Polls one kind of entity after the other, as every executor does, but slowly."""
 
     wanted = 'clock'
 
@@ -36,7 +36,7 @@ class DividedExecutor(SingleThreadedExecutor):
 
     def look(self) -> None:
         for self.wanted in ('clock', 'message', 'question', 'rest'):
-            self._cb_iter = None  # a look of its own
+            self._cb_iter = None  # a separate poll
             self.spin_once(timeout_sec=0.0)
             time.sleep(BETWEEN_LOOKS)
 

@@ -1,4 +1,4 @@
-"""The command ``play`` against a live node: nothing is lost, and it ends well."""
+"""The command ``play`` with a live node: no message is lost, and it ends cleanly."""
 
 import os
 import signal
@@ -29,7 +29,7 @@ def play(domain, monkeypatch):
 
 
 class Listener:
-    """Listens to the images of a bag and to its clock."""
+    """Subscribes to the images of a bag and to /clock."""
 
     def __init__(self, ros, name, qos, work=0.0):
         node = ros.node(name, parameter_overrides=[rclpy.Parameter('use_sim_time', value=True)])
@@ -76,7 +76,7 @@ def test_every_message_arrives_at_real_time_in_order_and_equal(ros, start_comman
         assert listener.stamps() == [stamp_of(each.header.stamp) for each in wanted]
         assert all(bytes(left.data) == right.data.tobytes() for left, right in zip(listener.images, wanted))
         assert listener.ticks == sorted(set(listener.ticks))
-    assert 'without a subscriber: /true_pose' in told
+    assert 'no subscriber for /true_pose' in told
     assert '81 messages' in told
 
 
@@ -132,7 +132,7 @@ def test_ctrl_c_ends_the_replay_with_exit_code_0(ros, start_command, bag_path):
 
 def test_the_absence_of_subscribers_is_said(play, bag_path, capsys):
     assert play(bag_path, '--rate', '0', '--timeout', '0.1') == 0
-    assert 'nobody has subscribed within 0.1 s' in capsys.readouterr().err
+    assert 'no subscriber within 0.1 s' in capsys.readouterr().err
 
 
 def test_missing_wanted_subscribers_end_the_program_in_one_line(play, bag_path, capsys):
@@ -158,7 +158,7 @@ def test_topics_of_types_that_are_not_installed_are_left_out(play, tmp_path, mes
         bag.write('/map', 'tf2_msgs/msg/TFMessage', jazzy_types().types['tf2_msgs/msg/TFMessage']([]), 2)
     monkeypatch.setitem(sys.modules, 'tf2_msgs', None)
     assert play(tmp_path / 'bag', '--timeout', '0.1') == 0
-    assert 'topic /map is left out: the message type tf2_msgs/msg/TFMessage' in capsys.readouterr().err
+    assert 'topic /map is skipped: the message type tf2_msgs/msg/TFMessage' in capsys.readouterr().err
     assert play(tmp_path / 'bag', '--topics', '/map') == 1
     assert 'install its package tf2_msgs' in one_line(capsys.readouterr().err)
 

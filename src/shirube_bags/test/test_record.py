@@ -54,7 +54,7 @@ def test_a_recording_without_messages_is_not_written(domain, tmp_path, capsys):
     assert main(['-o', str(tmp_path / 'bag'), '/nothing']) == 1
     told = capsys.readouterr().err
     assert 'never published: /nothing' in told
-    assert 'no message came' in told
+    assert 'no message received' in told
     assert not [each for each in tmp_path.iterdir() if each.name.startswith('bag')]
 
 

@@ -1,4 +1,4 @@
-"""A round of a replay keeps the bag's time, runs its clock, and can be stopped."""
+"""A replay keeps the timing of the bag, publishes /clock, and can be stopped."""
 
 from threading import Event
 
@@ -11,7 +11,7 @@ from shirube_bags.replay import replay
 
 
 class Recorder:
-    """Stands for a player."""
+    """A fake player."""
 
     def __init__(self, topics):
         self.topics = topics

@@ -1,4 +1,4 @@
-"""Messages are due at their times, and a late replay does not hurry."""
+"""Messages are due at their times, and a late replay does not catch up."""
 
 import pytest
 

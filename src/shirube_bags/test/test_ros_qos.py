@@ -1,4 +1,4 @@
-"""What a bag offered is offered again, only never less reliably."""
+"""QoS profiles of a bag are offered again, and always reliably."""
 
 import pytest
 from rclpy.qos import (

@@ -1,4 +1,4 @@
-"""Stamps survive their text."""
+"""Stamps are converted to text without loss."""
 
 import pytest
 

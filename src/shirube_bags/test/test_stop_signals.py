@@ -1,4 +1,4 @@
-"""Signals become a wish to stop, and only while it is asked for."""
+"""Signals set the stop event, only inside the context."""
 
 import os
 import signal

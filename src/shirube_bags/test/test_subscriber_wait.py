@@ -1,4 +1,4 @@
-"""Subscribers are waited for by their number, never by time alone."""
+"""The wait for subscribers depends on their number, not on time alone."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from shirube_bags.subscriber_wait import wait_for_any, wait_for_wanted
 
 
 class Counts:
-    """Subscribers that appear while one looks."""
+    """Subscribers that appear during the wait."""
 
     def __init__(self, looks_until_there):
         self.looks_until_there = dict(looks_until_there)

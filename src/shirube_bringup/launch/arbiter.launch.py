@@ -1,8 +1,7 @@
-"""Starts pose_arbiter with its parameter file.
+"""Starts pose_arbiter with a parameter file.
 
-Arguments: `params_file` (your own copy of config/pose_arbiter.yaml, which names the sources), `odom` (topic of the
-odometry), `initialpose` (topic on which people say where the robot is), `use_sim_time` (what the parameter file says of
-it counts more).
+Arguments: `params_file` (your copy of config/pose_arbiter.yaml, which names the sources), `odom` (odometry topic),
+`initialpose` (topic of the initial pose), `use_sim_time` (the parameter file has precedence).
 """
 
 from launch import LaunchDescription
@@ -14,7 +13,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the node and the arguments it takes."""
+    """Return the node and the launch arguments."""
     config = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'config'])
     arguments = [
         DeclareLaunchArgument(
@@ -24,9 +23,9 @@ def generate_launch_description() -> LaunchDescription:
         ),
         DeclareLaunchArgument('odom', default_value='odom', description='topic of the odometry'),
         DeclareLaunchArgument(
-            'initialpose', default_value='/initialpose', description='topic of poses that people tell'
+            'initialpose', default_value='/initialpose', description='topic of the initial pose'
         ),
-        DeclareLaunchArgument('use_sim_time', default_value='false', description='take the time from /clock'),
+        DeclareLaunchArgument('use_sim_time', default_value='false', description='use /clock'),
     ]
     node = Node(
         package='pose_arbiter',

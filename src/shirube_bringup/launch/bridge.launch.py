@@ -1,7 +1,7 @@
-"""Starts motor_bridge with its parameter file.
+"""Starts motor_bridge with a parameter file.
 
-Arguments: `params_file` (your own copy of config/motor_bridge.yaml), `cmd_vel` (topic of the velocities), `estop`
-(topic of the emergency stop), `use_sim_time` (what the parameter file says of it counts more).
+Arguments: `params_file` (your copy of config/motor_bridge.yaml), `cmd_vel` (topic of the velocities), `estop` (topic of
+the emergency stop), `use_sim_time` (the parameter file has precedence).
 """
 
 from launch import LaunchDescription
@@ -13,7 +13,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the node and the arguments it takes."""
+    """Return the node and the launch arguments."""
     config = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'config'])
     arguments = [
         DeclareLaunchArgument(
@@ -23,7 +23,7 @@ def generate_launch_description() -> LaunchDescription:
         ),
         DeclareLaunchArgument('cmd_vel', default_value='cmd_vel', description='topic of the velocities'),
         DeclareLaunchArgument('estop', default_value='estop', description='topic of the emergency stop'),
-        DeclareLaunchArgument('use_sim_time', default_value='false', description='take the time from /clock'),
+        DeclareLaunchArgument('use_sim_time', default_value='false', description='use /clock'),
     ]
     node = Node(
         package='motor_bridge',

@@ -1,8 +1,7 @@
-"""Starts floor_localizer with its parameter file.
+"""Starts floor_localizer with a parameter file.
 
-Arguments: `params_file` (your own copy of config/floor_localizer.yaml), `image` (topic of the camera's
-images), `camera_info` (topic of its calibration), `use_sim_time` (what the parameter file says of it counts
-more).
+Arguments: `params_file` (your copy of config/floor_localizer.yaml), `image` (image topic), `camera_info` (CameraInfo
+topic), `use_sim_time` (the parameter file has precedence).
 """
 
 from launch import LaunchDescription
@@ -14,15 +13,13 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the node and the arguments it takes."""
+    """Return the node and the launch arguments."""
     parameters = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'config', 'floor_localizer.yaml'])
     arguments = [
         DeclareLaunchArgument('params_file', default_value=parameters, description='parameters of the node'),
-        DeclareLaunchArgument('image', default_value='image_raw', description='topic of the images'),
-        DeclareLaunchArgument(
-            'camera_info', default_value='camera_info', description='topic of the calibration'
-        ),
-        DeclareLaunchArgument('use_sim_time', default_value='false', description='take the time from /clock'),
+        DeclareLaunchArgument('image', default_value='image_raw', description='image topic'),
+        DeclareLaunchArgument('camera_info', default_value='camera_info', description='CameraInfo topic'),
+        DeclareLaunchArgument('use_sim_time', default_value='false', description='use /clock'),
     ]
     node = Node(
         package='floor_localizer',

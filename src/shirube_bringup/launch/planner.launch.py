@@ -1,8 +1,8 @@
-"""Starts reward_planner with its parameter file.
+"""Starts reward_planner with a parameter file.
 
-Arguments: `params_file` (your own copy of config/reward_planner.yaml), `drive` (whether it drives the robot; what is
-given here counts more than the parameter file), `points` (topic of the point cloud), `pose` (topic of the robot's
-pose), `command` (topic of the lamps' commands), `use_sim_time` (what the parameter file says of it counts more).
+Arguments: `params_file` (your copy of config/reward_planner.yaml), `drive` (whether the planner drives the robot; has
+precedence over the parameter file), `points` (point cloud topic), `pose` (topic of the robot's pose), `command` (topic
+of the lamps' commands), `use_sim_time` (the parameter file has precedence).
 """
 
 from launch import LaunchDescription
@@ -15,7 +15,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the node and the arguments it takes."""
+    """Return the node and the launch arguments."""
     config = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'config'])
     arguments = [
         DeclareLaunchArgument(
@@ -23,15 +23,17 @@ def generate_launch_description() -> LaunchDescription:
             default_value=PathJoinSubstitution([config, 'reward_planner.yaml']),
             description='parameters of the node',
         ),
-        DeclareLaunchArgument('drive', default_value='false', description='whether the robot is driven'),
-        DeclareLaunchArgument('points', default_value='points', description='topic of the point cloud'),
+        DeclareLaunchArgument(
+            'drive', default_value='false', description='whether the planner drives the robot'
+        ),
+        DeclareLaunchArgument('points', default_value='points', description='point cloud topic'),
         DeclareLaunchArgument(
             'pose', default_value='/pose_arbiter/pose', description="topic of the robot's pose"
         ),
         DeclareLaunchArgument(
             'command', default_value='/vlc_beacon/command', description="topic of the lamps' commands"
         ),
-        DeclareLaunchArgument('use_sim_time', default_value='false', description='take the time from /clock'),
+        DeclareLaunchArgument('use_sim_time', default_value='false', description='use /clock'),
     ]
     node = Node(
         package='reward_planner',

@@ -1,9 +1,9 @@
-"""Replays a bag into localizers, arbiter and planner; the motors stay off.
+"""Replays a bag to localizers, arbiter and planner, without motor_bridge.
 
-Arguments: `bag` (its folder), `rate` (times real time; 0 as fast as the nodes go), `wait_for` (the bag begins when
-somebody listens to this topic: take the pictures of the localizer that starts last, such as
-`/belly/image_raw/compressed`, to lose nothing of the beginning), and of `robot.launch.py` all but `driver`, `motors`
-and `use_sim_time`.
+Arguments: `bag` (folder of the bag), `rate` (playback rate; 0: as fast as the nodes keep up), `wait_for` (the replay
+starts when this topic has a subscriber; use the images of the localizer that starts last, such as
+`/belly/image_raw/compressed`, to lose no message), and those of `robot.launch.py` except `driver`, `motors` and
+`use_sim_time`.
 """
 
 from launch import LaunchDescription
@@ -26,15 +26,19 @@ def generate_launch_description() -> LaunchDescription:
         arguments=[
             LaunchConfiguration('bag'),
             *('--rate', LaunchConfiguration('rate')),
-            # At their very first start the nodes compile their loops.
+            # At the first start, the nodes compile numba kernels.
             *('--wait-for', LaunchConfiguration('wait_for'), '--timeout', '300'),
         ],
     )
     return LaunchDescription(
         [
             DeclareLaunchArgument('bag', description='folder of the bag'),
-            DeclareLaunchArgument('rate', default_value='1.0', description='times real time; 0: full speed'),
-            DeclareLaunchArgument('wait_for', default_value='/odom', description='topic with a listener'),
+            DeclareLaunchArgument(
+                'rate', default_value='1.0', description='playback rate; 0: as fast as the nodes keep up'
+            ),
+            DeclareLaunchArgument(
+                'wait_for', default_value='/odom', description='start when this topic has a subscriber'
+            ),
             IncludeLaunchDescription(
                 PythonLaunchDescriptionSource(suite),
                 launch_arguments={'driver': 'none', 'motors': 'false', 'use_sim_time': 'true'}.items(),

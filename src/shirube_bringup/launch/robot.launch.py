@@ -1,13 +1,13 @@
-"""Starts the whole suite on a robot: localizers, arbiter, planner and motors.
+"""Starts all nodes on a robot: localizers, arbiter, planner and motor bridge.
 
-Arguments: `floor`, `stereo`, `vlc`, `planner`, `motors` (which parts run; all by default), `config` (the folder with
-your own copies of all parameter files), `places_dir` (the taught places, for `stereo`) and `beacons_file` (the lamps,
-for `vlc`; both by default as the parameter files say), `use_sim_time`, and `driver`: who drives the robot on `cmd_vel`:
-`planner` (to the goals on `goal_pose`), `lamps` (as they say) or `none` (you do, with a joystick). It is one of them:
-motor_bridge obeys nobody while two publish there.
+Arguments: `floor`, `stereo`, `vlc`, `planner`, `motors` (nodes to start; all by default), `config` (folder with your
+copies of all parameter files), `places_dir` (taught places, for `stereo`) and `beacons_file` (lamps, for `vlc`; both
+default to the parameter files), `use_sim_time`, and `driver`, the publisher of `cmd_vel`: `planner` (drives to goals on
+`goal_pose`), `lamps` (drives as the lamps command) or `none` (you drive, for example with a joystick). Use only one:
+motor_bridge rejects `cmd_vel` from two publishers.
 
-The belly camera publishes in the namespace `floor_camera`, the one that looks up in `ceiling_camera` (`belly` and
-`ceiling` by default), the pair in `left` and `right`; what the planner sees with stands in its parameter file.
+The belly camera publishes in the namespace `floor_camera` (default `belly`), the ceiling camera in `ceiling_camera`
+(default `ceiling`), the stereo pair in `left` and `right`; the planner's sensor is set in its parameter file.
 """
 
 from typing import Any
@@ -21,26 +21,26 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the nodes and the arguments they take."""
+    """Return the nodes and the launch arguments."""
     config = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'config'])
     defaults = {
-        'floor': ('true', 'find the robot by dots on the floor'),
-        'stereo': ('true', 'find it by taught landmarks'),
-        'vlc': ('true', 'find it by lamps on the ceiling'),
-        'planner': ('true', 'map obstacles and plan routes'),
-        'motors': ('true', 'talk to the motor controller'),
+        'floor': ('true', 'localize by dots on the floor'),
+        'stereo': ('true', 'localize by taught landmarks'),
+        'vlc': ('true', 'localize by lamps on the ceiling'),
+        'planner': ('true', 'map obstacles and plan paths'),
+        'motors': ('true', 'drive the motor controller'),
         'config': (config, 'folder of the parameter files'),
         'places_dir': ('', 'folder of the taught places'),
-        'beacons_file': ('', 'the lamps and their places'),
-        'floor_camera': ('belly', 'namespace of the camera that looks at the floor'),
-        'ceiling_camera': ('ceiling', 'namespace of the camera that looks at the lamps'),
-        'use_sim_time': ('false', 'take the time from /clock'),
+        'beacons_file': ('', 'file with the positions of the lamps'),
+        'floor_camera': ('belly', 'namespace of the belly camera'),
+        'ceiling_camera': ('ceiling', 'namespace of the ceiling camera'),
+        'use_sim_time': ('false', 'use /clock'),
     }
     driver = DeclareLaunchArgument(
         'driver',
         default_value='none',
         choices=['none', 'planner', 'lamps'],
-        description='who drives the robot on cmd_vel',
+        description='publisher of cmd_vel',
     )
     return LaunchDescription(
         [
@@ -55,7 +55,7 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def parts() -> list[GroupAction]:
-    """Return the launch file of each part with what it takes from the arguments."""
+    """Return the launch file of each node with its arguments."""
     given = LaunchConfiguration
     return [
         include('floor', 'floor_localizer', 'floor', **camera('floor_camera')),
@@ -76,16 +76,16 @@ def parts() -> list[GroupAction]:
 
 
 def camera(argument: str) -> dict[str, list[Any]]:
-    """Return the arguments that tell a localizer its camera, whose namespace is an argument of this file."""
+    """Return the topic arguments of a localizer, from the launch argument of its camera's namespace."""
     namespace = LaunchConfiguration(argument)
     return {'image': [namespace, '/image_raw'], 'camera_info': [namespace, '/camera_info']}
 
 
 def include(name: str, package: str, condition: str | None, **arguments: Any) -> GroupAction:
-    """Return another launch file of this package, with the parameter file from the folder of them.
+    """Include another launch file of this package, with its parameter file from the folder `config`.
 
-    In a group of its own: else what it is given would be given to those after it, too, which have arguments of the same
-    name.
+    The group limits the scope of the arguments; otherwise they would also be set for the next files, which have
+    arguments of the same name.
     """
     path = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'launch', f'{name}.launch.py'])
     arguments['params_file'] = PathJoinSubstitution([LaunchConfiguration('config'), f'{package}.yaml'])

@@ -1,7 +1,7 @@
-"""Starts the mission's simulated room and the six nodes that drive a robot through it.
+"""Starts the mission's simulation and the six nodes that drive a robot through it.
 
-Arguments: `folder` (takes the parameter files of the nodes, summary.json and track.csv) and `seed` (of room, robot
-and noise). All nodes take their time from the room, which waits for them; when the mission is over, everything ends.
+Arguments: `folder` (folder for the parameter files of the nodes, summary.json and track.csv) and `seed` (seed of room,
+robot and noise). All nodes use the simulation's /clock, which waits for them; after the mission, everything ends.
 `./shirube demo mission` does the same without ROS's launch system.
 """
 
@@ -24,13 +24,13 @@ from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.substitutions import ExecutableInPackage, FindPackageShare
 
 WRITTEN = b'parameter files are written'
-"""The room says so when the nodes can start."""
+"""Printed by the simulation when the nodes can start."""
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the room, and the nodes that follow it."""
+    """Return the simulation and the nodes, which start after it."""
     given = LaunchConfiguration
-    # No Node action: that would add --ros-args, which the room does not know.
+    # Not a Node action: that would add --ros-args, which the executable does not accept.
     room = ExecuteProcess(
         cmd=[
             ExecutableInPackage(package='shirube_mission', executable='room'),
@@ -41,23 +41,23 @@ def generate_launch_description() -> LaunchDescription:
     )
     return LaunchDescription(
         [
-            DeclareLaunchArgument('folder', default_value='mission', description='takes all files'),
-            DeclareLaunchArgument('seed', default_value='0', description='of room, robot and noise'),
+            DeclareLaunchArgument('folder', default_value='mission', description='folder for all files'),
+            DeclareLaunchArgument('seed', default_value='0', description='seed of room, robot and noise'),
             RegisterEventHandler(OnProcessIO(target_action=room, on_stdout=follow)),
             RegisterEventHandler(OnProcessExit(target_action=room, on_exit=[EmitEvent(event=Shutdown())])),
-            # Last, so that nothing the room says is missed.
+            # Last, so that no output is missed.
             room,
         ]
     )
 
 
 def follow(event: ProcessIO) -> list[GroupAction] | None:
-    """Return the nodes when the room has said that their parameter files are there."""
+    """Return the nodes when the simulation has written their parameter files."""
     return parts() if WRITTEN in event.text else None
 
 
 def parts() -> list[GroupAction]:
-    """Return the launch file of each node with what it takes."""
+    """Return the launch file of each node with its arguments."""
     building = [LaunchConfiguration('folder'), 'building']
     return [
         include('floor', 'floor_localizer', **camera('floor')),
@@ -75,15 +75,15 @@ def parts() -> list[GroupAction]:
 
 
 def camera(namespace: str) -> dict[str, str]:
-    """Return the arguments that tell a localizer its camera."""
+    """Return the topic arguments of a localizer."""
     return {'image': f'/{namespace}/image_raw', 'camera_info': f'/{namespace}/camera_info'}
 
 
 def include(name: str, package: str, **arguments: Any) -> GroupAction:
-    """Return another launch file of this package, with the parameter file that the room has written.
+    """Include another launch file of this package, with the parameter file that the simulation has written.
 
-    In a group of its own: else what it is given would be given to those after it, too, which have arguments of the same
-    name.
+    The group limits the scope of the arguments; otherwise they would also be set for the next files, which have
+    arguments of the same name.
     """
     path = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'launch', f'{name}.launch.py'])
     arguments['params_file'] = PathJoinSubstitution([LaunchConfiguration('folder'), f'{package}.yaml'])

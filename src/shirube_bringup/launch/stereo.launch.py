@@ -1,9 +1,8 @@
-"""Starts stereo_landmark with its parameter file.
+"""Starts stereo_landmark with a parameter file.
 
-Arguments: `params_file` (your own copy of config/stereo_landmark.yaml), `places_dir` (the folder of the taught places;
-by default that of the parameter file), `left` and `right` (namespaces of the two cameras), `image` (name of their
-images; raw ones where the parameter file says `rectify`), `imu` (topic of the tilt), `use_sim_time` (what the parameter
-file says of it counts more).
+Arguments: `params_file` (your copy of config/stereo_landmark.yaml), `places_dir` (folder of the taught places; default:
+that of the parameter file), `left` and `right` (namespaces of the two cameras), `image` (name of their image topics;
+raw images if the parameter `rectify` is true), `imu` (IMU topic), `use_sim_time` (the parameter file has precedence).
 """
 
 from launch import LaunchContext, LaunchDescription
@@ -15,7 +14,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the node and the arguments it takes."""
+    """Return the node and the launch arguments."""
     config = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'config'])
     arguments = [
         DeclareLaunchArgument(
@@ -23,19 +22,19 @@ def generate_launch_description() -> LaunchDescription:
             default_value=PathJoinSubstitution([config, 'stereo_landmark.yaml']),
             description='parameters of the node',
         ),
-        DeclareLaunchArgument('places_dir', default_value='', description='the folder of the taught places'),
+        DeclareLaunchArgument('places_dir', default_value='', description='folder of the taught places'),
         DeclareLaunchArgument('left', default_value='left', description='namespace of the left camera'),
         DeclareLaunchArgument('right', default_value='right', description='namespace of the right camera'),
-        DeclareLaunchArgument('image', default_value='image_rect', description='name of their images'),
-        DeclareLaunchArgument('imu', default_value='imu', description='topic of the tilt'),
-        DeclareLaunchArgument('use_sim_time', default_value='false', description='take the time from /clock'),
+        DeclareLaunchArgument('image', default_value='image_rect', description='name of the image topics'),
+        DeclareLaunchArgument('imu', default_value='imu', description='IMU topic'),
+        DeclareLaunchArgument('use_sim_time', default_value='false', description='use /clock'),
     ]
     sim_time = SetParameter('use_sim_time', True, condition=IfCondition(LaunchConfiguration('use_sim_time')))
     return LaunchDescription([*arguments, sim_time, OpaqueFunction(function=start_node)])
 
 
 def start_node(context: LaunchContext) -> list[Node]:
-    """Return the node; without a folder of places it takes the one of its parameter file."""
+    """Return the node; an empty `places_dir` leaves that of the parameter file."""
     places_dir = LaunchConfiguration('places_dir').perform(context)
     image = LaunchConfiguration('image')
     cameras = {side: LaunchConfiguration(side) for side in ('left', 'right')}

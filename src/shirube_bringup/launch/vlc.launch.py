@@ -1,9 +1,9 @@
-"""Starts vlc_beacon with its parameter file.
+"""Starts vlc_beacon with a parameter file.
 
-Arguments: `params_file` (your own copy of config/vlc_beacon.yaml), `beacons_file` (the lamps and their places; by
-default that of the parameter file), `image` (topic of the camera's images), `camera_info` (topic of its calibration),
-`drive` (whether the lamps drive the robot; what is given here counts more than the parameter file), `cmd_vel` (topic of
-the velocities), `use_sim_time` (what the parameter file says of it counts more).
+Arguments: `params_file` (your copy of config/vlc_beacon.yaml), `beacons_file` (positions of the lamps; default: that of
+the parameter file), `image` (image topic), `camera_info` (CameraInfo topic), `drive` (whether the lamps drive the
+robot; has precedence over the parameter file), `cmd_vel` (topic of the velocities), `use_sim_time` (the parameter file
+has precedence).
 """
 
 from launch import LaunchContext, LaunchDescription
@@ -16,7 +16,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the node and the arguments it takes."""
+    """Return the node and the launch arguments."""
     config = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'config'])
     arguments = [
         DeclareLaunchArgument(
@@ -24,23 +24,23 @@ def generate_launch_description() -> LaunchDescription:
             default_value=PathJoinSubstitution([config, 'vlc_beacon.yaml']),
             description='parameters of the node',
         ),
-        DeclareLaunchArgument('beacons_file', default_value='', description='the lamps and their places'),
-        DeclareLaunchArgument('image', default_value='image_raw', description='topic of the images'),
         DeclareLaunchArgument(
-            'camera_info', default_value='camera_info', description='topic of the calibration'
+            'beacons_file', default_value='', description='file with the positions of the lamps'
         ),
+        DeclareLaunchArgument('image', default_value='image_raw', description='image topic'),
+        DeclareLaunchArgument('camera_info', default_value='camera_info', description='CameraInfo topic'),
         DeclareLaunchArgument(
             'drive', default_value='false', description='whether the lamps drive the robot'
         ),
         DeclareLaunchArgument('cmd_vel', default_value='~/cmd_vel', description='topic of the velocities'),
-        DeclareLaunchArgument('use_sim_time', default_value='false', description='take the time from /clock'),
+        DeclareLaunchArgument('use_sim_time', default_value='false', description='use /clock'),
     ]
     sim_time = SetParameter('use_sim_time', True, condition=IfCondition(LaunchConfiguration('use_sim_time')))
     return LaunchDescription([*arguments, sim_time, OpaqueFunction(function=start_node)])
 
 
 def start_node(context: LaunchContext) -> list[Node]:
-    """Return the node; without a file of lamps it takes the one of its parameter file."""
+    """Return the node; an empty `beacons_file` leaves that of the parameter file."""
     beacons_file = LaunchConfiguration('beacons_file').perform(context)
     return [
         Node(

@@ -91,7 +91,7 @@ def test_every_included_launch_file_is_there_and_takes_what_it_is_given(launch: 
 
 @pytest.mark.parametrize('launch', ['robot', 'simulation'])
 def test_what_one_part_is_given_does_not_reach_the_next(launch: str) -> None:
-    # The launch system keeps what an included file is given, unless the file stands in a group of its own.
+    # Arguments of an included file stay set for the next files, unless the file is in its own group.
     tree = ast.parse((PACKAGE / 'launch' / f'{launch}.launch.py').read_text())
     include = next(f for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) and f.name == 'include')
     group = include.body[-1].value

@@ -1,4 +1,4 @@
-"""Files that are either whole or not there, folders for one process at a time, YAML that may be wrong in every way."""
+"""Atomic file writes, exclusive locks between processes, and validated reading of YAML files."""
 
 from shirube_files.folder_lock import locked
 from shirube_files.whole_file import remove_halves, write_text, written_beside

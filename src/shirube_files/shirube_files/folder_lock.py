@@ -1,4 +1,4 @@
-"""A lock between processes."""
+"""An exclusive lock between processes."""
 
 import fcntl
 import os
@@ -9,10 +9,10 @@ from pathlib import Path
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Make a folder where there is none, and a second process wait that comes here with the same one.
+    """Hold an exclusive lock on a folder, which is created if it does not exist; other processes wait for it.
 
     Raises:
-        OSError: there can be no such folder.
+        OSError: the folder cannot be created.
     """
     folder.mkdir(parents=True, exist_ok=True)
     descriptor = os.open(folder, os.O_RDONLY)

@@ -1,4 +1,4 @@
-"""Writing of files that are either whole or not there."""
+"""Atomic writes: a file is either complete or unchanged."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from pathlib import Path
 from typing import BinaryIO
 
 _ANY_ENDING = 8 * '?'
-"""Of the names that `tempfile` gives."""
+"""Pattern of the random suffix of `tempfile`."""
 
 
 @contextmanager
 def written_beside(path: Path) -> Iterator[BinaryIO]:
-    """Open a file beside ``path`` for writing and rename it to ``path`` at the end, or remove it on an error.
+    """Open a temporary file for writing; rename it to ``path`` at the end, or remove it on an error.
 
-    Its folder is made if needed. A file that stood there before keeps its permissions.
+    The folder is created if needed. The permissions of an existing file are kept.
 
     Raises:
-        OSError: the place cannot be written to; it names ``path``.
+        OSError: the file cannot be written; the error names ``path``.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
@@ -40,11 +40,11 @@ def written_beside(path: Path) -> Iterator[BinaryIO]:
 
 
 def remove_halves(folder: Path, names: str) -> None:
-    """Remove what processes that were killed have left half written; nobody may be writing there.
+    """Remove temporary files of killed processes; no process may be writing in the folder.
 
     Args:
-        folder: of the files.
-        names: pattern of their names, as of `Path.glob`.
+        folder: folder of the files.
+        names: pattern of the file names, as in `Path.glob`.
     """
     for half in folder.glob(f'.{names}.{_ANY_ENDING}'):
         half.unlink(missing_ok=True)
@@ -58,7 +58,7 @@ def _rename(beside: Path, path: Path) -> None:
 
 
 def _mode_of(path: Path) -> int:
-    """Return the permissions of a file, of one that is new as any new file has them: mkstemp makes private ones."""
+    """Return the permissions of a file, or the default ones for a new file (mkstemp makes private files)."""
     try:
         return stat.S_IMODE(path.stat().st_mode)
     except FileNotFoundError:
@@ -68,6 +68,6 @@ def _mode_of(path: Path) -> int:
 
 
 def write_text(path: Path | str, text: str) -> None:
-    """Write a file of text in UTF-8, whole or not at all, as `written_beside`."""
+    """Write a UTF-8 text file atomically."""
     with written_beside(Path(path)) as file:
         file.write(text.encode())

@@ -1,4 +1,4 @@
-"""Reading of YAML files that people write, and that may be wrong in every way."""
+"""Reading of YAML files written by users, with one-line errors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import yaml
 
 BYTES_MAX = 1 << 16
-"""Of a file that people write by hand."""
+"""Largest size of a file written by hand [byte]."""
 _SHOWN_MAX = 80
 _VALUES_MAX = 1_000_000
 _MERGE = 'tag:yaml.org,2002:merge'
@@ -24,11 +24,11 @@ def read_yaml(path: Path, bytes_max: int = BYTES_MAX) -> dict[str, Any]:
     """Return the fields of a YAML file.
 
     Args:
-        path: of the file.
-        bytes_max: larger files are refused.
+        path: path of the YAML file.
+        bytes_max: largest allowed size [byte].
 
     Raises:
-        YamlFileError: the file is missing, too large or no YAML, or holds no fields, or aliases that stand for more
+        YamlFileError: the file is missing, too large, not valid YAML, has no fields, or its aliases expand to more
             values than fit into memory.
     """
     try:
@@ -52,7 +52,7 @@ def read_yaml(path: Path, bytes_max: int = BYTES_MAX) -> dict[str, Any]:
 
 
 def shown(value: object) -> str:
-    """Return a value as it is shown in a message: one line that is not long."""
+    """Format a value for an error message: one line of limited length."""
     text = ' '.join(repr(value).split())
     return text if len(text) <= _SHOWN_MAX else f'{text[: _SHOWN_MAX - 3]}...'
 
@@ -68,31 +68,31 @@ def is_number(value: object) -> bool:
 
 
 class _Loader(yaml.SafeLoader):
-    """A SafeLoader of values that fit into memory."""
+    """A SafeLoader that rejects alias bombs and duplicate keys."""
 
     def get_single_node(self) -> yaml.Node | None:
-        """Return the document, unless its aliases stand for too much."""
+        """Return the document, unless its aliases expand to too many values."""
         node = super().get_single_node()
         if node is not None and _count(node, {}) > _VALUES_MAX:
-            raise yaml.MarkedYAMLError(problem='its aliases stand for too many values')
+            raise yaml.MarkedYAMLError(problem='its aliases expand to too many values')
         return node
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        """Return the fields of a mapping; one that stands there twice is refused, for the first would be lost."""
+        """Return the fields of a mapping; duplicate keys are rejected, since the first value would be lost."""
         known = set()
         for key, _ in node.value:
             name = (key.tag, key.value) if isinstance(key, yaml.ScalarNode) else None
             if name in known and key.tag != _MERGE:
-                problem = f'{key.value} stands there twice'
+                problem = f'{key.value} appears twice'
                 raise yaml.MarkedYAMLError(problem=problem, problem_mark=key.start_mark)
             known |= {name} - {None}
         return super().construct_mapping(node, deep)
 
 
 def _count(node: yaml.Node, known: dict[int, int]) -> int:
-    """Return for how many values a node stands; ``known`` tells it of nodes that were counted before."""
+    """Return the number of values that a node expands to; ``known`` caches the counts by node."""
     if id(node) not in known:
-        known[id(node)] = _VALUES_MAX + 1  # for a node that stands in itself
+        known[id(node)] = _VALUES_MAX + 1  # for a node that contains itself
         if isinstance(node, yaml.MappingNode):
             parts = [part for pair in node.value for part in pair]
         else:

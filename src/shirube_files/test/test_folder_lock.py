@@ -1,4 +1,4 @@
-"""One at a time works in a folder."""
+"""Only one process at a time holds the lock of a folder."""
 
 import subprocess
 import sys
@@ -25,6 +25,6 @@ def test_another_process_waits_until_the_folder_is_free(tmp_path):
             other.stdin.write('begin\n')
             other.stdin.flush()
             assert other.stdout.readline() == 'comes\n'
-            time.sleep(0.2)  # it would be through by now
+            time.sleep(0.2)  # without the lock it would have finished by now
             (folder / 'done').touch()
         assert other.stdout.read() == 'True\n'

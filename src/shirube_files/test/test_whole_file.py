@@ -1,4 +1,4 @@
-"""Files are whole or not there."""
+"""Files are complete or unchanged."""
 
 import pytest
 
@@ -46,7 +46,7 @@ def test_an_error_names_the_file_that_was_wanted(tmp_path, name):
 
 
 def test_what_a_killed_process_left_half_written_is_removed(tmp_path):
-    (tmp_path / '.a.txt.swp').touch()  # of an editor
+    (tmp_path / '.a.txt.swp').touch()  # swap file of an editor
     writing = written_beside(tmp_path / 'a.txt')
     writing.__enter__()
     remove_halves(tmp_path, 'b.txt')

@@ -1,4 +1,4 @@
-"""YAML that is read, and YAML that is refused in one short line, soon."""
+"""Valid YAML is read, invalid YAML is rejected quickly with one short line."""
 
 import math
 
@@ -23,8 +23,8 @@ def test_fields_are_read(tmp_path):
         (b'', 'holds no fields'),
         (b'[1, 2]', 'holds no fields'),
         (b'a: [1', 'is no YAML'),
-        (b'a: 1\nb: 2\na: 3', 'a stands there twice in line 3'),
-        (b'a: [{b: 1, b: 1}]', 'b stands there twice in line 1'),
+        (b'a: 1\nb: 2\na: 3', 'a appears twice in line 3'),
+        (b'a: [{b: 1, b: 1}]', 'b appears twice in line 1'),
         (b'a: "\\q"', 'in line 1'),
         (b'\x00', 'is no YAML'),
         (b'\xff\xfe', 'is no YAML'),
@@ -32,8 +32,8 @@ def test_fields_are_read(tmp_path):
         (b'a: ' + b'9' * 5000, 'is no YAML'),
         (b'a: 2024-13-45', 'is no YAML'),
         (b'a: !!python/object:os.system {}', 'is no YAML'),
-        (BOMB.encode(), 'its aliases stand for too many values'),
-        (b'a: &a [1, *a]', 'its aliases stand for too many values'),
+        (BOMB.encode(), 'its aliases expand to too many values'),
+        (b'a: &a [1, *a]', 'its aliases expand to too many values'),
         (b'a: ' + b'x' * 70000, 'holds more than 64 kB'),
     ],
 )
@@ -63,7 +63,7 @@ def test_a_file_that_is_not_there_is_told(tmp_path):
 
 
 def test_what_is_written_once_may_be_meant_twice(tmp_path):
-    """As PyYAML writes it where one list is in two places."""
+    """PyYAML writes an alias if a list is used twice."""
     path = tmp_path / 'a.yaml'
     path.write_text('a: &id001 [4.0, 8.0]\nb: *id001\n')
     assert read_yaml(path) == {'a': [4.0, 8.0], 'b': [4.0, 8.0]}

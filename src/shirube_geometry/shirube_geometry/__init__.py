@@ -1,4 +1,4 @@
-"""Poses on a floor and cameras over it: geometry without ROS."""
+"""Planar poses, rotations and camera models, without ROS."""
 
 from shirube_geometry.camera_mount import CameraMount
 from shirube_geometry.level_camera import LevelCamera, level_camera

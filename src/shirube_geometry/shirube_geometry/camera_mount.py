@@ -1,4 +1,4 @@
-"""Where a camera sits on the robot, and what it sees of the floor."""
+"""Extrinsics of a camera on the robot, and its projection to the floor."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class CameraMount:
     Attributes:
         xyz: position of the optical centre in the base frame [m].
         rpy: fixed-axis roll, pitch, yaw of the optical frame in the base frame [rad].
-            ``(pi, 0, -pi/2)`` looks straight down with the image's upper edge ahead.
+            ``(pi, 0, -pi/2)`` looks straight down; the upper edge of the image is at the front.
     """
 
     xyz: tuple[float, float, float] = (0.0, 0.0, 0.13)
@@ -27,19 +27,19 @@ class CameraMount:
 
     @cached_property
     def rotation(self) -> NDArray[np.float64]:
-        """``R_base_camera``, shape (3, 3), not to be written to."""
+        """``R_base_camera``, shape (3, 3), read-only."""
         rotation = matrix_from_rpy(self.rpy)
         rotation.flags.writeable = False
         return rotation
 
     def floor_points_from_rays(self, rays: ArrayLike) -> NDArray[np.float64]:
-        """Return where rays of the camera meet the floor.
+        """Intersect rays of the camera with the floor.
 
         Args:
             rays: array-like, shape (n, 3), directions in the optical frame.
 
         Returns:
-            array, shape (n, 2), x and y in the base frame [m]; NaN for a ray that does not go down.
+            array, shape (n, 2), x and y in the base frame [m]; NaN for a ray that does not point down.
         """
         directions = np.asarray(rays, dtype=np.float64) @ self.rotation.T
         x, y, z = self.xyz
@@ -48,7 +48,7 @@ class CameraMount:
         return np.column_stack([x + reach * directions[:, 0], y + reach * directions[:, 1]])
 
     def camera_points_from_floor(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Take floor points from the base frame to the optical frame.
+        """Transform floor points from the base frame to the optical frame.
 
         Args:
             points: array-like, shape (n, 2), x and y in the base frame [m], on the floor.

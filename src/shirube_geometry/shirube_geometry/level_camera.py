@@ -1,4 +1,4 @@
-"""The camera on a robot whose tilt is known."""
+"""Camera pose in a gravity-aligned frame, from the tilt of the robot."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from shirube_geometry.rotation import matrix_from_rpy
 
 @dataclass(frozen=True)
 class LevelCamera:
-    """A camera's pose in the level frame: origin and heading of the base, but z up.
+    """A camera's pose in the level frame: origin and yaw of the base, z against gravity.
 
     Attributes:
-        rotation: shape (3, 3), ``R_level_camera``.
-        position: shape (3,), of the optical centre in the level frame [m].
+        rotation: ``R_level_camera``, shape (3, 3).
+        position: position of the optical centre in the level frame, shape (3,) [m].
     """
 
     rotation: NDArray[np.float64]
@@ -25,12 +25,12 @@ class LevelCamera:
 
 
 def level_camera(mount: CameraMount, roll: float = 0.0, pitch: float = 0.0) -> LevelCamera:
-    """Return the camera of a robot that leans.
+    """Return the gravity-aligned camera of a tilted robot.
 
     Args:
-        mount: the camera on the robot.
-        roll: of the base about its x axis [rad].
-        pitch: of the base about its y axis [rad]; positive with the nose down.
+        mount: extrinsics of the camera on the robot.
+        roll: roll of the base about its x axis [rad].
+        pitch: pitch of the base about its y axis [rad]; positive with the nose down.
     """
     R_level_base = matrix_from_rpy((roll, pitch, 0.0))
     return LevelCamera(R_level_base @ mount.rotation, R_level_base @ np.array(mount.xyz))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 _UNDISTORT_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12)
-# OpenCV 4 keeps the stopping rule in a function of its own, OpenCV 5 took it into undistortPoints.
+# OpenCV 4 takes the termination criteria in undistortPointsIter, OpenCV 5 in undistortPoints.
 _HAS_UNDISTORT_ITER = hasattr(cv2, 'undistortPointsIter')
 
 
@@ -41,7 +41,7 @@ class PinholeCamera:
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Refuse intrinsics that no camera has.
+        """Reject invalid intrinsics.
 
         Raises:
             ValueError: a size or focal length that is not positive, or a number that is not finite.
@@ -89,7 +89,7 @@ class PinholeCamera:
         """Project points in front of the camera into the image, with distortion.
 
         Args:
-            points: array-like, shape (n, 3), in the optical frame [m], z > 0.
+            points: array-like, shape (n, 3), coordinates in the optical frame [m], z > 0.
 
         Returns:
             array, shape (n, 2), u and v [px].

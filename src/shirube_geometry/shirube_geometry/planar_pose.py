@@ -1,6 +1,6 @@
 """Poses of a robot on a floor: x, y and yaw, their composition and inverse.
 
-``T_a_b`` is the pose of frame ``b`` in frame ``a``: it takes coordinates in ``b`` to coordinates in ``a``.
+``T_a_b`` is the pose of frame ``b`` in frame ``a``: it transforms coordinates in ``b`` to coordinates in ``a``.
 So ``T_map_base @ T_base_camera`` is ``T_map_camera``.
 """
 
@@ -14,17 +14,17 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def wrap_angle(angle: float) -> float:
-    """Return the angle [rad] that is equal to ``angle`` modulo a full turn and lies in [-pi, pi]."""
+    """Wrap an angle [rad] to [-pi, pi]."""
     return math.remainder(angle, math.tau)
 
 
 @dataclass(frozen=True)
 class PlanarPose:
-    """A rigid motion of the plane, the pose of one frame in another.
+    """A pose in SE(2): the pose of one frame in another.
 
     Attributes:
-        x: origin of the child frame in the parent frame [m].
-        y: origin of the child frame in the parent frame [m].
+        x: x of the child frame's origin in the parent frame [m].
+        y: y of the child frame's origin in the parent frame [m].
         yaw: heading of the child frame in the parent frame [rad], counter-clockwise.
     """
 
@@ -47,7 +47,7 @@ class PlanarPose:
         return PlanarPose(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap_angle(-self.yaw))
 
     def transform(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Take points from the child frame to the parent frame.
+        """Transform points from the child frame to the parent frame.
 
         Args:
             points: array-like, shape (n, 2), coordinates in the child frame [m].
@@ -64,5 +64,5 @@ class PlanarPose:
         return math.hypot(self.x - other.x, self.y - other.y)
 
     def turn_to(self, other: PlanarPose) -> float:
-        """Return the turn from this heading to the other's [rad], in [-pi, pi]."""
+        """Return the yaw from this pose to the other [rad], in [-pi, pi]."""
         return wrap_angle(other.yaw - self.yaw)

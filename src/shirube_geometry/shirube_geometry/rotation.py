@@ -1,4 +1,4 @@
-"""Rotations in space: fixed-axis roll, pitch, yaw (REP-103), matrices and quaternions (x, y, z, w)."""
+"""3D rotations: fixed-axis roll, pitch, yaw (REP-103), matrices and quaternions (x, y, z, w)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def matrix_from_rpy(rpy: ArrayLike) -> NDArray[np.float64]:
     """Return the rotation matrix of fixed-axis roll, pitch and yaw.
 
     Args:
-        rpy: array-like, shape (3,), turns about the parent's x, then y, then z axis [rad].
+        rpy: array-like, shape (3,), rotations about the parent's x, then y, then z axis [rad].
 
     Returns:
         array, shape (3, 3), ``R_parent_child``.
@@ -23,7 +23,7 @@ def matrix_from_rpy(rpy: ArrayLike) -> NDArray[np.float64]:
 
 
 def quaternion_from_yaw(yaw: float) -> tuple[float, float, float, float]:
-    """Return the quaternion (x, y, z, w) of a turn by ``yaw`` [rad] about z."""
+    """Return the quaternion (x, y, z, w) of a rotation by ``yaw`` [rad] about z."""
     return 0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)
 
 

@@ -1,4 +1,4 @@
-"""The camera model against OpenCV's forward model and its own inverse."""
+"""The camera model against OpenCV's forward model and its inverse."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What the robot knows of the building, as files: the surveyed floor, the lamps, the taught places, the key."""
+"""Files with the robot's prior knowledge: dot map, lamps, taught places and command key."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ from shirube_mission.place_teaching import teach_places
 from vlc_beacon.files.counter_file import CounterFile
 
 _PUBLIC_KEY = 'b3' * 32
-"""Signs the orders of simulated lamps, so that a seed always gives the same light; it is no secret."""
+"""Key that signs the commands of the simulated lamps; fixed, so that a seed gives the same light. Not secret."""
 
 _SURVEY_SIGMA = 5e-5
-"""How far the surveyed centres and diameters are off, standard deviation [m]."""
+"""Standard deviation of the surveyed centres and diameters [m]."""
 
 
 @dataclass(frozen=True)
 class BuildingFiles:
-    """Where the files are.
+    """Paths of the files.
 
     Attributes:
-        folder: that holds them.
+        folder: folder of the files.
     """
 
     folder: Path
 
     @property
     def dot_map(self) -> Path:
-        """The surveyed floor, indexed."""
+        """Indexed dot map."""
         return self.folder / 'floor.dotmap'
 
     @property
     def beacons(self) -> Path:
-        """The lamps."""
+        """Beacon file of the lamps."""
         return self.folder / 'beacons.yaml'
 
     @property
@@ -50,23 +50,23 @@ class BuildingFiles:
 
     @property
     def key(self) -> Path:
-        """With which orders are signed."""
+        """Key that signs commands."""
         return self.folder / 'mission.key'
 
     @property
     def counters(self) -> Path:
-        """The counters of the orders."""
+        """Counters of the commands."""
         return self.folder / 'counters.yaml'
 
 
 def write_building(folder: Path) -> BuildingFiles:
-    """Write the files and return where they are; what is there already of an unchanged building stays.
+    """Write the files that do not exist yet and return their paths.
 
     Args:
-        folder: made if it is not there.
+        folder: folder of the files, created if needed.
 
     Raises:
-        OSError: the folder cannot be written to.
+        OSError: the folder is not writable.
     """
     files = BuildingFiles(folder)
     files.places.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""What the mission's lamps play: their names, and the orders of two of them, signed."""
+"""Waveforms of the mission's lamps: their IDs, and the signed commands of two of them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vlc_beacon.core.transmitter.spoken_packet import Speaker, packets_of_words
 from vlc_beacon.core.trust.command_key import CommandKey
 
 CRUISE_SPEED, SLOW_SPEED = 0.4, 0.22
-"""How fast the robot may drive, and how fast after the first order [m/s]."""
+"""Speed limits of the robot, at start and after the first command [m/s]."""
 
 _WORDS = {
     SLOW_LAMP: ['id', f'slow:{SLOW_SPEED}'],
@@ -20,10 +20,10 @@ _COUNTER = 1
 
 
 def lamp_waveforms(key: CommandKey) -> dict[int, Waveform]:
-    """Return what each lamp plays, by its ID.
+    """Return the waveform of each lamp by its ID.
 
     Args:
-        key: signs the orders.
+        key: key that signs the commands.
     """
     settings = EncodingSettings(code=RS_FSK_NAME, frame_rate=LAMP_RATE)
     waveforms = {}

@@ -1,4 +1,4 @@
-"""The simulation and the nodes in lock step: time goes on when all have worked off what came before."""
+"""Simulation in lockstep with the nodes: time advances when all nodes have processed their messages."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ _LISTENER = {
     'depth': 'reward_planner',
 }
 _DRIVE_MS = 50
-"""The planner decides so often [ms]."""
+"""Control period of the planner [ms]."""
 _ANSWER_TIMEOUT = 60.0
 _MOTION_WAIT, _LOOK = 1.0, 0.02
-"""The bridge talks to its controller in a thread of its own, so no answer tells that it is done, only odometry [s]."""
+"""Timeouts for odometry [s]. The bridge drives its serial line in a thread, so only odometry shows that it is done."""
 _PATH_KNOTS = 5
 
 
 class LockStep:
-    """Moves the robot and time, step by step.
+    """Advances the robot and the clock, step by step.
 
     Attributes:
-        now: the mission's time [ms].
-        late_steps: steps at whose end odometry or the fused pose had not come.
+        now: mission time [ms].
+        late_steps: number of steps without odometry or fused pose before the timeout.
     """
 
     def __init__(
@@ -50,17 +50,17 @@ class LockStep:
         ears: MissionEars,
         has_ended: Callable[[], bool] = lambda: False,
     ) -> None:
-        """Prepare.
+        """Create the publishers.
 
         Args:
-            node: of the simulation.
-            executor: spins it.
-            controller: moves the robot; its time is the mission's.
-            lock: held while the controller works.
-            sensors: of the robot; the cheap ones are read here.
-            worker: renders the others.
-            ears: hear odometry.
-            has_ended: tells whether a node has; then no answer is waited for.
+            node: node of the simulation.
+            executor: executor of the node.
+            controller: emulated controller that moves the robot; its time is the mission time.
+            lock: lock of the controller.
+            sensors: sensors of the robot; only the tilt is read here.
+            worker: renders the images.
+            subscribers: receive odometry and the fused pose.
+            has_ended: returns whether a node has ended; then responses are not waited for.
         """
         self.now = 0
         self.late_steps = 0
@@ -71,11 +71,11 @@ class LockStep:
         self._questions = NodeQuestions(node, executor, has_ended)
 
     def step(self) -> None:
-        """Let one step of time pass.
+        """Advance by one time step.
 
         Raises:
-            ReplayError: a node does not answer.
-            MotorBridgeError: the controller's time was moved by somebody else.
+            ReplayError: a node does not respond.
+            MotorBridgeError: the controller's time was advanced elsewhere.
         """
         before, self.now = self.now, self.now + STEP_MS
         with self._lock:
@@ -89,15 +89,15 @@ class LockStep:
         self.voice.tell_truth(self.now, truth)
         self._await_motion()
         if self.now // _DRIVE_MS > before // _DRIVE_MS:
-            # The first answer tells that the planner has heard the time, the second that its timer has worked.
+            # The first response shows that the planner has received the clock, the second that its timer has run.
             for name in ('/reward_planner', '/reward_planner', '/motor_bridge'):
                 self.ask(name)
 
     def ask(self, *names: str) -> None:
-        """Wait until nodes have worked off what they have got.
+        """Wait until nodes have processed their messages.
 
         Raises:
-            ReplayError: one does not answer.
+            ReplayError: a node does not respond.
         """
         self._questions.ask(names, _ANSWER_TIMEOUT)
 
@@ -113,7 +113,7 @@ class LockStep:
         self._worker.order(camera.name, index, 1e-3 * time, PiecewisePath(tuple(times), poses))
 
     def _sense(self, before: int) -> None:
-        """Publish what the sensors have by now, and wait until the nodes have made of it what they can."""
+        """Publish the sensor data that is due, and wait until the localizers have processed it."""
         for index in TILT.indices(before, self.now, TILT.latency):
             time = TILT.time_ms(index)
             self.voice.tell_tilt(time, self._sensors.tilt_reading(index, 1e-3 * time))
@@ -126,8 +126,8 @@ class LockStep:
         self.ask(*busy)
 
     def _await_motion(self) -> None:
-        """Wait for the odometry and the fused pose of this step; the bridge may be looking for its controller."""
-        # Who was silent in the last step is not waited for long again.
+        """Wait for the odometry and the fused pose of this step; the bridge may be reconnecting."""
+        # After a step without odometry, the next wait is short.
         end = monotonic() + (_MOTION_WAIT if self._is_heard else _LOOK)
         now = 1e-3 * self.now - 1e-6
         self._is_heard = False

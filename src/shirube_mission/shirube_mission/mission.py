@@ -1,4 +1,4 @@
-"""A mission that runs: from goal to goal, step by step, until all are reached or something goes wrong."""
+"""Runs a mission: from goal to goal, step by step, until all are reached or a node fails."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from shirube_mission.sensor_schedule import STEP_MS
 from shirube_mission.stopwatch import Stopwatch
 
 _FIRST_POSE, _GOAL_TIME = 10.0, 90.0
-"""Longest times until the first pose and from goal to goal, of the mission's time [s]."""
+"""Timeouts for the first pose and for each goal, in mission time [s]."""
 _STANDS = 1.0
-"""A robot that has stood so long stands [s]."""
+"""A robot without motion for this long is stationary [s]."""
 _REACHED = 'goal reached'
 
 
 @dataclass
 class Mission:
-    """A mission that runs.
+    """A running mission.
 
     Attributes:
-        sensors: and the room.
-        controller: that moves the robot.
-        ears: what the nodes said.
-        steps: of time.
-        record: what became of it so far.
-        processes: of the nodes.
-        stopwatch: what the drive costs.
+        sensors: simulated sensors and room.
+        controller: emulated controller that moves the robot.
+        subscribers: messages received from the nodes.
+        steps: lockstep simulation.
+        record: result so far.
+        processes: processes of the nodes.
+        stopwatch: timing of the drive.
     """
 
     sensors: MissionSensors
@@ -49,14 +49,14 @@ class Mission:
     stopwatch: Stopwatch
 
     def go(self, tell: Callable[[str], None]) -> None:
-        """Drive to all goals; a node that ends or hangs ends the drive, and the record says why.
+        """Drive to all goals; if a node ends or hangs, the drive ends and the record gives the reason.
 
         Args:
-            tell: is told what happens, a line each time.
+            log: called with a line for each event.
 
         Raises:
             MissionError: a node has ended before the first step.
-            ReplayError: a node does not answer from the beginning.
+            ReplayError: a node does not respond before the first step.
         """
         try:
             self._visit_goals(tell)
@@ -68,7 +68,7 @@ class Mission:
     def _visit_goals(self, tell: Callable[[str], None]) -> None:
         self._until(lambda: len(self.ears.fused) > 0, _FIRST_POSE)
         if not self.ears.fused:
-            raise MissionError(f'there is no fused pose after {_FIRST_POSE:g} s; see the logs of the nodes')
+            raise MissionError(f'no fused pose after {_FIRST_POSE:g} s; see the logs of the nodes')
         self._until(lambda: False, _STANDS)
         for number, goal in enumerate(self.sensors.layout.goals, start=1):
             given = self.steps.now
@@ -93,7 +93,7 @@ class Mission:
             nonlocal stood
             stood = stood + STEP_MS if self.controller.is_stopped else 0
             heard, does = self.ears.planner
-            # What it said before may be of a pose that was mended meanwhile.
+            # An earlier status may be based on a pose that was corrected since.
             is_new = heard >= 1e-3 * (self.steps.now - stood) + _STANDS
             return does == _REACHED and heard > 1e-3 * start + 0.5 and is_new
 
@@ -110,7 +110,7 @@ class Mission:
         )
 
     def _until(self, is_over: Callable[[], bool], seconds: float) -> bool:
-        """Let time pass until something is so; return whether it is, after so long at most [s]."""
+        """Step until a condition is true; return False after a timeout [s]."""
         end = self.steps.now + round(1e3 * seconds)
         while self.steps.now < end:
             self.steps.step()

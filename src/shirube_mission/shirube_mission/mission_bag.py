@@ -1,4 +1,4 @@
-"""Records a mission: everything that is small, and the pictures of an extract."""
+"""Records a mission to a bag: all small messages, and the images of an extract."""
 
 from __future__ import annotations
 
@@ -36,19 +36,19 @@ _COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 
 
 class MissionBag:
-    """Keeps what is published until the mission is over, then writes it in the order of time.
+    """Buffers the messages until the mission is over, then writes them sorted by time.
 
     Attributes:
-        path: of the bag.
+        path: path of the bag.
     """
 
     def __init__(self, node: Node, path: Path, now: Callable[[], int]) -> None:
         """Subscribe.
 
         Args:
-            node: that listens.
-            path: folder to make.
-            now: tells the mission's time [ms].
+            node: node that subscribes.
+            path: folder to create.
+            now: returns the mission time [ms].
         """
         self.path = path
         self._node, self._now = node, now
@@ -65,12 +65,12 @@ class MissionBag:
         self._listen(DEPTH, Image, self._keep_depth)
 
     def write(self) -> int:
-        """Write the bag and return how many messages it holds.
+        """Write the bag and return its number of messages.
 
         Raises:
-            BagError: something stands there already, or it cannot be written.
+            BagError: the path exists, or the bag cannot be written.
         """
-        # What was received at one time stands in the order of the topics' names, each topic in its own order.
+        # Messages with equal time are sorted by topic; the sort is stable within a topic.
         self._messages.sort(key=lambda message: message[:2])
         with BagWriter(self.path) as bag:
             for stamp, topic, kind, raw in self._messages:
@@ -107,7 +107,7 @@ class MissionBag:
             return
         image = deserialize_message(raw, Image)
         depth = depth_from_image(image, DEPTH)
-        # Whole millimetres take a third of the room.
+        # Integer millimetres take a third of the space.
         whole = np.rint(1e3 * np.where(np.isfinite(depth), depth, 0.0)).astype(np.uint16)
         image.encoding, image.step = '16UC1', 2 * image.width
         image.data = whole.tobytes()
@@ -120,12 +120,12 @@ class MissionBag:
 
 
 def type_name(kind: type) -> str:
-    """Return the name of a message's type, as sensor_msgs/msg/Image."""
+    """Return the name of a message type, such as sensor_msgs/msg/Image."""
     return f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}'
 
 
 def is_in_extract(stamp: int) -> bool:
-    """Return whether pictures of this stamp [ns] are recorded."""
+    """Return whether images of this stamp [ns] are recorded."""
     begin, end = EXTRACT_MS
     return _nanoseconds(begin) <= stamp < _nanoseconds(end)
 

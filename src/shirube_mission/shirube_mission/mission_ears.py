@@ -1,4 +1,4 @@
-"""Keeps what the nodes say on the mission."""
+"""Subscribers that store the messages of the nodes during the mission."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ LOCALIZERS = ('floor_localizer', 'vlc_beacon', 'stereo_landmark')
 
 @dataclass(frozen=True)
 class StampedPose:
-    """A pose that a node told.
+    """A pose published by a node.
 
     Attributes:
-        time: of its stamp, in the mission's time [s].
+        time: stamp in mission time [s].
         pose: ``T_map_base``.
     """
 
@@ -34,21 +34,21 @@ class StampedPose:
 
 
 class MissionEars:
-    """Listens to poses, odometry, orders and to what the planner says of itself.
+    """Subscribes to poses, odometry, commands and the planner's diagnostics.
 
     Attributes:
-        fixes: of each localizer, in the order in which they came.
-        fused: of the arbiter.
+        fixes: poses of each localizer, in order of arrival.
+        fused: fused poses of the arbiter.
         odometry_time: stamp of the newest odometry [s].
-        orders: what lamps said, with the time at which it was heard [s].
-        planner: what the planner does, and the time at which it said so [s].
+        commands: commands of lamps, with the time of reception [s].
+        planner: time [s] and text of the planner's latest status.
     """
 
     def __init__(self, node: Node) -> None:
         """Subscribe.
 
         Args:
-            node: that listens.
+            node: node that subscribes.
         """
         self.fixes: dict[str, list[StampedPose]] = defaultdict(list)
         self.fused: list[StampedPose] = []

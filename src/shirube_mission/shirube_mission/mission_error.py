@@ -1,7 +1,7 @@
-"""The one exception root of the mission."""
+"""The exception of this package."""
 
 from __future__ import annotations
 
 
 class MissionError(Exception):
-    """The mission cannot go on; the message is one line that says why and what to do."""
+    """The mission cannot continue; the message is one line with reason and remedy."""

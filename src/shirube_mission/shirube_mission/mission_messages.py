@@ -1,4 +1,4 @@
-"""What the simulated sensors send, as messages of rclpy."""
+"""Conversion of simulated sensor data to messages."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from scene_simulator.tilt_sensor import TiltReading
 from shirube_geometry import PinholeCamera
 
 START_SECONDS = 1000
-"""What ROS's clock shows when the mission's time is 0; 0 would mean that there is no clock yet [s]."""
+"""ROS time at mission time 0 [s]; not 0, which means that simulated time has not started."""
 
 _TILT_VARIANCES = (1e-6, 1e-6, float(np.pi**2))
-"""Of roll, pitch and yaw, which the inertial unit does not know [rad^2]."""
+"""Variances of roll, pitch and yaw, which the IMU does not measure [rad^2]."""
 
 
 def stamp_of(milliseconds: int) -> Time:
-    """Return a time of the mission [ms] as ROS's clock shows it."""
+    """Return the ROS stamp of a mission time [ms]."""
     seconds, rest = divmod(milliseconds, 1000)
     return Time(sec=START_SECONDS + seconds, nanosec=1_000_000 * rest)
 
 
 def mission_time(stamp: Time) -> float:
-    """Return the mission's time of a stamp [s]."""
+    """Return the mission time of a stamp [s]."""
     return float(stamp.sec - START_SECONDS + 1e-9 * stamp.nanosec)
 
 
 def depth_image(depth: NDArray[np.float32], header: Header) -> Image:
-    """Return depths, shape (height, width) [m], as an image of 32FC1."""
+    """Return a depth image, shape (height, width) [m], as a 32FC1 message."""
     height, width = depth.shape
     data = array('B')
     data.frombytes(np.ascontiguousarray(depth).data.cast('B'))
@@ -47,9 +47,9 @@ def camera_info(camera: PinholeCamera, header: Header, baseline: float = 0.0) ->
     """Return the calibration of a rectified camera.
 
     Args:
-        camera: its intrinsics.
-        header: of its image.
-        baseline: how far to the right of the pair's left camera it is [m].
+        camera: intrinsics of the camera.
+        header: header of the image.
+        baseline: distance to the right of the left camera of the pair [m].
     """
     projection = np.column_stack([camera.matrix, (-camera.fx * baseline, 0.0, 0.0)])
     return CameraInfo(
@@ -65,7 +65,7 @@ def camera_info(camera: PinholeCamera, header: Header, baseline: float = 0.0) ->
 
 
 def imu(reading: TiltReading, header: Header) -> Imu:
-    """Return a reading of the tilt: roll and pitch; rates and accelerations are not told."""
+    """Return an IMU message with roll and pitch, without rates and accelerations."""
     x, y, z, w = Rotation.from_euler('xyz', (reading.roll, reading.pitch, 0.0)).as_quat().tolist()
     nothing = np.array([-1.0, *[0.0] * 8])
     return Imu(

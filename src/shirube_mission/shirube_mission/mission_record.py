@@ -1,4 +1,4 @@
-"""What became of the mission: the track, each goal, each zone, in numbers."""
+"""Results of a mission: track, goals and zones."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from scene_simulator.mission_layout import ZONES
 from shirube_geometry import PlanarPose
 
 TRUE_ERROR_MAX, FUSED_ERROR_MAX = 0.03, 0.02
-"""Of the robot from its goal, and of the fused pose from the true one [m]."""
+"""Limits of the distance of the robot from its goal, and of the fused pose error at a goal [m]."""
 
 
 @dataclass(frozen=True)
 class GoalRecord:
-    """What became of a goal.
+    """Result of a goal.
 
     Attributes:
-        reached: the planner says so and the robot stands.
-        seconds: since the goal was given [s].
-        true_error: of the true pose from the goal [m].
-        yaw_error: the same of the heading [rad].
-        fused_error: of the fused pose from the true one, of the same time [m].
+        reached: the planner reports the goal as reached and the robot is stationary.
+        seconds: time since the goal was published [s].
+        true_error: distance of the true pose from the goal [m].
+        yaw_error: yaw error of the true pose at the goal [rad].
+        fused_error: distance of the fused pose from the true pose at its stamp [m].
     """
 
     reached: bool
@@ -37,24 +37,24 @@ class GoalRecord:
 
     @property
     def is_good(self) -> bool:
-        """Whether it was reached well enough."""
+        """Whether the goal was reached within the limits."""
         near = self.true_error <= TRUE_ERROR_MAX and self.fused_error <= FUSED_ERROR_MAX
         return self.reached and near
 
 
 @dataclass
 class MissionRecord:
-    """All numbers of a mission.
+    """Result of a mission.
 
     Attributes:
-        seed: of the mission.
-        goals: one after the other.
-        track: time [s], true x, y, yaw; every step.
-        clearances: room between the robot's rim and anything solid, every step [m].
-        legs: when each goal was given, and when the robot was done with it [s].
-        least_clearance: smallest room between the robot's rim and anything solid [m].
-        collisions: how often the robot came to touch something.
-        ended: why the mission ended.
+        seed: seed of the mission.
+        goals: results of the goals, in order.
+        track: time [s] and true x, y, yaw of each step [m, m, rad].
+        clearances: clearance between robot and obstacles in each step [m].
+        legs: start and end time of each goal [s].
+        least_clearance: smallest clearance between robot and obstacles [m].
+        collisions: number of collisions.
+        ended: reason why the mission ended.
     """
 
     seed: int
@@ -68,7 +68,7 @@ class MissionRecord:
     _touches: bool = False
 
     def add_step(self, time: float, pose: PlanarPose, clearance: float) -> None:
-        """Take where the robot truly is at a time [s], and how much room it has there [m]."""
+        """Add the true pose at a time [s], and the clearance there [m]."""
         self.track.append((time, pose.x, pose.y, pose.yaw))
         self.clearances.append(clearance)
         self.least_clearance = min(self.least_clearance, clearance)
@@ -77,12 +77,12 @@ class MissionRecord:
         self._touches = touches
 
     def succeeded(self, goals: int) -> bool:
-        """Return whether so many goals were reached well, without a collision."""
+        """Return whether this number of goals was reached within the limits, without a collision."""
         return len(self.goals) == goals and all(goal.is_good for goal in self.goals) and not self.collisions
 
     @property
     def path_length(self) -> float:
-        """Way of the robot [m]."""
+        """Path length of the robot [m]."""
         return sum(math.hypot(b[1] - a[1], b[2] - a[2]) for a, b in pairwise(self.track))
 
     def summary(
@@ -92,13 +92,13 @@ class MissionRecord:
         orders: Sequence[tuple[float, str]],
         timing: Mapping[str, float],
     ) -> dict[str, object]:
-        """Return everything but the track, ready for JSON.
+        """Return the results without the track, as JSON data.
 
         Args:
-            goals: how many there were.
-            fixes: time [s] and pose of each localizer's poses, and of the fused ones, by name.
-            orders: what lamps said, and when [s].
-            timing: what took how long [s].
+            goals: number of goals of the mission.
+            fixes: time [s] and pose of all poses of each localizer and of the arbiter, by name.
+            commands: time [s] and text of the commands of lamps.
+            timing: durations by name [s].
         """
         return {
             'seed': self.seed,
@@ -116,7 +116,7 @@ class MissionRecord:
         }
 
     def true_pose(self, time: float) -> PlanarPose | None:
-        """Return the true pose at a time [s], even between two steps; None before the first."""
+        """Return the true pose at a time [s], interpolated; None before the first step."""
         after = bisect_right(self.track, time, key=lambda entry: entry[0])
         if after == 0:
             return None
@@ -152,6 +152,6 @@ class MissionRecord:
     def _errors(
         self, told: Sequence[tuple[float, PlanarPose]], wanted: Callable[[PlanarPose], bool]
     ) -> list[float]:
-        """Return the errors of poses where the robot truly was at a wanted place [m]."""
+        """Return the position errors [m] of the poses whose true pose satisfies a condition."""
         pairs = ((pose, self.true_pose(time)) for time, pose in told)
         return [pose.distance_to(truth) for pose, truth in pairs if truth is not None and wanted(truth)]

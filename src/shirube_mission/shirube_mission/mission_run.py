@@ -1,4 +1,4 @@
-"""One mission: nodes, simulation and robot together, from goal to goal."""
+"""Sets up and runs one mission: nodes, simulation and robot."""
 
 from __future__ import annotations
 
@@ -38,21 +38,21 @@ from shirube_ros.free_domain import free_domain
 from vlc_beacon.files.key_file import read_key
 
 _START_TIMEOUT = 600.0
-"""Nodes load maps and, at the very first start, compile their loops [s]."""
+"""Start timeout of the nodes, which load maps and, at the first start, compile numba kernels [s]."""
 _WHEELS = 9
 
 
 PARAMETERS_WRITTEN = 'parameter files are written; waiting for the nodes'
-"""Told when nodes that somebody else starts can be started."""
+"""Printed when nodes that are launched elsewhere can start."""
 
 
 @dataclass(frozen=True)
 class RunOptions:
-    """What else can be wanted of a mission.
+    """Options of a mission.
 
     Attributes:
-        record_to: folder of a bag to make of it; none is made without.
-        launched: somebody else starts the nodes, on the usual ROS domain, with the parameter files that are written.
+        record_to: folder of the recorded bag; None records no bag.
+        launched: whether the nodes are started elsewhere, on the default ROS domain, with the written parameter files.
     """
 
     record_to: Path | None = None
@@ -61,11 +61,11 @@ class RunOptions:
 
 @dataclass(frozen=True)
 class MissionOutcome:
-    """What became of a mission.
+    """Result of a mission.
 
     Attributes:
-        summary: in a few numbers, ready for JSON.
-        traces: all of it.
+        summary: summary as JSON data.
+        traces: time series of the report.
     """
 
     summary: dict[str, object]
@@ -79,22 +79,19 @@ def run_mission(
     tell: Callable[[str], None],
     options: RunOptions = RunOptions(),
 ) -> MissionOutcome:
-    """Run a mission.
+    """Run a mission and return its result.
 
     Args:
-        seed: of the room, the robot's errors and all noise.
-        files: what the robot knows of the building.
-        folder: takes logs; it is there.
-        tell: is told what happens, a line each time.
-        options: whether it is recorded, and who starts the nodes.
-
-    Returns:
-        what became of it.
+        seed: seed of the room, the robot's errors and all noise.
+        files: files of the building.
+        folder: existing folder for logs.
+        log: called with a line for each event.
+        options: whether to record, and whether the nodes are started elsewhere.
 
     Raises:
         MissionError: a node did not start.
-        ReplayError: a node does not answer from the beginning.
-        BagError: the bag stands there already, or cannot be written.
+        ReplayError: a node does not respond before the first step.
+        BagError: the bag exists, or cannot be written.
     """
     began = monotonic()
     waveforms = lamp_waveforms(read_key(files.key))
@@ -157,7 +154,7 @@ def _nodes(
     options: RunOptions,
     tell: Callable[[str], None],
 ) -> tuple[int, NodeProcesses]:
-    """Return the ROS domain and the nodes that were started there, which end with the stack."""
+    """Start the nodes; return their ROS domain and processes, which end with the stack."""
     if options.launched:
         for node in nodes:
             node.arguments(folder)
@@ -168,7 +165,7 @@ def _nodes(
 
 
 def _controller(seed: int, start: PlanarPose) -> EmulatedController:
-    """Return a robot whose wheels are not quite what the bridge takes them for."""
+    """Return a controller whose wheels differ slightly from the bridge's parameters."""
     rng = np.random.default_rng((seed, _WHEELS))
     radius, separation = (1.0 + 0.005 * rng.standard_normal(2)).tolist()
     nominal = EmulatorSettings()
@@ -179,10 +176,10 @@ def _controller(seed: int, start: PlanarPose) -> EmulatedController:
 
 
 def _await_nodes(mission: Mission, executor: Executor) -> None:
-    """Wait until every node listens and answers.
+    """Wait until every node has subscribed and responds.
 
     Raises:
-        MissionError: one does not in time.
+        MissionError: timeout.
     """
     end = monotonic() + _START_TIMEOUT
     voice = mission.steps.voice
@@ -190,7 +187,7 @@ def _await_nodes(mission: Mission, executor: Executor) -> None:
         mission.processes.check()
         if monotonic() > end:
             raise MissionError(
-                f'nobody listens to the pictures of {", ".join(silent)}; see the logs of the nodes'
+                f'no subscriber for the images of {", ".join(silent)}; see the logs of the nodes'
             )
         executor.spin_once(timeout_sec=0.1)
     mission.steps.ask('/floor_localizer', '/vlc_beacon', '/stereo_landmark', '/pose_arbiter')

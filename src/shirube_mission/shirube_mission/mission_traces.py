@@ -1,4 +1,4 @@
-"""Everything that the report of a mission draws, as plain numbers."""
+"""Time series for the report of a mission."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ StampedNumbers = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class GridMap:
-    """A map of the planner.
+    """An occupancy grid of the planner.
 
     Attributes:
-        corner: x and y of its lower left corner in the map frame [m].
-        resolution: side of a cell [m].
-        shape: rows along y and columns along x.
-        cells: row by row: -1 unknown, 0 free to 100 occupied.
+        corner: x and y of the lower left corner in the map frame [m].
+        resolution: cell size [m].
+        shape: number of rows (y) and columns (x).
+        cells: occupancy in row-major order: -1 unknown, 0 free to 100 occupied.
     """
 
     corner: tuple[float, float]
@@ -32,13 +32,13 @@ class GridMap:
 
 @dataclass(frozen=True)
 class TrustCount:
-    """How many poses of a source have met a verdict of the arbiter so far.
+    """Cumulative number of poses of a source with a measurement status of the arbiter.
 
     Attributes:
-        time: of the count [s].
+        time: time of the count [s].
         source: name of the localizer.
-        verdict: of the arbiter, in its words.
-        count: of poses since the start.
+        verdict: measurement status, as in the arbiter's diagnostics.
+        count: number of poses since the start.
     """
 
     time: float
@@ -49,20 +49,20 @@ class TrustCount:
 
 @dataclass(frozen=True)
 class MissionTraces:
-    """What happened, over time.
+    """Time series of a mission.
 
     Attributes:
         layout: start and goals.
-        boxes: what stands in the room.
-        truth: the true poses, every step.
-        clearance: the robot's room in each step [m].
-        poses: of each localizer, of the arbiter and of the wheels' odometry (which begins at 0), by name.
-        legs: when each goal was given, and when the robot was done with it [s].
-        trust: the arbiter's counts, once a second.
-        map: the planner's last one.
-        pace: simulated time and the time it took since the start of the drive [s], about once a second.
-        cpu: processor time of each process during the drive [s].
-        rates: pictures that each camera was to take in a second, and pictures that it showed in a simulated one.
+        boxes: obstacles in the room.
+        truth: true poses, every step.
+        clearance: clearance around the robot in each step [m].
+        poses: poses of each localizer, of the arbiter and of wheel odometry (which starts at 0), by name.
+        legs: start and end time of each goal [s].
+        trust: measurement status counts of the arbiter, once a second.
+        map: last map of the planner.
+        pace: simulated time and wall time since the start of the drive [s], about once a second.
+        cpu: CPU time of each process during the drive [s].
+        rates: nominal image rate of each camera, and published images per simulated second [1/s].
     """
 
     layout: MissionLayout
@@ -78,7 +78,7 @@ class MissionTraces:
     rates: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def as_json(self) -> str:
-        """Return everything as JSON, to micrometres and microseconds."""
+        """Return the traces as JSON text, with six decimals."""
         return json.dumps(
             json.loads(json.dumps(asdict(self)), parse_float=lambda text: round(float(text), 6))
         )

@@ -1,4 +1,4 @@
-"""Publishes the clock, what the sensors measure, the truth and the goals."""
+"""Publishers of the simulation: clock, sensor data, ground truth and goals."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ class MissionVoice:
     """All publishers of the simulation.
 
     Attributes:
-        shown: how many pictures of each sensor were published.
+        image_counts: number of images published per sensor.
     """
 
     def __init__(self, node: Node) -> None:
-        """Advertise.
+        """Create the publishers.
 
         Args:
-            node: that publishes.
+            node: node that publishes.
         """
         self.shown = Counter[str]()
         advertise = partial(node.create_publisher, qos_profile=pose_profile())
@@ -61,11 +61,11 @@ class MissionVoice:
             self._images[topic] = advertise(Image, topic), advertise(CameraInfo, info)
 
     def listeners(self, sensor: str) -> int:
-        """Return how many listen to the picture of a sensor that has the fewest listeners."""
+        """Return the smallest number of subscribers of a sensor's image topics."""
         return min(self._images[topic][0].get_subscription_count() for topic, _, _ in _CAMERAS[sensor])
 
     def tell_time(self, now: int) -> None:
-        """Publish the clock [ms]."""
+        """Publish a mission time [ms] on /clock."""
         self._clock.publish(Clock(clock=stamp_of(now)))
 
     def tell_truth(self, now: int, pose: PlanarPose) -> None:
@@ -77,11 +77,11 @@ class MissionVoice:
         self._goal.publish(pose_stamped(goal, Header(stamp=stamp_of(now), frame_id='map')))
 
     def tell_tilt(self, time: int, reading: TiltReading) -> None:
-        """Publish what the inertial unit measured at a time [ms]."""
+        """Publish an IMU reading at a time [ms]."""
         self._imu.publish(imu(reading, Header(stamp=stamp_of(time), frame_id='base_link')))
 
     def show(self, sensor: str, time: int, pictures: Sequence[Picture]) -> None:
-        """Publish the pictures that a sensor took at a time [ms], their calibrations first."""
+        """Publish the images of a sensor at a time [ms], each after its CameraInfo."""
         self.shown[sensor] += 1
         for (topic, camera, baseline), picture in zip(_CAMERAS[sensor], pictures, strict=True):
             frame = f'{topic.split("/")[1]}_camera_optical_frame'

@@ -19,21 +19,21 @@ from shirube_mission.lamp_programs import CRUISE_SPEED
 Value = str | bool | int | float | list[float] | list[str]
 
 ORDERS_REACH = 2.0
-"""An order is obeyed so near to its lamp [m]."""
+"""Radius around a lamp in which its commands are obeyed [m]."""
 
 GOAL_TOLERANCE = 0.01
-"""A goal is reached so near to it [m]."""
+"""Goal tolerance of the planner [m]."""
 
 
 @dataclass(frozen=True)
 class NodeSetup:
-    """How a node is started.
+    """Command line of a node.
 
     Attributes:
-        package: which is the node's name, too.
-        parameters: that are not the default.
-        topics: remapped ones.
-        images: resolved topics whose pictures must not get lost.
+        package: package name, which is also the node name.
+        parameters: parameters that differ from the default.
+        topics: remapped topics.
+        images: resolved image topics that are subscribed to reliably.
     """
 
     package: str
@@ -56,7 +56,7 @@ def mission_nodes(files: BuildingFiles, port: str) -> tuple[NodeSetup, ...]:
     """Return the six nodes.
 
     Args:
-        files: what the robot knows of the building.
+        files: files of the building.
         port: serial port of the motor controller.
     """
     return (
@@ -75,9 +75,9 @@ def mission_nodes(files: BuildingFiles, port: str) -> tuple[NodeSetup, ...]:
                 'lamp_frame_rate': LAMP_RATE,
                 'camera_height_known': True,
                 'zone_radius': ORDERS_REACH,
-                # In the dark it shall fall silent instead of telling what the wheels say.
+                # Without visible lamps, publish nothing instead of odometry.
                 'odometry.gap_way': 0.1,
-                # The robot's wheels are 0.2 m apart and slip by 5 mm after a metre.
+                # Wheel separation 0.2 m, slip 5 mm after 1 m.
                 'odometry.slip': 0.004,
                 'odometry.turn_slip': 0.035,
             },
@@ -114,7 +114,7 @@ def _planner() -> NodeSetup:
         'drive': True,
         'robot_radius': ROBOT_RADIUS,
         'height_max': ROBOT_HEIGHT,
-        # The depth camera's stereo is too rough beyond.
+        # Depth is too noisy beyond this range.
         'range_max': 3.5,
         'max_linear_velocity': CRUISE_SPEED,
         'max_angular_velocity': 1.0,

@@ -1,4 +1,4 @@
-"""The mission's nodes as processes of their own."""
+"""Processes of the mission's nodes."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from shirube_mission.mission_error import MissionError
 from shirube_mission.node_parameters import NodeSetup
 
 _GRACE = 10.0
-"""A node that was told to end may take so long [s]."""
+"""Timeout after SIGINT [s]."""
 
 
 class NodeProcesses:
     """Runs the nodes inside of a `with` statement and ends them with SIGINT.
 
     Attributes:
-        exit_codes: of the nodes, by name, once they have ended.
+        exit_codes: exit codes of the ended nodes, by name.
     """
 
     def __init__(self, nodes: Sequence[NodeSetup], folder: Path, domain: int) -> None:
-        """Prepare.
+        """Set the nodes to run.
 
         Args:
-            nodes: which.
-            folder: takes parameter files and logs.
+            nodes: nodes to start.
+            folder: folder for parameter files and logs.
             domain: ROS domain of the mission.
         """
         self._nodes, self._folder, self._domain = nodes, folder, domain
@@ -43,7 +43,7 @@ class NodeProcesses:
             **os.environ,
             'ROS_DOMAIN_ID': str(self._domain),
             'ROS_LOG_DIR': str(self._folder / 'log'),
-            # Two cores, seven processes: threads of their own would only push each other aside.
+            # Seven processes on two cores: more threads would only compete.
             'OMP_NUM_THREADS': '1',
             'OPENBLAS_NUM_THREADS': '1',
         }
@@ -63,7 +63,7 @@ class NodeProcesses:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End all nodes as Ctrl-C does, harder where they do not listen."""
+        """End all nodes with SIGINT, then with SIGKILL after a timeout."""
         for process in self._running.values():
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
@@ -75,7 +75,7 @@ class NodeProcesses:
                 self.exit_codes[name] = process.wait()
 
     def processor_times(self) -> dict[str, float]:
-        """Return how long each node that still runs has worked so far [s], by name."""
+        """Return the CPU time of each running node [s], by name."""
         times = {}
         for name, process in self._running.items():
             if process.poll() is not None:
@@ -85,14 +85,14 @@ class NodeProcesses:
         return times
 
     def has_ended(self) -> bool:
-        """Return whether a node has ended, which none should."""
+        """Return whether a node has ended unexpectedly."""
         return any(process.poll() is not None for process in self._running.values())
 
     def check(self) -> None:
         """Raise if a node has ended.
 
         Raises:
-            MissionError: one has; the message names its log.
+            MissionError: a node has ended; the message names its log.
         """
         for name, process in self._running.items():
             if process.poll() is not None:

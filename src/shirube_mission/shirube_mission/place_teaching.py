@@ -1,4 +1,4 @@
-"""Teaches the mission's places from rendered pairs, before the obstacles came, as an engineer would on the page."""
+"""Teaches the mission's places from rendered image pairs without obstacles, as a user would in the teaching page."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ PLACES = {
     'west_near': (NOMINAL.goals[2], 'west'),
     'west_far': (PlanarPose(3.6, 4.6, math.pi), 'west'),
 }
-"""Where each place is taught, and which wall it looks at."""
+"""Pose of the robot and visible wall of each taught place."""
 
 _NEAR = 3.0
-"""A detected primitive is that of a landmark when its points are not farther off [px]."""
+"""Largest distance between the points of a detected primitive and those of its landmark [px]."""
 
 
 def teach_places(folder: Path) -> None:
@@ -43,7 +43,7 @@ def teach_places(folder: Path) -> None:
 
     Raises:
         StereoLandmarkError: a place cannot be taught.
-        OSError: the folder cannot be written to.
+        OSError: the folder is not writable.
     """
     walls = bare_walls()
     rig = StereoRig(
@@ -64,7 +64,7 @@ def teach_places(folder: Path) -> None:
 def _seen_landmarks(
     landmarks: tuple[Landmark, ...], pose: PlanarPose, view: StereoView, teacher: Teacher
 ) -> Iterator[tuple[str, Primitive]]:
-    """Yield the landmarks by name that both images show well."""
+    """Yield name and primitive of the landmarks that can be measured in both images."""
     for landmark in landmarks:
         found = _primitive_of(landmark, pose, view)
         if found is not None and _is_measurable(teacher, found):
@@ -72,7 +72,7 @@ def _seen_landmarks(
 
 
 def _primitive_of(landmark: Landmark, pose: PlanarPose, view: StereoView) -> Primitive | None:
-    """Return what the left image shows of a landmark."""
+    """Return the primitive of a landmark in the left image, None if not found."""
     points_map = np.array(list(landmark.points_map().values()))
     points = STEREO_RIG.camera_poses(pose)[0].camera_points(points_map)
     truth = STEREO_RIG.left.intrinsics.pixels_from_points(points)

@@ -1,4 +1,4 @@
-"""What of a mission is recorded, and when it was received."""
+"""Topics of the recorded bag, by the kind of their recording time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OF_THEIR_STAMP: Mapping[str, type] = {
     '/pose_arbiter/pose': PoseStamped,
     '/pose_arbiter/odometry': Odometry,
 }
-"""Topics whose messages are there at the time of their stamp."""
+"""Topics recorded at the time of their header stamp."""
 
 OF_THEIR_STEP: Mapping[str, type] = {
     **{
@@ -33,12 +33,12 @@ OF_THEIR_STEP: Mapping[str, type] = {
     '/reward_planner/next_waypoint': PoseStamped,
     '/cmd_vel': TwistStamped,
 }
-"""Topics whose messages come later than their stamp tells, or have none."""
+"""Topics recorded at the current time step, with latency or without a stamp."""
 
 CAMERA_INFOS: Mapping[str, type] = dict.fromkeys(
     (f'/{camera}/camera_info' for camera in ('floor', 'ceiling', 'left', 'right', 'depth')), CameraInfo
 )
-"""Recorded with the pictures."""
+"""CameraInfo topics, recorded with the images."""
 
 PICTURES: Mapping[str, int] = {
     '/floor/image_raw': 90,
@@ -46,9 +46,9 @@ PICTURES: Mapping[str, int] = {
     '/left/image_rect': 85,
     '/right/image_rect': 85,
 }
-"""Grey pictures, and of which quality their JPEG is."""
+"""Topics of grey images, and the quality of their JPEG compression."""
 
 DEPTH = '/depth/image'
 
 EXTRACT_MS = (14_000, 34_000)
-"""The mission's times between which pictures are recorded: from the carpet over the first goal onto dots [ms]."""
+"""Mission times between which images are recorded [ms]: from the carpet over the first goal onto dots."""

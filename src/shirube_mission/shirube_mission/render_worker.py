@@ -1,4 +1,4 @@
-"""Renders what the sensors see in a process of its own, while the nodes work."""
+"""Renders the sensor images in a separate process, in parallel to the nodes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from shirube_geometry import PlanarPose
 Picture = NDArray[Any]
 
 _sensors: list[MissionSensors] = []
-"""Of the worker's process, which has one room only."""
+"""Sensors of the worker process (at most one element)."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class PiecewisePath:
     """The true motion during an exposure.
 
     Attributes:
-        times: shape (n,), rising [s].
+        times: times, shape (n,), increasing [s].
         poses: ``T_map_base`` at these times.
     """
 
@@ -37,7 +37,7 @@ class PiecewisePath:
     poses: tuple[PlanarPose, ...]
 
     def pose_at(self, time: float) -> PlanarPose:
-        """Return the pose at a time [s], even between two, and as at the end beyond them."""
+        """Return the pose at a time [s], interpolated; constant beyond both ends."""
         after = min(max(1, int(np.searchsorted(self.times, time))), len(self.times) - 1)
         start, stop = self.times[after - 1], self.times[after]
         share = min(max((time - start) / (stop - start), 0.0), 1.0)
@@ -48,14 +48,14 @@ class PiecewisePath:
 
 
 class RenderWorker:
-    """Takes orders for pictures and gives them when they are asked for; to be used in a `with` statement."""
+    """Renders requested images in a worker process; use it in a `with` statement."""
 
     def __init__(self, seed: int, waveforms: dict[int, Waveform]) -> None:
         """Start the process.
 
         Args:
-            seed: of the room.
-            waveforms: what each lamp plays, by its ID.
+            seed: seed of the room.
+            waveforms: waveform of each lamp, by its ID.
         """
         self._pool = ProcessPoolExecutor(
             1, get_context('spawn'), initializer=_begin, initargs=(seed, waveforms)
@@ -63,7 +63,7 @@ class RenderWorker:
         self._waiting: dict[tuple[str, int], Future[Sequence[Picture]]] = {}
 
     def __enter__(self) -> Self:
-        """Render one picture of each kind, which compiles what must be compiled."""
+        """Render one image of each sensor, which compiles the numba kernels."""
         self._pool.submit(_warm_up).result()
         return self
 
@@ -74,24 +74,24 @@ class RenderWorker:
         self._pool.shutdown(wait=True, cancel_futures=True)
 
     def order(self, sensor: str, index: int, time: float, path: PiecewisePath) -> None:
-        """Order what a sensor sees at a time [s]; the path covers its exposure."""
+        """Request the image of a sensor at a time [s]; the path covers its exposure."""
         self._waiting[sensor, index] = self._pool.submit(_render, sensor, index, time, path)
 
     def take(self, sensor: str, index: int) -> Sequence[Picture]:
-        """Return what was ordered, waiting for it: one picture, or the left and the right one."""
+        """Wait for a requested image and return it: one image, or the left and the right one."""
         return self._waiting.pop((sensor, index)).result()
 
     def processor_time(self) -> float:
-        """Return how long the process has worked [s], once it has rendered all that was ordered."""
+        """Return the CPU time of the process [s], after it has rendered all requests."""
         return self._pool.submit(process_time).result()
 
 
 def render_one_of_each(seed: int, waveforms: dict[int, Waveform]) -> None:
-    """Render a picture of each sensor here, which compiles what must be compiled.
+    """Render one image of each sensor in this process, which compiles the numba kernels.
 
     Args:
-        seed: of the room.
-        waveforms: what each lamp plays, by its ID.
+        seed: seed of the room.
+        waveforms: waveform of each lamp, by its ID.
     """
     _begin(seed, waveforms)
     _warm_up()

@@ -1,4 +1,4 @@
-"""When which sensor measures, and when what it measured is there."""
+"""Measurement and publication times of the sensors."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 STEP_MS = 20
-"""Time of the simulation goes on in such steps [ms]."""
+"""Time step of the simulation [ms]."""
 
 
 @dataclass(frozen=True)
 class SensorRhythm:
-    """A sensor that measures at even intervals.
+    """Schedule of a sensor with a fixed rate.
 
     Attributes:
-        name: of the sensor.
-        period: between two measurements [ms].
-        first: time of the first one [ms].
-        exposure: from the time of a measurement until its light is collected [ms].
-        latency: from the time of a measurement until it is published [ms].
+        name: name of the sensor.
+        period: time between two measurements [ms].
+        first: time of the first measurement [ms].
+        exposure: time from the stamp of a measurement to the end of its exposure [ms].
+        latency: time from the stamp of a measurement to its publication [ms].
     """
 
     name: str
@@ -28,7 +28,7 @@ class SensorRhythm:
     latency: int
 
     def indices(self, before: int, until: int, delay: int) -> Iterator[int]:
-        """Yield the numbers of the measurements for which time plus delay lies in (before, until] [ms]."""
+        """Yield the indices of the measurements whose time plus delay is in (before, until] [ms]."""
         index = max(0, (before - delay - self.first) // self.period + 1)
         while self.first + index * self.period + delay <= until:
             yield index

@@ -1,4 +1,4 @@
-"""The simulation's place in the ROS graph."""
+"""The ROS node of the simulation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from shirube_ros.node_executor import node_executor
 
 
 def simulation_graph(stack: ExitStack, domain: int) -> tuple[Node, Executor]:
-    """Return the simulation's node and its executor, both ended with the stack."""
+    """Create the simulation's node and its executor, both destroyed with the stack."""
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
     stack.callback(context.try_shutdown)

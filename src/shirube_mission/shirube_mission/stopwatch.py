@@ -1,4 +1,4 @@
-"""What the drive costs: how long a simulated second takes, and how long each process works."""
+"""Timing of the drive: wall time per simulated second, and CPU time of each process."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from shirube_mission.render_worker import RenderWorker
 
 
 class Stopwatch:
-    """Runs during the drive.
+    """Measures wall time and CPU times during the drive.
 
     Attributes:
-        pace: simulated time and the time since the start [s], about once a simulated second.
-        cpu: processor time of each process [s], once it was stopped.
+        pace: simulated time and wall time since the start [s], about once per simulated second.
+        cpu: CPU time of each process [s], after `stop`.
     """
 
     def __init__(self, processes: NodeProcesses, worker: RenderWorker) -> None:
-        """Prepare.
+        """Start without measurements.
 
         Args:
-            processes: the nodes.
-            worker: renders the pictures.
+            processes: processes of the nodes.
+            worker: process that renders the images.
         """
         self.pace: list[tuple[float, float]] = []
         self.cpu: dict[str, float] = {}
@@ -29,16 +29,16 @@ class Stopwatch:
         self._began, self._worked = monotonic(), dict[str, float]()
 
     def start(self) -> None:
-        """Begin to count."""
+        """Start the measurement."""
         self._began, self._worked = monotonic(), self._working_times()
 
     def look(self, now: float) -> None:
-        """Take the mission's time [s]."""
+        """Record the wall time at a mission time [s]."""
         if not self.pace or now >= self.pace[-1][0] + 1.0:
             self.pace.append((now, monotonic() - self._began))
 
     def stop(self) -> None:
-        """Take what all have worked since the start."""
+        """Compute the CPU times since the start."""
         self.cpu = {name: time - self._worked[name] for name, time in self._working_times().items()}
 
     def _working_times(self) -> dict[str, float]:

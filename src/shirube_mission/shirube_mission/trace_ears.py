@@ -1,4 +1,4 @@
-"""Keeps what the report shows beyond the poses: who was trusted when, the wheels' odometry, the planner's map."""
+"""Records further data for the report: status counts of the arbiter, wheel odometry, the planner's map."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ ODOMETRY = 'odometry'
 
 
 class TraceEars:
-    """Listens to odometry, to what the arbiter says of its sources, and to the planner's map.
+    """Subscribes to odometry, the arbiter's diagnostics and the planner's map.
 
     Attributes:
-        odometry: ``T_odom_base``, in the order in which they came.
-        trust: what the arbiter counted, once a second.
-        map: the newest one of the planner; None before the first.
+        odometry: ``T_odom_base`` of each message, in order of arrival.
+        trust: status counts of the arbiter, once a second.
+        map: latest map of the planner, None before the first.
     """
 
     def __init__(self, node: Node) -> None:
         """Subscribe.
 
         Args:
-            node: that listens.
+            node: node that subscribes.
         """
         self.odometry: list[StampedPose] = []
         self.trust: list[TrustCount] = []

@@ -1,4 +1,4 @@
-"""Compiles the loops that render what the mission's sensors see."""
+"""Compiles the numba kernels that render the sensor images."""
 
 from __future__ import annotations
 
@@ -10,5 +10,5 @@ _ANY_KEY = CommandKey(bytes(32))
 
 
 def warm_up() -> None:
-    """Render one picture of each sensor."""
+    """Render one image of each sensor."""
     render_one_of_each(0, lamp_waveforms(_ANY_KEY))

@@ -1,4 +1,4 @@
-"""Nodes that only keep what they get, and tell of each instant that they have heard of it, as bridge and arbiter do."""
+"""Nodes that store their messages; bridge and arbiter also publish for each time step."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TOPICS = {
 
 
 class StandIn(Node):
-    """A node of the mission without its work."""
+    """A stub of a mission node."""
 
     def __init__(self, name: str, **options: object) -> None:
         super().__init__(name, **options)
@@ -39,13 +39,13 @@ class StandIn(Node):
         self.pose = self.create_publisher(PoseStamped, '/pose_arbiter/pose', 10)
 
     def keep(self, topic: str, message: Image) -> None:
-        """Note topic, stamp and the time that was told last."""
+        """Store topic, stamp and the latest clock time."""
         self.heard.append(
             (topic, mission_time(message.header.stamp), self.clock_times[-1] if self.clock_times else 0)
         )
 
     def hear_time(self, message: Clock) -> None:
-        """Answer as the node would."""
+        """Publish as the real node would."""
         self.clock_times.append(mission_time(message.clock))
         header = Header(stamp=message.clock, frame_id='map')
         if self.get_name() == 'motor_bridge':

@@ -1,4 +1,4 @@
-"""The true pose is where the localizers' own cores find the robot in the rendered pictures."""
+"""The localizers' cores find the true pose in the rendered images."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""In lock step nothing is lost, nothing comes before its time, and the robot's time is that of the clock."""
+"""In lockstep no message is lost or early, and the robot's time is that of the clock."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SIZES = {'floor': (235, 235), 'ceiling': (384, 480), 'stereo': (480, 752), 'dept
 
 
 class BlackPictures:
-    """Renders nothing, and notes what it was asked for."""
+    """Renders black images and stores the requests."""
 
     def __init__(self):
         self.ordered: dict[tuple[str, int], object] = {}
@@ -41,7 +41,7 @@ class BlackPictures:
 
 @pytest.fixture(scope='module')
 def run():
-    """Take some steps with stand-ins for all nodes."""
+    """Run some steps with stubs for all nodes."""
     with isolated_graph() as graph:
         nodes = {name: graph.add(partial(StandIn, name)) for name in TOPICS}
         node = graph.add(partial(Node, 'scene_simulator'))
@@ -81,7 +81,7 @@ def test_the_clock_goes_in_even_steps_and_is_the_robots_time(run):
     assert np.diff(times) == pytest.approx(1e-3 * STEP_MS)
     assert times[-1] == pytest.approx(1e-3 * STEPS * STEP_MS)
     assert controller.time == pytest.approx(times[-1])
-    assert steps.late_steps <= 1  # the first one, before all publishers are found
+    assert steps.late_steps <= 1  # the first one, before all publishers are discovered
 
 
 def test_paths_cover_exposures(run):

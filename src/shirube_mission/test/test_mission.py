@@ -1,4 +1,4 @@
-"""A mission that breaks off keeps what was driven until then, with the reason."""
+"""An aborted mission keeps its record, with the reason."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ SEED = 3
 
 
 class Ears:
-    """Hears a fused pose from the beginning, and of no goal reached."""
+    """Subscribers with a fused pose from the start, and no goal reached."""
 
     fused = (StampedPose(0.0, PlanarPose(0.0, 0.0, 0.0)),)
     planner = (0.0, 'on the way')
 
 
 class Steps:
-    """Lets time pass for so many steps, then a node does not answer."""
+    """A simulation of some steps, after which a node does not respond."""
 
     def __init__(self, count: int) -> None:
         self.now, self.left = 0, count
@@ -35,16 +35,16 @@ class Steps:
 
     def step(self) -> None:
         if self.left == 0:
-            raise ReplayError('/vlc_beacon has not answered for 60 s; look whether it hangs')
+            raise ReplayError('/vlc_beacon has not responded for 60 s; check whether it hangs')
         self.left -= 1
         self.now += STEP_MS
 
     def send_to(self, now: int, goal: PlanarPose) -> None:
-        """Take a goal."""
+        """Ignore the goal."""
 
 
 class Processes:
-    """Of which one ends after so many looks."""
+    """Processes of which one ends after some checks."""
 
     def __init__(self, count: int) -> None:
         self.left = count
@@ -56,10 +56,10 @@ class Processes:
 
 
 class Watch:
-    """Does not look."""
+    """A stopwatch without function."""
 
     def look(self, now: float) -> None:
-        """Take the time."""
+        """Ignore the time."""
 
 
 def mission(steps: int, looks: int) -> Mission:
@@ -70,7 +70,7 @@ def mission(steps: int, looks: int) -> Mission:
 
 
 @pytest.mark.parametrize(
-    ('steps', 'looks', 'reason'), [(70, 500, 'has not answered'), (500, 70, 'ended with exit code -9')]
+    ('steps', 'looks', 'reason'), [(70, 500, 'has not responded'), (500, 70, 'ended with exit code -9')]
 )
 def test_a_node_that_hangs_or_ends_leaves_a_record_with_the_reason(steps, looks, reason):
     broken = mission(steps, looks)
@@ -88,7 +88,7 @@ def test_before_the_first_step_there_is_nothing_to_tell_of(steps, looks):
 
 
 class WheelsThatStop:
-    """Turn until a time [s]."""
+    """A controller that stops at a time [s]."""
 
     T_world_base = PlanarPose(0.0, 0.0, 0.0)
 
@@ -104,7 +104,7 @@ class WheelsThatStop:
 
 
 class EarsOfAPlanner:
-    """Hear the planner at each whole second; the goal is reached but for one second, when the pose was mended."""
+    """A planner status each second: goal reached, except for one second, when the pose was corrected."""
 
     fused = Ears.fused
 
@@ -119,7 +119,7 @@ class EarsOfAPlanner:
 
 @pytest.mark.parametrize(('mended', 'seconds'), [(3, 3.0), (4, 4.0), (5, 3.0)])
 def test_a_goal_is_reached_when_the_planner_still_says_so_a_second_after_the_halt(mended, seconds):
-    """The first goal is given at 1 s and the wheels stand at 2.5 s: the word of the fourth second counts first."""
+    """The first goal is published at 1 s and the wheels stop at 2.5 s: the status of second 4 is the first valid."""
     driven = mission(8000 // STEP_MS, 8000)
     driven.controller = WheelsThatStop(driven.steps, 2.5)
     driven.ears = EarsOfAPlanner(driven.steps, mended)

@@ -1,4 +1,4 @@
-"""The bag of a mission: what was published, in the order of time, as it was offered; pictures of its extract only."""
+"""The bag of a mission: all messages sorted by time, with their QoS; images of the extract only."""
 
 from __future__ import annotations
 

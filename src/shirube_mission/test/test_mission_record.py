@@ -1,4 +1,4 @@
-"""A mission succeeds only if every goal was reached well and nothing was touched."""
+"""A mission succeeds only if every goal was reached within the limits and without a collision."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report says of a made-up mission what became of it, and shows what failed as failed."""
+"""The report of a synthetic mission shows its results and failures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Each node's command line names a parameter file that holds what it is to know."""
+"""Each node's command line names a parameter file with its parameters."""
 
 from __future__ import annotations
 

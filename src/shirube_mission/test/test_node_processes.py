@@ -1,4 +1,4 @@
-"""A node that cannot start or ends is told of, with its log; all end with the block."""
+"""A node that cannot start or ends is reported with its log; all nodes end with the block."""
 
 from __future__ import annotations
 

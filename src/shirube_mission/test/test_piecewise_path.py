@@ -1,4 +1,4 @@
-"""A path goes through its poses and evenly between them."""
+"""A path passes through its poses and interpolates between them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every measurement comes once, in its order, whatever the steps, and never before it was made."""
+"""Every measurement is published once, in order, for any time step, and never before its time."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What a recorded drive shows to a method: images with calibration, odometry and tilt, in their order."""
+"""Reads images with calibration, odometry and tilt from a bag, in message order."""

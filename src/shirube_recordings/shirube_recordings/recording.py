@@ -1,4 +1,4 @@
-"""The messages of a bag as a method's node would see them, without ROS running."""
+"""The messages of a bag as a localizer's node receives them, without ROS running."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ Calibration = TypeVar('Calibration', bound=SizedCamera)
 
 @dataclass(frozen=True)
 class RecordedImage(Generic[Calibration]):
-    """An image.
+    """A recorded image with its calibration.
 
     Attributes:
-        camera: number of its camera.
-        topic: of its message.
-        header: of its message.
-        stamp_ns: when it was taken [ns].
-        pixels: shape (h, w) or (h, w, 3).
-        calibration: of its camera.
+        camera: index of the camera.
+        topic: topic of the message.
+        header: header of the message.
+        stamp_ns: stamp of the image [ns].
+        pixels: pixels, shape (h, w) or (h, w, 3).
+        calibration: calibration of the camera.
     """
 
     camera: int
@@ -49,9 +49,9 @@ class BadImage:
     """An image that cannot be used.
 
     Attributes:
-        topic: of its message.
-        stamp_ns: when it was taken [ns].
-        fault: what is wrong, in a line.
+        topic: topic of the message.
+        stamp_ns: stamp of the image [ns].
+        fault: error message, one line.
     """
 
     topic: str
@@ -61,12 +61,12 @@ class BadImage:
 
 @dataclass(frozen=True)
 class RecordedOdometry:
-    """Where the wheels say the robot is.
+    """A recorded odometry message.
 
     Attributes:
-        topic: of its message.
-        header: of its message.
-        T_odom_base: the pose.
+        topic: topic of the message.
+        header: header of the message.
+        T_odom_base: pose of the base in the odometry frame.
     """
 
     topic: str
@@ -76,12 +76,12 @@ class RecordedOdometry:
 
 @dataclass(frozen=True)
 class RecordedTilt:
-    """How the robot leans.
+    """A recorded tilt of the robot.
 
     Attributes:
-        topic: of its message.
-        header: of its message.
-        stamp_ns: when [ns].
+        topic: topic of the message.
+        header: header of the message.
+        stamp_ns: stamp of the message [ns].
         tilt: roll and pitch of the base [rad].
     """
 
@@ -92,12 +92,12 @@ class RecordedTilt:
 
 
 class Recording(Generic[Calibration]):
-    """A bag, of which bad messages are left out as a node does.
+    """Reads a bag; invalid messages are skipped, as a node skips them.
 
     Args:
-        bag: it is open while messages are read.
-        topics: which of its topics are used.
-        calibration_of: makes the calibration of a CameraInfo, with the topic's name for its errors.
+        bag: open bag.
+        topics: topics to read.
+        calibration_of: converts a CameraInfo to a calibration; its second argument is the topic, for error messages.
     """
 
     def __init__(
@@ -109,10 +109,10 @@ class Recording(Generic[Calibration]):
     def messages(
         self,
     ) -> Iterator[RecordedImage[Calibration] | BadImage | RecordedOdometry | RecordedTilt]:
-        """Yield what the messages hold, in their order; bad images tell what is wrong.
+        """Yield the converted messages in order; an invalid image is yielded with its error.
 
         Raises:
-            BagError: the bag is damaged.
+            BagError: the bag is corrupted.
         """
         for raw in self._bag.messages(self._topics.wanted):
             message = self._bag.decode(raw)
@@ -131,7 +131,7 @@ class Recording(Generic[Calibration]):
                     self._calibrations.pop(raw.topic, None)
                     self._calibrations[raw.topic] = self._calibration_of(message, raw.topic)
             except MessageError:
-                continue  # images tell of a bad calibration
+                continue  # a bad calibration is reported with each image
 
     def _image(self, message: Any, raw: BagMessage) -> RecordedImage[Calibration] | BadImage:
         camera = self._topics.images.index(raw.topic)

@@ -1,4 +1,4 @@
-"""Which topics of a bag a method sees."""
+"""Selection of the topics to read from a bag."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ _IMAGES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 
 @dataclass(frozen=True)
 class RecordingTopics:
-    """Names of topics; an empty one is none.
+    """Names of topics; an empty name means no topic.
 
     Attributes:
-        images: of the cameras, raw or compressed.
-        camera_infos: their calibrations, in the same order.
-        odometry: of the wheels.
-        imu: whose orientation tells how the robot leans.
+        images: topics of the images, raw or compressed.
+        camera_infos: topics of the calibrations, in the same order.
+        odometry: topic of the wheel odometry.
+        imu: topic of the IMU, whose orientation gives the tilt.
     """
 
     images: tuple[str, ...]
@@ -28,31 +28,31 @@ class RecordingTopics:
 
     @property
     def wanted(self) -> list[str]:
-        """All that are not empty."""
+        """All topics that are not empty."""
         return [name for name in (*self.images, *self.camera_infos, self.odometry, self.imu) if name]
 
 
 def choose_images(
     bag: BagReader, name: str | None, usual: tuple[str, ...] = ('/image_raw', '/image_raw/compressed')
 ) -> str:
-    """Return the topic of a camera's images: the named one, else a usual one, else the only one.
+    """Return the image topic of a camera: the named one, else a default one, else the only one.
 
     Raises:
-        BagError: the named topic is missing or of another type, or none or several are there to choose from.
+        BagError: the named topic is missing or has another type, or the choice is not unique.
     """
     return choose_topic(bag, name, _IMAGES, usual)
 
 
 def choose_camera_info(bag: BagReader, name: str | None, usual: str = '/camera_info') -> str:
-    """Return the topic of a camera's calibration; as `choose_images`."""
+    """Return the CameraInfo topic of a camera; see `choose_images`."""
     return choose_topic(bag, name, ('sensor_msgs/msg/CameraInfo',), (usual,))
 
 
 def choose_odometry(bag: BagReader, name: str | None) -> str:
-    """Return the topic of the odometry, empty if there is none; as `choose_images`."""
+    """Return the odometry topic, empty if there is none; see `choose_images`."""
     return choose_topic(bag, name, ('nav_msgs/msg/Odometry',), ('/odom',), is_optional=True)
 
 
 def choose_imu(bag: BagReader, name: str | None) -> str:
-    """Return the topic of the inertial unit, empty if there is none; as `choose_images`."""
+    """Return the IMU topic, empty if there is none; see `choose_images`."""
     return choose_topic(bag, name, ('sensor_msgs/msg/Imu',), ('/imu',), is_optional=True)

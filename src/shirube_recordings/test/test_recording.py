@@ -1,4 +1,4 @@
-"""What a method sees of a bag: everything usable in its order, and bad images with their fault."""
+"""A recording yields valid messages in order, and invalid images with their error."""
 
 from types import SimpleNamespace
 
@@ -45,7 +45,7 @@ def odometry(stamp):
 
 
 def read(*rows, topics=TOPICS):
-    """Return what a recording of (topic, message) holds."""
+    """Return the contents of a recording of (topic, message) rows."""
     kept = [
         SimpleNamespace(topic=topic, msgtype=f'msg/{type(message).__name__}', message=message)
         for topic, message in rows

@@ -1,4 +1,4 @@
-"""A camera's calibration from the YAML that ``camera_calibration`` writes."""
+"""Reads camera calibrations written by ``camera_calibration`` (YAML)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def load_calibration(path: Path) -> PinholeCamera:
     """Load the intrinsics of the raw image.
 
     Raises:
-        CalibrationError: a file that is missing, no YAML, lacks a field or holds impossible numbers.
+        CalibrationError: the file is missing, not valid YAML, lacks a field or has invalid numbers.
     """
     try:
         content = read_yaml(path)
@@ -46,16 +46,16 @@ def load_calibration(path: Path) -> PinholeCamera:
 def _size(path: Path, content: dict[str, Any], field: str) -> int:
     value = content.get(field)
     if isinstance(value, bool) or not isinstance(value, int):
-        raise CalibrationError(f'{path}: {field} is {shown(value)}, no number of pixels; {_REMEDY}')
+        raise CalibrationError(f'{path}: {field} is {shown(value)}, expected a number of pixels; {_REMEDY}')
     return value
 
 
 def _numbers(path: Path, content: dict[str, Any], field: str) -> list[float]:
-    """Return the data of a matrix in the file."""
+    """Return the entries of a matrix in the file."""
     matrix = content.get(field)
     data = matrix.get('data') if isinstance(matrix, dict) else None
     if not isinstance(data, list):
         raise CalibrationError(f'{path}: {field} with its data is missing; {_REMEDY}')
     if not all(is_number(each) for each in data):
-        raise CalibrationError(f'{path}: {field} holds what is no finite number; {_REMEDY}')
+        raise CalibrationError(f'{path}: {field} has values that are not finite numbers; {_REMEDY}')
     return [float(each) for each in data]

@@ -1,4 +1,4 @@
-"""CameraInfo to the camera model of shirube_geometry."""
+"""Conversion of CameraInfo to the camera model of shirube_geometry."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _REMEDY = 'calibrate the camera (camera_calibration) and load the file in its dr
 
 
 class SizedCamera(Protocol):
-    """A camera that tells the size of its images."""
+    """A camera model with an image size."""
 
     @property
     def width(self) -> int:
@@ -32,7 +32,7 @@ def camera_from_camera_info(message: CameraInfo, topic: str) -> PinholeCamera:
         topic: name for error messages.
 
     Raises:
-        CameraInfoError: an uncalibrated camera (zeros), impossible numbers or an unknown distortion model.
+        CameraInfoError: an uncalibrated camera (zeros), invalid numbers or an unsupported distortion model.
     """
     if message.distortion_model not in ('', 'plumb_bob') or len(message.d) not in (0, 4, 5):
         raise CameraInfoError(
@@ -51,13 +51,13 @@ def camera_from_camera_info(message: CameraInfo, topic: str) -> PinholeCamera:
 
 
 def check_image_size(camera: SizedCamera, shape: tuple[int, ...], topic: str, info_topic: str) -> None:
-    """Refuse an image that the calibration does not belong to.
+    """Reject an image whose size differs from that of the calibration.
 
     Args:
         camera: intrinsics from the CameraInfo.
         shape: shape of the image, (h, w) or (h, w, 3).
-        topic: name of the image for error messages.
-        info_topic: name of the CameraInfo for error messages.
+        topic: topic of the image, for error messages.
+        info_topic: topic of the CameraInfo, for error messages.
 
     Raises:
         CameraInfoError: the sizes differ.

@@ -1,4 +1,4 @@
-"""The parameters that every node with a camera has."""
+"""Parameters of every node with a camera."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _DOWNWARD = CameraMount()
 
 @dataclass(frozen=True)
 class CameraSettings:
-    """Where the camera sits on the robot, which frames the poses connect, how images travel."""
+    """Camera extrinsics, frames and image transport."""
 
     camera_xyz: tuple[float, float, float] = setting(
         _DOWNWARD.xyz,
@@ -33,7 +33,7 @@ class CameraSettings:
     base_frame: str = setting('base_link', 'frame of the robot whose pose is published')
     image_transport: str = setting(
         'auto',
-        'raw images, CompressedImage on <topic>/compressed, or auto: the kind that comes first',
+        'raw images, CompressedImage on <topic>/compressed, or auto: the first that arrives',
         choices=('auto', 'raw', 'compressed'),
     )
 

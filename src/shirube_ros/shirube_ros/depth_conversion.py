@@ -1,4 +1,4 @@
-"""Depth images to arrays (REP 118)."""
+"""Conversion of depth images to arrays (REP-118)."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ def depth_from_image(message: Image, topic: str) -> NDArray[np.float32]:
     """Return a depth image, shape (height, width) [m]; NaN where there is no depth.
 
     Args:
-        message: 32FC1 in metres, or 16UC1 in millimetres with 0 for none.
+        message: 32FC1 in metres, or 16UC1 in millimetres with 0 for no depth.
         topic: name for error messages.
 
     Raises:
-        ImageError: another encoding, bytes in the other order, or data that does not fit the size.
+        ImageError: unsupported encoding, big-endian data, or data that does not match the size.
     """
     kind = _TYPES.get(message.encoding)
     if kind is None or message.is_bigendian:

@@ -1,4 +1,4 @@
-"""What a node says of itself on /diagnostics, once a second."""
+"""Publishes the status of a node on /diagnostics, once a second."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _PERIOD = 1.0  # [s]
 
 
 class Level(Enum):
-    """How well a node works."""
+    """Level of a diagnostic status."""
 
     OK = DiagnosticStatus.OK
     WARN = DiagnosticStatus.WARN
@@ -25,12 +25,12 @@ class Level(Enum):
 
 @dataclass(frozen=True)
 class Status:
-    """State of a node.
+    """Status of a node.
 
     Attributes:
-        level: how well it works.
-        message: one sentence.
-        values: facts by name, in the order in which they are shown.
+        level: diagnostic level.
+        message: status message, one sentence.
+        values: key-value pairs, in the order in which they are published.
     """
 
     level: Level
@@ -47,19 +47,19 @@ class Diagnostics:
         """Start publishing.
 
         Args:
-            node: the node that is reported on.
-            counts: the message counts of its guard.
-            current_status: called for each report.
+            node: node whose status is published.
+            counts: message counts of its callback guard, by topic.
+            current_status: returns the status; called once per report.
         """
         self._node = node
         self._counts = counts
         self._current_status = current_status
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
-        # A steady clock: the report must go on when simulated time stands still.
+        # A steady clock: publish also while simulated time is paused.
         node.create_timer(_PERIOD, self.publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def publish(self) -> None:
-        """Publish a report now."""
+        """Publish the status now."""
         report = DiagnosticArray(status=[self._report()])
         report.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(report)
@@ -92,5 +92,5 @@ class Diagnostics:
         for topic, count in self._counts.items():
             values.append(KeyValue(key=f'{topic} received', value=str(count.received)))
             for reason, number in count.refused.items():
-                values.append(KeyValue(key=f'{topic} refused', value=f'{number}: {reason}'))
+                values.append(KeyValue(key=f'{topic} rejected', value=f'{number}: {reason}'))
         return values

@@ -1,8 +1,8 @@
-"""What can be wrong with a camera's files; each message is one line that names file, field and remedy."""
+"""Errors of camera files; each message is one line that names file, field and remedy."""
 
 
 class CameraFileError(ValueError):
-    """Root of the errors of files."""
+    """Base class of the file errors."""
 
 
 class CalibrationError(CameraFileError):

@@ -1,4 +1,4 @@
-"""A ROS domain that no other process of this machine uses."""
+"""Reserves a ROS domain that no other process on this host uses."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from domain_coordinator import domain_id
 
 @contextmanager
 def free_domain() -> Iterator[int]:
-    """Give the number of a domain, 1 to 100, that stays ours to the end.
+    """Reserve a domain ID, 1 to 100, for the duration of the context.
 
-    What fails in its scope is not told to `domain_coordinator`, which would take any OSError for a domain that is not
-    free, try the next one, and hide the error behind one of its own.
+    Errors in the context are not passed to `domain_coordinator`: it would take any OSError for a domain that is not
+    free, try the next one, and hide the error behind its own.
     """
     reserved = domain_id()
     number: int = reserved.__enter__()

@@ -1,4 +1,4 @@
-"""Image messages to arrays and back, copying only where bytes must change."""
+"""Conversion of image messages to arrays and back, copying only where needed."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _REMEDY = 'set the camera driver to mono8, bgr8 or rgb8'
 
 
 def array_from_image(message: Image, topic: str) -> NDArray[np.uint8]:
-    """Return an image as an array that shares the message's memory where it can be written to.
+    """Return an image as an array that shares the message's memory if that is writeable.
 
-    Bags hand out memory that cannot be written to. An array of that is another type to compiled loops, which would all
-    be compiled a second time for it.
+    Bags return read-only memory. A read-only array is another type for numba kernels, which would all be compiled a
+    second time for it.
 
     Args:
         message: image in mono8, bgr8 or rgb8; padded rows (``step``) are allowed.
@@ -31,7 +31,7 @@ def array_from_image(message: Image, topic: str) -> NDArray[np.uint8]:
         array, C-contiguous, writeable, shape (h, w) for mono8, shape (h, w, 3) in order blue, green, red otherwise.
 
     Raises:
-        ImageError: another encoding, an empty image, or data that does not fit size and step.
+        ImageError: unsupported encoding, an empty image, or data that does not match size and step.
     """
     channels = _CHANNELS.get(message.encoding)
     if channels is None:
@@ -60,14 +60,14 @@ def array_from_compressed_image(message: CompressedImage, topic: str) -> NDArray
     """Decode a JPEG or PNG image.
 
     Args:
-        message: compressed image of 8 bits a channel, gray or colour.
+        message: compressed image with 8 bits per channel, gray or colour.
         topic: name for error messages.
 
     Returns:
         array, C-contiguous, shape (h, w) for gray, shape (h, w, 3) in order blue, green, red otherwise.
 
     Raises:
-        ImageError: data that is truncated, not an image, or neither 8-bit gray nor 8-bit colour.
+        ImageError: truncated data, no image, or neither 8-bit gray nor 8-bit colour.
     """
     data = np.frombuffer(message.data, dtype=np.uint8)
     if not is_jpeg_or_png(data):
@@ -94,7 +94,7 @@ def image_from_array(pixels: NDArray[np.uint8], header: Header) -> Image:
     """
     height, width = pixels.shape[:2]
     channels = 1 if pixels.ndim == 2 else 3
-    # Assigning an array to Image.data copies it element by element in Python; an array.array goes through.
+    # Assigning a numpy array to Image.data copies it element by element in Python; an array.array does not.
     data = array('B')
     data.frombytes(np.ascontiguousarray(pixels).data.cast('B'))
     return Image(
@@ -108,5 +108,5 @@ def image_from_array(pixels: NDArray[np.uint8], header: Header) -> Image:
 
 
 def _uint8(pixels: object) -> NDArray[np.uint8]:
-    """Tell the type checker what OpenCV returned."""
+    """Return an image of OpenCV with its type."""
     return np.asarray(pixels, dtype=np.uint8)

@@ -1,6 +1,6 @@
-"""Whether an encoded image is there to its end.
+"""Detection of truncated JPEG and PNG data.
 
-OpenCV decodes what there is of a file that was cut off and fills up with grey, so the end is looked for.
+OpenCV decodes truncated data and fills the rest with grey, so the end marker is checked.
 """
 
 from __future__ import annotations
@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 _ENDS = {b'\xff\xd8': b'\xff\xd9', b'\x89P': b'IEND'}
-"""First and last bytes of JPEG and PNG."""
+"""End marker by the first bytes, for JPEG and PNG."""
 _TAIL = 1024
-"""Cameras pad the end of their JPEG files [byte]."""
+"""Number of last bytes that are searched, since cameras pad the end of JPEG data [byte]."""
 
 
 def is_jpeg_or_png(data: NDArray[np.uint8]) -> bool:
-    """Tell by the first bytes, shape (n,), whether data is of one of the kinds whose end is known."""
+    """Return whether data, shape (n,), is JPEG or PNG, by its first bytes."""
     return data[:2].tobytes() in _ENDS
 
 
 def is_cut_off(data: NDArray[np.uint8]) -> bool:
-    """Tell whether a JPEG or PNG, shape (n,), lacks its end; of other kinds nothing is known."""
+    """Return whether a JPEG or PNG, shape (n,), lacks its end marker; False for other formats."""
     end = _ENDS.get(data[:2].tobytes())
     return end is not None and end not in data[-_TAIL:].tobytes()

@@ -1,4 +1,4 @@
-"""Images from files: which there are, and their pixels."""
+"""Listing and loading of image files."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _SUFFIXES = frozenset({'.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', 
 
 
 def list_images(paths: Sequence[Path]) -> list[Path]:
-    """Return the given files, and for a folder the images in it in the order of their names.
+    """Return the given files, and for a folder its images in alphabetical order.
 
     Raises:
         ImageFileError: a path that does not exist, or a folder without images.
@@ -42,7 +42,7 @@ def load_image(path: Path) -> NDArray[np.uint8]:
         array, shape (h, w) for grey or (h, w, 3) in order blue, green, red.
 
     Raises:
-        ImageFileError: a file that is no image, that was cut off, or one of more than 8 bits a channel.
+        ImageFileError: the file is not an image, is truncated, or has more than 8 bits per channel.
     """
     try:
         data = np.frombuffer(path.read_bytes(), dtype=np.uint8)
@@ -55,9 +55,9 @@ def load_image(path: Path) -> NDArray[np.uint8]:
     except cv2.error:
         pixels = None
     if pixels is None:
-        raise ImageFileError(f'{path}: is no image, or damaged; give a PNG or JPEG file')
+        raise ImageFileError(f'{path}: is no image, or corrupted; give a PNG or JPEG file')
     if pixels.dtype != np.uint8:
-        raise ImageFileError(f'{path}: has {8 * pixels.itemsize} bits a channel; convert it to 8')
+        raise ImageFileError(f'{path}: has {8 * pixels.itemsize} bits per channel; convert it to 8')
     if pixels.ndim == 3 and pixels.shape[2] == 4:
         pixels = cv2.cvtColor(pixels, cv2.COLOR_BGRA2BGR)
     return np.asarray(pixels, dtype=np.uint8)

@@ -1,4 +1,4 @@
-"""A camera's images with their calibration, raw or compressed, as every camera node takes them."""
+"""Subscription to a camera's images, raw or compressed, with their calibration."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Camera = TypeVar('Camera', bound=SizedCamera)
 
 
 class ImageInput(Generic[Camera]):
-    """Subscribes to an image and its CameraInfo and hands on arrays with the camera model.
+    """Subscribes to an image and its CameraInfo, and calls back with the pixels and the camera model.
 
     =====================  ==============================  ==========================================
     topic                  type                            when
@@ -32,11 +32,8 @@ class ImageInput(Generic[Camera]):
     ``<info_topic>``       sensor_msgs/CameraInfo          always
     =====================  ==============================  ==========================================
 
-    With ``auto`` the kind that comes first is taken and the other is no longer subscribed to, so that a camera
-    which publishes both gives each image once, and does not compress for nobody.
-
-    Attributes:
-        info: the latest CameraInfo, None before the first usable one.
+    With ``auto`` the first transport that delivers an image is used and the other one is unsubscribed, so that a
+    camera which publishes both delivers each image once and does not compress images that nobody uses.
     """
 
     def __init__(
@@ -51,23 +48,23 @@ class ImageInput(Generic[Camera]):
         """Subscribe.
 
         Args:
-            node: the node that subscribes.
+            node: node that subscribes.
             guard: counts the messages and catches their errors.
-            topics: names of the image and of its CameraInfo.
+            topics: topics of the image and of its CameraInfo.
             transport: ``raw``, ``compressed`` or ``auto``.
-            read_camera: makes a camera of a CameraInfo and the name of its topic, or raises a MessageError.
-            on_image: called with header, pixels ((h, w) gray or (h, w, 3) bgr) and camera of each good image.
+            read_camera: converts a CameraInfo and its topic to a camera model, or raises a MessageError.
+            on_image: called with header, pixels ((h, w) gray or (h, w, 3) bgr) and camera of each valid image.
         """
         self._topic, self._info_topic = topics
         self._node = node
         self._read_camera = read_camera
         self._on_image = on_image
         self._camera: Camera | None = None
-        # The CameraInfo comes first: of two that are ready together the executor takes the older input.
+        # Subscribe to CameraInfo first: of two messages that are ready, the executor takes the older subscription.
         self._subscribe(node, guard, CameraInfo, self._info_topic, self._take_camera_info)
         self._kinds: dict[str, Subscription] = {}
         if transport != 'raw':
-            # A remapping of <topic> must hold for <topic>/compressed too.
+            # A remapping of <topic> must apply to <topic>/compressed, too.
             topic = f'{node.resolve_topic_name(self._topic)}/compressed'
             self._kinds['compressed'] = self._subscribe(
                 node, guard, CompressedImage, topic, self._take_compressed
@@ -87,7 +84,7 @@ class ImageInput(Generic[Camera]):
         )
 
     def _take_camera_info(self, message: CameraInfo) -> None:
-        self._camera = None  # a broken calibration must not be replaced by an old one in silence
+        self._camera = None  # an invalid calibration must not leave the old one in use
         self._camera = self._read_camera(message, self._info_topic)
 
     def _take_raw(self, message: Image) -> None:

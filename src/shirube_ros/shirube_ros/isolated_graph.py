@@ -1,4 +1,4 @@
-"""A ROS graph of its own for tests: own context, own domain, loopback only, everything in one process."""
+"""An isolated ROS graph for tests: own context, own domain, loopback only, all nodes in one process."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ AnyNode = TypeVar('AnyNode', bound=Node)
 
 
 class IsolatedGraph:
-    """Nodes that see only each other."""
+    """Nodes that discover only each other."""
 
     def __init__(self, context: Context) -> None:
         self.context = context
@@ -28,11 +28,11 @@ class IsolatedGraph:
         self._nodes: list[Node] = []
 
     def add(self, create_node: Callable[..., AnyNode], **parameters: object) -> AnyNode:
-        """Make a node in this graph and let it take part in ``spin_until``.
+        """Create a node in this graph, spun by ``spin_until``.
 
         Args:
-            create_node: a node class or function that passes its keywords on to ``rclpy.node.Node``.
-            parameters: parameter overrides, as the command line would give them.
+            create_node: node class, or function that passes its keywords on to ``rclpy.node.Node``.
+            parameters: parameter overrides, as from the command line.
         """
         overrides = [Parameter(name, value=value) for name, value in parameters.items()]
         node = create_node(context=self.context, parameter_overrides=overrides)
@@ -41,7 +41,7 @@ class IsolatedGraph:
         return node
 
     def spin_until(self, is_done: Callable[[], bool], timeout: float = 10.0) -> bool:
-        """Work until a condition holds; return whether it did before ``timeout`` [s] was over."""
+        """Spin until a condition is true; return False after ``timeout`` [s]."""
         end = monotonic() + timeout
         while not is_done():
             if monotonic() > end:
@@ -58,7 +58,7 @@ class IsolatedGraph:
 
 @contextmanager
 def isolated_graph() -> Iterator[IsolatedGraph]:
-    """Open a graph on a domain that no other test of this machine uses."""
+    """Open a graph on a domain that no other test on this host uses."""
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     context = Context()
     with free_domain() as domain:

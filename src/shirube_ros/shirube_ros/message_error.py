@@ -1,25 +1,24 @@
-"""Messages that a node cannot use: the errors of this package."""
+"""Errors for invalid messages."""
 
 
 class MessageError(ValueError):
-    """A message cannot be used; the text is one clear line with the remedy.
+    """An invalid message; the text is one line with the remedy.
 
-    The text is also the reason under which diagnostics count the message, so it holds nothing that changes
-    from message to message.
+    The diagnostics count messages by this text, so it contains nothing that changes from message to message.
     """
 
 
 class ImageError(MessageError):
-    """An image has a wrong encoding or size, or its data is broken."""
+    """An image has an unsupported encoding or size, or its data is corrupted."""
 
 
 class CameraInfoError(MessageError):
-    """A CameraInfo is empty, contradicts its image or has an unknown distortion model."""
+    """A CameraInfo is empty, does not match its image or has an unsupported distortion model."""
 
 
 class PoseError(MessageError):
-    """A pose or its covariance holds numbers that no pose has."""
+    """A pose or its covariance is invalid."""
 
 
 class PointCloudError(MessageError):
-    """A point cloud lacks coordinates, is cut off, or lies in a frame that is not known."""
+    """A point cloud lacks coordinates, is truncated, or is in an unknown frame."""

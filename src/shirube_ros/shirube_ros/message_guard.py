@@ -1,4 +1,4 @@
-"""Keeps a node alive whatever it is sent, and counts what it could not use."""
+"""Catches errors of callbacks, so that no message ends the node, and counts rejected messages."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from rclpy.node import Node
 
 from shirube_ros.message_error import MessageError
 
-_MOST_REASONS = 20  # distinct ones a topic; more would flood the diagnostics
+_MOST_REASONS = 20  # distinct reasons per topic; more would flood the diagnostics
 _OTHER_REASONS = 'other reasons'
 
 
 @dataclass
 class TopicCount:
-    """Messages of one topic.
+    """Message counts of one topic.
 
     Attributes:
         received: number of messages received.
-        refused: number of messages that could not be used, by reason.
-        latest_refusal: reason of the latest refusal that has not been reported yet, else None.
+        rejected: number of rejected messages, by reason.
+        latest_rejection: reason of the latest rejection that has not been reported yet, else None.
     """
 
     received: int = 0
@@ -31,7 +31,7 @@ class TopicCount:
     latest_refusal: str | None = None
 
     def refuse(self, reason: str) -> bool:
-        """Count a refusal; return whether its reason is new."""
+        """Count a rejected message; return whether the reason is new."""
         is_new = reason not in self.refused
         self.latest_refusal = reason
         if is_new and len(self.refused) >= _MOST_REASONS:
@@ -48,20 +48,20 @@ class MessageGuard:
         """Start without counts.
 
         Args:
-            node: the node that is guarded.
-            package_errors: errors of the node's own package that malformed input raises.
+            node: node whose callbacks are wrapped.
+            package_errors: errors that the node's package raises for malformed input.
         """
         self._node = node
         self._input_errors: tuple[type[Exception], ...] = (MessageError, *package_errors)
         self.counts: dict[str, TopicCount] = {}
 
     def guard(self, topic: str, callback: Callable[[Any], None]) -> Callable[[Any], None]:
-        """Return the callback with its errors caught, counted and logged once for each reason.
+        """Wrap a callback: errors are caught, counted, and logged once per reason.
 
         Args:
             topic: name under which messages are counted.
-            callback: a subscription's callback. A MessageError or an error of the package is the message's
-                fault; any other error is a fault of the program and is logged with its traceback.
+            callback: callback of a subscription. A MessageError or an error of the package rejects the message;
+                any other error is a bug and is logged with its traceback.
         """
         self.counts.setdefault(topic, TopicCount())
 
@@ -71,11 +71,11 @@ class MessageGuard:
         return guarded
 
     def run(self, topic: str, work: Callable[[], None]) -> str | None:
-        """Do some work as `guard` does; return None if it went well, else one line that says why not.
+        """Call a function as `guard` does; return None on success, else an error message of one line.
 
         Args:
-            topic: name under which the work is counted.
-            work: to be done.
+            topic: name under which the call is counted.
+            work: function to call.
         """
         count = self.counts.setdefault(topic, TopicCount())
         count.received += 1
@@ -83,13 +83,13 @@ class MessageGuard:
             work()
         except self._input_errors as error:
             if count.refuse(str(error)):
-                self._node.get_logger().warning(f'message refused: {error}')
+                self._node.get_logger().warning(f'message rejected: {error}')
             return str(error)
-        except Exception as error:  # noqa: BLE001 a fault of ours must not end the robot's node
+        except Exception as error:  # noqa: BLE001 a bug must not end the robot's node
             if self._node.context.ok() and count.refuse(f'{type(error).__name__} in {topic}'):
-                self._log_fault(topic)  # else the program is ending and publishers are gone
+                self._log_fault(topic)  # otherwise the node is shutting down
             return ' '.join(f'{type(error).__name__}: {error}'.split())
         return None
 
     def _log_fault(self, topic: str) -> None:
-        self._node.get_logger().error(f'fault while working on {topic}:\n{traceback.format_exc()}')
+        self._node.get_logger().error(f'internal error in callback of {topic}:\n{traceback.format_exc()}')

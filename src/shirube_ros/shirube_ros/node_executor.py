@@ -1,4 +1,4 @@
-"""The executor of a node that runs alone in its process."""
+"""The executor of a node in a process of its own."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ except ImportError:  # before rclpy 7.1.5
 
 
 def node_executor(context: rclpy.Context | None = None) -> Executor:
-    """Return an executor that calls one callback after the other, in the order in which their events came.
+    """Return an EventsExecutor, which calls callbacks one at a time in the order of their events.
 
-    The usual one looks at everything a node has before each callback, which costs more than most callbacks: a node that
-    gets a hundred small messages a second then works two to three times as long. Subscriptions whose callbacks take the
-    message's info (when it was sent) need the usual one: rclpy's EventsExecutor fails at them.
+    A SingleThreadedExecutor polls all entities of a node before each callback, which costs more than most callbacks: a
+    node that receives a hundred small messages a second then needs two to three times the CPU time. Subscriptions whose
+    callbacks take the MessageInfo need a SingleThreadedExecutor: rclpy's EventsExecutor fails with them.
 
     Args:
-        context: of the nodes, None for the default one.
+        context: context of the nodes, None for the default one.
     """
     if EventsExecutor is None:
         return SingleThreadedExecutor(context=context)

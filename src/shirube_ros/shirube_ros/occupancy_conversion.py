@@ -1,4 +1,4 @@
-"""Grids and routes as messages of nav_msgs."""
+"""Conversion of grids and paths to nav_msgs."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from shirube_ros.pose_conversion import pose_message, pose_stamped
 def occupancy_grid(
     cells: NDArray[np.int8], origin: tuple[float, float], resolution: float, header: Header
 ) -> OccupancyGrid:
-    """Return a map.
+    """Return an OccupancyGrid.
 
     Args:
-        cells: shape (rows, columns), row 0 the lowest; -1 unknown, 0 to 100 occupied.
+        cells: occupancy, shape (rows, columns), row 0 at the smallest y; -1 unknown, 0 free to 100 occupied.
         origin: x and y of the lower left corner [m].
-        resolution: side of a cell [m].
+        resolution: cell size [m].
         header: stamp and frame.
     """
     rows, columns = cells.shape
@@ -36,11 +36,11 @@ def occupancy_grid(
 
 
 def path_message(points: NDArray[np.float64], yaw_end: float, header: Header) -> Path:
-    """Return a route; each pose heads for the next point.
+    """Return a path; each pose points to the next point.
 
     Args:
-        points: shape (n, 2), in the header's frame [m].
-        yaw_end: heading at the end [rad].
+        points: points of the path in the header's frame, shape (n, 2) [m].
+        yaw_end: yaw at the end [rad].
         header: stamp and frame.
     """
     if len(points) == 0:

@@ -1,4 +1,4 @@
-"""A node's parameters, declared from a settings class: described, range-checked, read-only."""
+"""Declares a node's parameters from a settings class: with descriptions and ranges, read-only."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ _INT64_MAX = 2**63 - 1
 
 
 def declare_parameters(node: Node, cls: type[Settings]) -> Settings:
-    """Declare all settings of a class as parameters of a node and return what the user set.
+    """Declare all settings of a class as parameters of a node; return the settings with the user's values.
 
-    A setting of a nested class is the parameter ``group.name``. A whole number is taken for a float, so that
+    A setting of a nested class is the parameter ``group.name``. Integers are converted to floats, so that
     ``height:=1`` works as well as ``height:=1.0``.
 
     Args:
-        node: the node that gets the parameters.
+        node: node that declares the parameters.
         cls: a settings dataclass.
 
     Raises:
-        SettingsError: a value of a wrong type or out of range; one line that names parameter and remedy.
+        SettingsError: a value of a wrong type or out of range; the message names parameter and remedy.
     """
     descriptions = describe_settings(cls)
     values = {description.name: _given_value(node, description) for description in descriptions}
@@ -39,27 +39,27 @@ def declare_parameters(node: Node, cls: type[Settings]) -> Settings:
 
 
 def refuse_misspelled_parameters(node: Node) -> None:
-    """Refuse a parameter that was given under nearly the name of one that there is; warn of others.
+    """Reject a given parameter whose name is close to a declared one; warn of other unknown names.
 
-    A file for many nodes (``/**``) may hold parameters of other nodes, so a strange name alone is no mistake.
+    A file for many nodes (``/**``) may contain parameters of other nodes, so an unknown name alone is no error.
 
     Args:
-        node: the node, all its parameters declared.
+        node: node with all its parameters declared.
 
     Raises:
-        SettingsError: a name that is nearly a declared one; one line that names both.
+        SettingsError: a name that is close to a declared one; the message names both.
     """
-    declared = list(node._parameters)  # noqa: SLF001 rclpy has no public way to tell what was given
+    declared = list(node._parameters)  # noqa: SLF001 rclpy has no public API for the given parameters
     for name in sorted(node._parameter_overrides.keys() - set(declared)):  # noqa: SLF001
         if name.startswith('qos_overrides.'):
             continue
         if close := get_close_matches(name, declared, n=1, cutoff=0.8):
             raise SettingsError(f'parameter {name} does not exist, did you mean {close[0]}?')
-        node.get_logger().warning(f'parameter {name} does not exist here and is left out')
+        node.get_logger().warning(f'parameter {name} does not exist in this node and is ignored')
 
 
 def _given_value(node: Node, description: SettingDescription) -> object:
-    """Read an override of any type: rclpy's own refusal of a wrong one names neither range nor remedy."""
+    """Read an override of any type: rclpy's own type error names neither range nor remedy."""
     untyped = ParameterDescriptor(dynamic_typing=True)
     value = node.declare_parameter(description.name, _as_parameter(description.default), untyped).value
     node.undeclare_parameter(description.name)

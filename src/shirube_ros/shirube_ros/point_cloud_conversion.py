@@ -1,4 +1,4 @@
-"""PointCloud2 messages to arrays and back."""
+"""Conversion of PointCloud2 messages to arrays and back."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ def points_from_cloud(message: PointCloud2, topic: str) -> NDArray[np.float32]:
     """Return the points of a cloud, shape (n, 3), in its frame [m]; NaN stays NaN.
 
     Args:
-        message: with fields x, y and z of floats; padded points and rows are allowed.
+        message: point cloud with float fields x, y and z; padded points and rows are allowed.
         topic: name for error messages.
 
     Raises:
-        PointCloudError: a coordinate is missing or no float, bytes in the other order, or data that does not fit.
+        PointCloudError: a coordinate is missing or not a float, wrong byte order, or data that does not match the size.
     """
     if message.is_bigendian != (sys.byteorder == 'big'):
         raise PointCloudError(f'{topic} has bytes in the other order; let its publisher send little endian')
@@ -52,10 +52,10 @@ def points_from_cloud(message: PointCloud2, topic: str) -> NDArray[np.float32]:
 
 
 def cloud_from_points(points: NDArray[np.float32], header: Header) -> PointCloud2:
-    """Return a cloud of one row.
+    """Return an unorganized cloud (one row).
 
     Args:
-        points: shape (n, 3) [m].
+        points: points, shape (n, 3) [m].
         header: stamp and frame.
     """
     data = array('B')

@@ -1,4 +1,4 @@
-"""Planar poses to pose messages and back."""
+"""Conversion of planar poses to pose messages and back."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def pose_with_covariance_message(pose: PlanarPose, covariance: ArrayLike) -> Pos
 
     Args:
         pose: the pose.
-        covariance: array-like, shape (3, 3), of (x, y, yaw) [m, m, rad].
+        covariance: covariance of (x, y, yaw) [m, m, rad], array-like, shape (3, 3).
     """
     full = np.zeros((6, 6))
     full[_PLANAR] = covariance
@@ -61,14 +61,14 @@ def odometry_message(pose: PlanarPose, covariance: ArrayLike, header: Header, ch
 
 
 def planar_pose(message: Pose, topic: str) -> PlanarPose:
-    """Return position and heading on the floor; z, roll and pitch are dropped.
+    """Return x, y and yaw; z, roll and pitch are dropped.
 
     Args:
         message: the pose part of a message.
         topic: name for error messages.
 
     Raises:
-        PoseError: a number that is not finite, or a quaternion of length zero.
+        PoseError: a number is not finite, or the quaternion has length zero.
     """
     orientation = message.orientation
     quaternion = (orientation.x, orientation.y, orientation.z, orientation.w)
@@ -76,7 +76,7 @@ def planar_pose(message: Pose, topic: str) -> PlanarPose:
         raise PoseError(f'{topic} holds a pose that is not finite; check its publisher')
     length = math.hypot(*quaternion)
     if length < _SHORTEST_QUATERNION:
-        raise PoseError(f'{topic} holds a quaternion of zeros; its publisher must set w to 1 for no turn')
+        raise PoseError(f'{topic} holds a quaternion of zeros; its publisher must set w to 1 for no rotation')
     x, y, z, w = (number / length for number in quaternion)
     return PlanarPose(message.position.x, message.position.y, yaw_from_quaternion(x, y, z, w))
 
@@ -91,7 +91,7 @@ def planar_pose_with_covariance(
         topic: name for error messages.
 
     Raises:
-        PoseError: a bad pose, or a covariance that is not finite, not symmetric or not positive definite.
+        PoseError: an invalid pose, or a covariance that is not finite, symmetric and positive definite.
     """
     pose = planar_pose(message.pose, topic)
     covariance = np.array(message.covariance, dtype=np.float64).reshape(6, 6)[_PLANAR]
@@ -99,6 +99,6 @@ def planar_pose_with_covariance(
         raise PoseError(f'{topic} holds a covariance that is not finite and symmetric; check its publisher')
     if np.linalg.eigvalsh(covariance)[0] <= 0.0:
         raise PoseError(
-            f'{topic} holds a covariance that is not positive for x, y and yaw; set how sure it is'
+            f'{topic} holds a covariance that is not positive definite for x, y and yaw; set it in its publisher'
         )
     return pose, covariance

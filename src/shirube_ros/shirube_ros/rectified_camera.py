@@ -1,4 +1,4 @@
-"""CameraInfo of rectified images: the camera after rectification, and its projection matrix."""
+"""Conversion of the CameraInfo of rectified images: rectified camera and projection matrix."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from shirube_ros.message_error import CameraInfoError
 
 @dataclass(frozen=True, eq=False)
 class RigCamera:
-    """A rectified camera of a rig.
+    """A rectified camera of a stereo or trinocular rig.
 
     Attributes:
-        camera: of the rectified image.
-        projection: shape (3, 4), the matrix P, which tells where it is in the rig.
+        camera: intrinsics of the rectified image.
+        projection: projection matrix P, shape (3, 4); contains the position of the camera in the rig.
     """
 
     camera: PinholeCamera
@@ -37,12 +37,12 @@ class RigCamera:
 
 
 def rig_camera(message: CameraInfo, topic: str) -> RigCamera:
-    """Return a camera of a rig; arguments and errors as of the two below."""
+    """Return a camera of a rig; arguments and errors as in the two functions below."""
     return RigCamera(rectified_camera(message, topic), projection_from_camera_info(message, topic))
 
 
 def projection_from_camera_info(message: CameraInfo, topic: str) -> NDArray[np.float64]:
-    """Return P, shape (3, 4).
+    """Return the projection matrix P, shape (3, 4).
 
     Raises:
         CameraInfoError: P is all zeros.
@@ -54,19 +54,19 @@ def projection_from_camera_info(message: CameraInfo, topic: str) -> NDArray[np.f
 
 
 def rectified_camera(message: CameraInfo, topic: str) -> PinholeCamera:
-    """Return the camera of the rectified image: by P, or by K where P is zero and there is no distortion.
+    """Return the camera of the rectified image, from P, or from K if P is zero and there is no distortion.
 
     Args:
         message: calibration.
         topic: name for error messages.
 
     Raises:
-        CameraInfoError: zeros, impossible numbers, or distortion without P.
+        CameraInfoError: zeros, invalid numbers, or distortion without P.
     """
     if not any(message.p):
         camera = camera_from_camera_info(message, topic)
         if any(camera.distortion):
-            raise CameraInfoError(f'{topic} has distortion and no P; send rectified images with their P')
+            raise CameraInfoError(f'{topic} has distortion and no P; publish rectified images with P')
         return camera
     fx, _, cx, _, _, fy, cy = (float(number) for number in message.p[:7])
     try:

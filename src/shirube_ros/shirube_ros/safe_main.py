@@ -1,4 +1,4 @@
-"""The main function of every node: a clean start, a clean end."""
+"""The main function of every node: start errors in one line, clean shutdown on SIGINT and SIGTERM."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from rclpy.signals import SignalHandlerOptions
 from shirube_ros.node_executor import node_executor
 from shirube_settings import SettingsError
 
-# What a user can get wrong on the command line, in a parameter file or in the files that parameters name.
+# User errors on the command line, in a parameter file or in the files that parameters name.
 _START_ERRORS = (
     SettingsError,
     OSError,
@@ -32,33 +32,33 @@ _START_ERRORS = (
     InvalidQosOverridesError,
 )
 _END_SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_LONGEST_WAIT = 0.5  # a signal whose waking call was lost is seen after this time [s]
+_LONGEST_WAIT = 0.5  # longest delay of a signal whose wake-up was lost [s]
 
 
 @runtime_checkable
 class StoppableNode(Protocol):
-    """A node with last words, such as a velocity of zero."""
+    """A node with a final action, such as publishing a velocity of zero."""
 
     def stop(self) -> None:
-        """Say them; called once, whatever ends the node, while its publishers still work."""
+        """Do the final action; called once before shutdown, while the publishers still work."""
 
 
 def run_node(
     name: str, create_node: Callable[[], Node], start_errors: tuple[type[Exception], ...] = ()
 ) -> int:
-    """Run a node until it is told to end; a `StoppableNode` is stopped then.
+    """Run a node until a signal ends it; a `StoppableNode` is stopped then.
 
     Args:
-        name: the node's name, for the error line.
-        create_node: makes the node; called after rclpy is up.
-        start_errors: errors of the node's own package that the user can mend.
+        name: node name, for the error message.
+        create_node: creates the node; called after rclpy.init.
+        start_errors: errors of the node's package that the user can fix.
 
     Returns:
-        the exit code: 0 after SIGINT or SIGTERM, 1 after a start error, of which one line went to stderr.
+        exit code: 0 after SIGINT or SIGTERM, 1 after a start error, which is printed to stderr as one line.
     """
     with _EndSignals() as signals:
         try:
-            # rclpy's own handlers would shut the context down before the node can say its last words.
+            # rclpy's own handlers would shut the context down before the node's final action.
             rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         except RCLError as error:
             return _refuse(name, error)
@@ -70,7 +70,7 @@ def run_node(
         except KeyboardInterrupt:
             pass
         except Exception:
-            # Compiled code turns the interrupt of a start into an error of its own.
+            # Compiled code turns a KeyboardInterrupt during the start into another error.
             if not signals.received:
                 raise
         finally:
@@ -79,10 +79,10 @@ def run_node(
 
 
 class _EndSignals:
-    """Turns a signal during the start into a KeyboardInterrupt, which ends long work at once, and notes all others.
+    """Raises a KeyboardInterrupt for a signal during the start, and counts all signals.
 
-    Once the node works, signals only count: they end the loop after the callback that runs. An interrupt within it
-    could strike in compiled code, which cannot bear it; and a second Ctrl-C must not spoil the ending.
+    While the node spins, signals are only counted: they end the loop after the current callback. A KeyboardInterrupt
+    could hit compiled code, which does not support it; and a second Ctrl-C must not interrupt the shutdown.
     """
 
     def __init__(self) -> None:
@@ -107,7 +107,7 @@ class _EndSignals:
 
 @contextmanager
 def _woken_by_signals(executor: Executor) -> Iterator[None]:
-    """Let a signal end the executor's wait, after which Python calls the handler."""
+    """Wake the executor on a signal, after which Python calls the handler."""
     heard, told = socket.socketpair()
     told.setblocking(False)
 
@@ -139,10 +139,10 @@ def _spin(node: Node, signals: _EndSignals) -> None:
         pass
     except (RCLError, InvalidHandle):
         if rclpy.ok():
-            raise  # else the context was taken away in the middle of a call
+            raise  # otherwise the context was shut down during a call
     except RuntimeError:
         if not signals.received:
-            raise  # else a signal struck while rclpy took a message, which turns the interrupt into this
+            raise  # otherwise a signal interrupted rclpy while it took a message
     finally:
         try:
             if isinstance(node, StoppableNode) and rclpy.ok():
@@ -153,5 +153,5 @@ def _spin(node: Node, signals: _EndSignals) -> None:
 
 def _refuse(name: str, error: Exception) -> int:
     one_line = ' '.join(str(error).split())
-    print(f'{name}: {one_line}', file=sys.stderr)  # noqa: T201 the one line that the user is owed
+    print(f'{name}: {one_line}', file=sys.stderr)  # noqa: T201 the error message for the user
     return 1

@@ -1,4 +1,4 @@
-"""Brings together what belongs together: messages of several topics with the same stamp."""
+"""Synchronizes messages of several topics by their stamps."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ Item = TypeVar('Item')
 
 
 class StampGroups(Generic[Item]):
-    """Gathers one item of each topic.
+    """Groups one item of each topic with matching stamps, as message_filters' approximate time synchronizer.
 
     Attributes:
-        formed: groups that became whole.
-        dropped: items whose partners did not come.
+        completed: number of complete groups.
+        dropped: number of items without a match.
     """
 
     def __init__(self, topics: Sequence[str], tolerance: float) -> None:
-        """Begin with nothing.
+        """Start with empty queues.
 
         Args:
-            topics: whose items make a group.
-            tolerance: stamps of a group differ by no more [s].
+            topics: topics of a group.
+            tolerance: largest difference between the stamps of a group [s].
         """
         self.formed = self.dropped = 0
         self._topics = tuple(topics)
@@ -31,7 +31,7 @@ class StampGroups(Generic[Item]):
         self._waiting: dict[str, list[tuple[float, Item]]] = {topic: [] for topic in topics}
 
     def put(self, topic: str, stamp: float, item: Item) -> tuple[Item, ...] | None:
-        """Take an item with its stamp [s]; return its group, in the order of the topics, once it is whole."""
+        """Add an item with its stamp [s]; return its group, in the order of the topics, once it is complete."""
         waiting = self._waiting[topic]
         waiting.append((stamp, item))
         if len(waiting) > _WAITING_MAX:
@@ -51,11 +51,11 @@ class StampGroups(Generic[Item]):
 
     @property
     def lacking(self) -> tuple[str, ...]:
-        """The topics of which nothing waits; none where all wait but their stamps differ."""
+        """Topics with an empty queue; none if all have items but their stamps differ."""
         return tuple(topic for topic in self._topics if not self._waiting[topic])
 
     def clear(self) -> None:
-        """Forget what waits."""
+        """Clear the queues."""
         for waiting in self._waiting.values():
             waiting.clear()
 

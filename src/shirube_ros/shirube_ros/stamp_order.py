@@ -1,4 +1,4 @@
-"""Watches the stamps of messages: late ones are refused, a jump back in time is a new beginning."""
+"""Validates the stamps of messages: out-of-order messages are rejected, a jump back in time is reported."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from std_msgs.msg import Header
 
 from shirube_ros.message_error import MessageError
 
-_LONGEST_DELAY = 1.0  # an older message is no straggler: a bag or a simulation began again [s]
-_AHEAD_MAX = 1.0  # clocks that are set alike differ by no more [s]
+_LONGEST_DELAY = 1.0  # a message older than this means that a bag or simulation restarted [s]
+_AHEAD_MAX = 1.0  # tolerated clock difference between hosts [s]
 
 
 class StampError(MessageError):
-    """A message is older than its predecessor, or its stamp is no time of now."""
+    """A message is older than its predecessor, or its stamp is zero or in the future."""
 
 
 class StampOrder:
-    """Hands on stamps that do not decrease within a topic."""
+    """Checks that stamps do not decrease within a topic."""
 
     def __init__(self, on_jump_back: Callable[[], None], now: Callable[[], float] | None = None) -> None:
-        """Start without a past.
+        """Start without stamps.
 
         Args:
             on_jump_back: called when a stamp is more than a second older than its predecessor.
-            now: the time [s], 0 while simulated time has not begun. A node that compares stamps with it gives it, so
-                that stamps that are not set or lie in the future are refused and do not look like a jump back.
+            now: returns the current time [s], 0 before simulated time has started. If given, stamps that are zero or
+                in the future are rejected, so that they are not mistaken for a jump back.
         """
         self._on_jump_back, self._now = on_jump_back, now
         self._latest: dict[str, float] = {}
@@ -35,10 +35,10 @@ class StampOrder:
 
         Args:
             header: header of the message.
-            topic: name of its topic; each topic has its own order.
+            topic: topic of the message; each topic is checked separately.
 
         Raises:
-            StampError: the message came too late, or its stamp is no time of now.
+            StampError: the message is out of order, or its stamp is zero or in the future.
         """
         stamp = float(header.stamp.sec + header.stamp.nanosec * 1e-9)
         self._compare_with_now(stamp, topic)
@@ -56,8 +56,8 @@ class StampOrder:
         if now <= 0.0:
             return
         if stamp == 0.0:
-            raise StampError(f'{topic} has a stamp of 0; let its publisher set it')
+            raise StampError(f'{topic} has a stamp of 0; let its publisher set header.stamp')
         if stamp > now + _AHEAD_MAX:
             raise StampError(
-                f'{topic} has a stamp in the future; set all clocks, and use_sim_time of all nodes, alike'
+                f'{topic} has a stamp in the future; synchronize the clocks, and set use_sim_time of all nodes alike'
             )

@@ -1,4 +1,4 @@
-"""A node's main function called within a test, as from a command line, but without a process of its own."""
+"""Calls a node's main function within the test process, as from a command line."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from collections.abc import Callable
 
 
 def start_here(main: Callable[[], int], *arguments: str) -> int:
-    """Call the main function of a node whose start is refused.
+    """Call the main function of a node that fails to start.
 
     Args:
-        main: of the node.
-        arguments: of the command line.
+        main: main function of the node.
+        arguments: command line arguments.
 
     Returns:
-        the exit code.
+        exit code.
     """
     given = sys.argv
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}

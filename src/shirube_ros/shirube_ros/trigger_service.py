@@ -1,4 +1,4 @@
-"""Services without arguments, whose faults are answers and not the end of the node."""
+"""Trigger services whose errors are returned to the caller and do not end the node."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from shirube_ros.message_guard import MessageGuard
 
 
 def offer_trigger(node: Node, guard: MessageGuard, name: str, work: Callable[[], str]) -> None:
-    """Offer a service of type Trigger.
+    """Create a service of type Trigger.
 
     Args:
-        node: the node that offers it.
-        guard: counts the calls and catches their errors; the caller is told them.
-        name: of the service.
-        work: what is done at a call; returns one line that says what was done.
+        node: node that offers the service.
+        guard: counts the calls and catches their errors, which are returned to the caller.
+        name: name of the service.
+        work: function that serves a call; returns the response message, one line.
     """
 
     def answer(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

@@ -1,4 +1,4 @@
-"""Publishes velocities, and sees to it that no velocity stands when nobody decides any more."""
+"""Publishes velocities, and a zero velocity when the node ends or simulated time is paused."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ from std_msgs.msg import Header
 
 from shirube_ros.quality_of_service import pose_profile
 
-_STALL = 0.5  # time that stands so long is paused [s]
-_LOOK_PERIOD = 0.1  # between looks at the time [s]
-_LAST_WORD = Duration(seconds=0.2)  # within it, listeners acknowledge the last velocity
+_STALL = 0.5  # simulated time unchanged for this long is paused [s]
+_LOOK_PERIOD = 0.1  # period of the clock check [s]
+_LAST_WORD = Duration(seconds=0.2)  # timeout for subscribers to acknowledge the last velocity
 
 
 class VelocityOutput:
-    """Velocities of the robot on one topic; while simulated time is paused, the robot stands."""
+    """Publishes velocities on one topic; stops the robot while simulated time is paused."""
 
     def __init__(self, node: Node, topic: str, base_frame: str) -> None:
-        """Advertise.
+        """Create the publisher.
 
         Args:
-            node: the node that publishes.
-            topic: of the velocities.
-            base_frame: name of the robot's frame.
+            node: node that publishes.
+            topic: topic of the velocities.
+            base_frame: frame of the robot.
         """
         self._clock, self._base_frame = node.get_clock(), base_frame
         self._publisher = node.create_publisher(TwistStamped, topic, pose_profile())
         self._is_moving = False
         self._time, self._moved_on = self._clock.now(), monotonic()
-        # A steady clock: what decides on velocities sleeps while simulated time stands still.
+        # A steady clock: the node's other timers do not fire while simulated time is paused.
         node.create_timer(_LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def send(self, forward: float, turn_rate: float) -> None:
-        """Publish a speed [m/s] and a turn rate [rad/s]."""
+        """Publish a forward speed [m/s] and a yaw rate [rad/s]."""
         stamp = self._clock.now().to_msg()
         message = TwistStamped(header=Header(stamp=stamp, frame_id=self._base_frame))
         message.twist.linear.x, message.twist.angular.z = forward, turn_rate
@@ -44,7 +44,7 @@ class VelocityOutput:
         self._publisher.publish(message)
 
     def stop(self) -> None:
-        """Publish a velocity of zero if another one stands, and wait a little until it is received: the node ends."""
+        """Publish a zero velocity if the robot is moving, and wait shortly for acknowledgement; call at shutdown."""
         if self._is_moving:
             self.send(0.0, 0.0)
             self._publisher.wait_for_all_acked(_LAST_WORD)

@@ -1,4 +1,4 @@
-"""Messages that came while a node was at work."""
+"""Drains the queue of a subscription."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from rclpy.subscription import Subscription
 
 
 def take_waiting(subscription: Subscription) -> None:
-    """Hand all messages that wait in a subscription to its callback.
+    """Pass all queued messages of a subscription to its callback.
 
-    The executor takes one message of each topic in turn. What comes many times an image, such as an imu, falls behind
-    more and more while images are worked on, though the messages are there.
+    The executor takes one message of each topic in turn. A topic with a higher rate than the images, such as an IMU,
+    falls behind while images are processed, although its messages have arrived.
 
     Args:
-        subscription: of this node; called from one of its callbacks, in the executor's thread.
+        subscription: subscription of this node; call it from one of the node's callbacks, in the executor's thread.
     """
     while True:
         with subscription.handle:

@@ -1,4 +1,4 @@
-"""Depth in metres and in millimetres."""
+"""Conversion of depth images in metres and in millimetres."""
 
 import numpy as np
 import pytest

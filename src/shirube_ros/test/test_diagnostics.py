@@ -1,4 +1,4 @@
-"""What arrives on /diagnostics."""
+"""Messages on /diagnostics."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from shirube_ros.message_guard import TopicCount
 
 
 class Reports:
-    """A node that talks and one that listens."""
+    """A publishing node and a subscribing node."""
 
     def __init__(self, graph: IsolatedGraph, status: Status, **parameters: object) -> None:
         self.counts = {'image_raw': TopicCount(received=3)}
@@ -47,7 +47,7 @@ def test_a_refusal_is_a_warning_once_and_stays_counted(graph: IsolatedGraph) -> 
     assert (report.level, report.message) == (DiagnosticStatus.WARN, 'fix; too dark')
     report = reports.next()
     assert (report.level, report.message) == (DiagnosticStatus.OK, 'fix')
-    assert ('image_raw refused', '1: too dark') in [(value.key, value.value) for value in report.values]
+    assert ('image_raw rejected', '1: too dark') in [(value.key, value.value) for value in report.values]
 
 
 def test_a_refusal_does_not_soften_an_error(graph: IsolatedGraph) -> None:

@@ -1,4 +1,4 @@
-"""A domain is ours alone, and nothing that goes wrong there is hidden."""
+"""A reserved domain is exclusive, and errors in its context are not hidden."""
 
 from __future__ import annotations
 

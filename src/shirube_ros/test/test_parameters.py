@@ -98,4 +98,4 @@ def test_a_parameter_of_another_node_is_only_warned_of(
 ) -> None:
     node, _ = settings_of(graph, wheel_radius=0.1)
     refuse_misspelled_parameters(node)
-    assert 'wheel_radius does not exist here' in capfd.readouterr().err
+    assert 'wheel_radius does not exist in this node' in capfd.readouterr().err

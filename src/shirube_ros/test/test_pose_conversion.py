@@ -74,7 +74,7 @@ def test_broken_poses_are_refused(message: Pose, words: str) -> None:
 @pytest.mark.parametrize(
     ('covariance', 'words'),
     [
-        (np.zeros((3, 3)), r'not positive for x, y and yaw'),
+        (np.zeros((3, 3)), r'not positive definite for x, y and yaw'),
         (np.diag([1.0, 1.0, -1.0]), r'not positive'),
         (np.diag([1.0, math.nan, 1.0]), r'finite'),
         (np.array([[1.0, 0.5, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), r'symmetric'),

@@ -1,4 +1,4 @@
-"""What has the same stamp belongs together, in whatever order it comes."""
+"""Messages with the same stamp are grouped, in any order of arrival."""
 
 from itertools import permutations
 

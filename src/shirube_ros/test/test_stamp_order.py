@@ -1,4 +1,4 @@
-"""Stamps in order, late, and from a time that began again."""
+"""Stamps in order, out of order, and after a clock jump."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Services that fail answer, and the node goes on."""
+"""A failing service call is answered with the error, and the node keeps running."""
 
 from __future__ import annotations
 

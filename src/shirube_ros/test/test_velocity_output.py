@@ -1,4 +1,4 @@
-"""Velocities that must not stand: at the end of the node, and while simulated time is paused."""
+"""A zero velocity is published at shutdown, and while simulated time is paused."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from shirube_ros.velocity_output import VelocityOutput
 
 
 class Driven:
-    """A node that drives, and who listens."""
+    """A node that publishes velocities, and a subscriber."""
 
     def __init__(self, graph: IsolatedGraph, **parameters: object) -> None:
         self.graph = graph
@@ -25,7 +25,7 @@ class Driven:
         assert graph.spin_until(lambda: self.node.count_subscribers('cmd_vel') == 1)
 
     def pass_time(self, seconds: float) -> None:
-        """Let simulated time go on for so many seconds of real time."""
+        """Let simulated time run for some seconds of real time."""
         for k in range(round(20 * seconds)):
             self._clock.publish(Clock(clock=Time(sec=5, nanosec=50_000_000 * k)))
             self.graph.spin_until(lambda: False, timeout=0.05)

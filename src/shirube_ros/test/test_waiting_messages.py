@@ -1,4 +1,4 @@
-"""Messages that wait reach their callback in their order, and each once."""
+"""Queued messages reach the callback in order, each once."""
 
 from __future__ import annotations
 

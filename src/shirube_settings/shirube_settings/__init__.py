@@ -1,4 +1,4 @@
-"""Typed settings: a frozen dataclass states default, unit, range and description of each value once."""
+"""Typed settings: a frozen dataclass defines default, unit, range and description of each value once."""
 
 from shirube_settings.build import settings_from_values
 from shirube_settings.check import check_settings

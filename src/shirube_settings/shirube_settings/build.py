@@ -1,4 +1,4 @@
-"""Makes a settings instance from values by name, as parameters, files and options give them."""
+"""Builds a settings instance from values by name, from parameters, files or command line options."""
 
 from __future__ import annotations
 
@@ -16,12 +16,11 @@ Settings = TypeVar('Settings')
 
 
 def settings_from_values(cls: type[Settings], values: Mapping[str, object]) -> Settings:
-    """Return the settings with the given values and defaults for the rest, checked.
+    """Return validated settings with the given values and defaults for the rest.
 
     Args:
         cls: a settings dataclass.
-        values: value by setting name (``group.name`` in a nested class). A list is taken for a tuple and a
-            whole number for a float.
+        values: value by setting name (``group.name`` in a nested class). Lists become tuples, integers floats.
 
     Raises:
         SettingsError: a value of a wrong type or out of range, or a name that does not exist.

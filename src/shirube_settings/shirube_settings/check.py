@@ -1,4 +1,4 @@
-"""Refuses settings that the definition does not allow."""
+"""Validates settings against their definitions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from shirube_settings.settings_error import SettingsError
 
 
 def check_settings(settings: object) -> None:
-    """Check types, ranges and choices of every value, nested ones too.
+    """Check types, ranges and choices of every value, including nested ones.
 
     Args:
         settings: instance of a settings dataclass.

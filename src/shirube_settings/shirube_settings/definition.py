@@ -1,4 +1,4 @@
-"""How a setting is written down, and how the definitions of a settings class are read back.
+"""Definition of settings, and introspection of a settings class.
 
 A settings class is a frozen dataclass in which every field has a default::
 
@@ -27,18 +27,18 @@ Value = TypeVar('Value')
 
 @dataclass(frozen=True)
 class SettingDescription:
-    """What is known of one setting.
+    """Definition of one setting.
 
     Attributes:
         name: name of the field; ``group.name`` in a nested settings class.
         type: ``float``, ``int``, ``bool``, ``str``, ``tuple[float, ...]`` or ``tuple[float, float, float]``
             (or another fixed number of floats).
-        default: the value that holds unless another is given.
+        default: default value.
         description: one sentence for the robot's owner.
         unit: unit of the value, ``''`` where it has none.
-        minimum: smallest allowed value (of each element of a tuple), None where there is no limit.
-        maximum: largest allowed value (of each element of a tuple), None where there is no limit.
-        choices: the allowed values, empty where any is.
+        minimum: smallest allowed value (of each element of a tuple), None without a limit.
+        maximum: largest allowed value (of each element of a tuple), None without a limit.
+        choices: allowed values, empty if any value is allowed.
     """
 
     name: str
@@ -52,12 +52,12 @@ class SettingDescription:
 
     @property
     def type_name(self) -> str:
-        """The type as it is written in Python, for example ``float`` or ``tuple[float, ...]``."""
+        """The type in Python syntax, for example ``float`` or ``tuple[float, ...]``."""
         return str(self.type.__name__) if self.type in _SCALARS else str(self.type)
 
     @property
     def length(self) -> int | None:
-        """The number of elements of a tuple that has a fixed one, else None."""
+        """Number of elements of a tuple of fixed length, else None."""
         elements = get_args(self.type)
         return len(elements) if elements and Ellipsis not in elements else None
 
@@ -68,7 +68,7 @@ class SettingDescription:
 
     @property
     def limits(self) -> str:
-        """The allowed values in words, such as ``0 to 0.1 m``, ``'a' or 'b'`` or ``any``."""
+        """The allowed values as text, such as ``0 to 0.1 m``, ``'a' or 'b'`` or ``any``."""
         unit = f' {self.unit}' if self.unit else ''
         if self.choices:
             return ' or '.join(repr(choice) for choice in self.choices)
@@ -98,10 +98,10 @@ def setting(
         unit: unit of the value, ``''`` where it has none.
         minimum: smallest allowed value, in ``unit``; holds for each element of a tuple.
         maximum: largest allowed value, in ``unit``; holds for each element of a tuple.
-        choices: the allowed values, where there are only some.
+        choices: allowed values, empty if any value is allowed.
 
     Returns:
-        a dataclass field; typed as its value, so that a type checker compares it with the annotation.
+        a dataclass field, typed as its value so that a type checker compares it with the annotation.
     """
     facts = {
         'description': description,
@@ -120,7 +120,7 @@ def describe_settings(cls: type) -> list[SettingDescription]:
         cls: a settings dataclass; the settings of a nested one are named ``group.name``.
 
     Raises:
-        TypeError: the class is no dataclass, or a field has no description or an unsupported type.
+        TypeError: the class is not a dataclass, or a field has no description or an unsupported type.
     """
     return list(_describe(cls(), ''))
 

@@ -1,4 +1,4 @@
-"""Renders a settings class as a table for the documentation."""
+"""Renders a settings class as a Markdown table for the documentation."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from shirube_settings.definition import SettingDescription, describe_settings
 
 
 def settings_table(cls: type) -> str:
-    """Return a markdown table of a settings class, one row a setting, ending with a newline.
+    """Return a Markdown table of a settings class, one row per setting, with a final newline.
 
     Args:
         cls: a settings dataclass; the settings of a nested one are named ``group.name``.
@@ -28,7 +28,7 @@ def _row(description: SettingDescription) -> tuple[str, ...]:
 
 
 def _default_in_words(default: object) -> str:
-    """Write floats short: ``3.14159`` for pi, so that the table stays readable."""
+    """Format floats with six digits: ``3.14159`` for pi."""
     if isinstance(default, tuple):
         return '(' + ', '.join(_default_in_words(element) for element in default) + ')'
     return f'{default:g}' if isinstance(default, float) else repr(default)

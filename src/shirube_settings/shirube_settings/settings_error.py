@@ -1,5 +1,5 @@
-"""The one exception of this package."""
+"""The exception of this package."""
 
 
 class SettingsError(ValueError):
-    """A setting has a wrong type, is out of range or does not exist; the message is one clear line."""
+    """A setting has a wrong type, is out of range or does not exist; the message is one line."""

@@ -1,4 +1,4 @@
-"""What the check lets pass and what it refuses, with which words."""
+"""Which values the check accepts and rejects, and its messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading a definition back, and what a definition may hold."""
+"""Introspection of definitions, and their supported types."""
 
 from __future__ import annotations
 

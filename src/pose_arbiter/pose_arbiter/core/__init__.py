@@ -1,1 +1,1 @@
-"""The method: numbers only, no ROS, no files, no clock."""
+"""The filter: no ROS, no files, no clock."""

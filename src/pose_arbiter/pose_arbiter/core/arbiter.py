@@ -1,4 +1,4 @@
-"""The arbiter: poses and odometry in, in any order; one pose out."""
+"""Fuses poses and odometry, received in any order, into one pose."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from pose_arbiter.core.verdict import Refusal, Verdict
 from shirube_geometry import PlanarPose
 
 PERSON = -1
-"""The source of poses that a person tells."""
-_AHEAD_MAX = 100_000_000  # clocks that are set alike differ by no more [ns]
+"""Source index of poses set by an operator (`initialpose`)."""
+_AHEAD_MAX = 100_000_000  # tolerated clock difference between hosts [ns]
 
 
 class Arbiter:
-    """One pose of all sources and odometry.
+    """Fuses all sources and odometry into one pose.
 
-    What is believed at a stamp depends only on the messages with stamps up to it (and on the odometry just after it),
-    not on the order in which they came, as long as they came within the history.
+    The state at a stamp depends only on the messages with stamps up to it (and on the odometry just after it), not on
+    their order of arrival, as long as they arrive within the history.
     """
 
     def __init__(self, sources: Sequence[SourceSettings], settings: ArbiterSettings) -> None:
-        """Begin without a pose.
+        """Start without a pose.
 
         Args:
-            sources: in the order of their numbers.
-            settings: of the method.
+            sources: settings of each source; its position in the sequence is the source index.
+            settings: filter settings.
         """
         self._settings, self._sources = settings, tuple(sources)
         self._offsets = [PlanarPose(*source.offset) for source in sources]
@@ -44,21 +44,21 @@ class Arbiter:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything."""
+        """Clear the state, the measurements and the odometry."""
         self._trail = OdometryTrail(self._settings)
         self._history = History(self._judge, self._trail)
         self._newest: int | None = None
 
     def add_odometry(self, stamp: int, T_odom_base: PlanarPose, now: int) -> Refusal | None:
-        """Take odometry.
+        """Add an odometry message.
 
         Args:
-            stamp: [ns].
-            T_odom_base: the pose.
-            now: the time [ns].
+            stamp: stamp of the message [ns].
+            T_odom_base: pose of the base in the odometry frame.
+            now: current time [ns].
 
         Returns:
-            why it was refused, else None.
+            the reason it was rejected, None if accepted.
         """
         refusal = refusal_of_pose(T_odom_base) or self._refusal_of_stamp(stamp, now)
         if refusal is not None:
@@ -73,17 +73,17 @@ class Arbiter:
     def add_pose(
         self, source: int, stamp: int, pose: PlanarPose, noise: Covariance | None, now: int
     ) -> Refusal | None:
-        """Take a pose of a source, or of a `PERSON`.
+        """Add a pose of a source or of the `OPERATOR`.
 
         Args:
-            source: its number.
-            stamp: [ns].
-            pose: in the map, of the frame that the source looks after.
-            noise: its covariance; None takes the sigmas of the source.
-            now: the time [ns].
+            source: source index.
+            stamp: stamp of the message [ns].
+            pose: pose in the map of the frame that the source localizes.
+            noise: covariance of the pose; None uses the sigmas of the source.
+            now: current time [ns].
 
         Returns:
-            why it was refused, else None; what is believed of it is seen later.
+            the reason it was rejected as invalid, else None. The gate is applied later, when a state is asked for.
         """
         if noise is None:
             noise = self._sigmas[source]
@@ -99,25 +99,25 @@ class Arbiter:
         return None
 
     def belief_at(self, stamp: int) -> Belief:
-        """Return what is believed at a stamp [ns] that is within the history or newer."""
+        """Return the filter state at a stamp [ns] that is within the history or newer."""
         return self._history.belief_at(stamp)
 
     def estimate_at(self, stamp: int) -> Estimate | None:
-        """Return the pose at a stamp [ns] that is within the history or newer, None before the start."""
+        """Return the pose at a stamp [ns] that is within the history or newer, None before initialization."""
         estimate = self._history.belief_at(stamp).estimate
         if estimate is None or estimate.mark.stamp >= stamp:
             return estimate
         return moved_on(estimate, self._trail.mark_at(stamp), self._settings)
 
     def T_map_odom(self, estimate: Estimate) -> PlanarPose | None:  # noqa: N802
-        """Return the pose of the odometry's frame in the map at an estimate's stamp, None without odometry."""
+        """Return the pose of the odometry frame in the map at an estimate's stamp, None without odometry."""
         T_odom_base = self._trail.odometry_at(estimate.mark.stamp)
         if T_odom_base is None:
             return None
         return PlanarPose(estimate.x, estimate.y, estimate.yaw) @ T_odom_base.inverse()
 
     def counts(self) -> Counter[tuple[int, Verdict]]:
-        """Return how many poses got which judgement, by the number of their source."""
+        """Return the number of poses by (source index, status)."""
         return self._history.counts()
 
     @property

@@ -1,4 +1,4 @@
-"""What can be set about the method."""
+"""Settings of the filter and of outlier rejection."""
 
 from __future__ import annotations
 
@@ -9,78 +9,90 @@ from shirube_settings import setting
 
 @dataclass(frozen=True)
 class ArbiterSettings:
-    """History, gate, errors of odometry, and what it takes to believe a source or to stop believing it."""
+    """History length, gate, odometry noise, source bias, and the rules that accept or reject a source."""
 
     history_seconds: float = setting(
-        2.0, 'poses and odometry that come later than this are too old', unit='s', minimum=0.1, maximum=30.0
+        2.0,
+        'messages that arrive later than this are rejected as too old',
+        unit='s',
+        minimum=0.1,
+        maximum=30.0,
     )
     gate_probability: float = setting(
         0.99,
-        'share of honest poses that pass the gate (chi-square, 3 degrees)',
+        'fraction of correct poses that pass the gate (chi-square, 3 degrees of freedom)',
         minimum=0.5,
         maximum=0.999999,
     )
     way_noise: float = setting(
-        0.05, 'error of odometry along x and y after a metre', unit='m', minimum=1e-4, maximum=1.0
+        0.05, 'standard deviation of odometry along x and y after 1 m', unit='m', minimum=1e-4, maximum=1.0
     )
     turn_noise: float = setting(
-        0.04, 'error of its heading after a metre, and after a radian', unit='rad', minimum=1e-4, maximum=1.0
+        0.04,
+        'standard deviation of odometry yaw after 1 m, and after 1 rad',
+        unit='rad',
+        minimum=1e-4,
+        maximum=1.0,
     )
     way_bias: float = setting(
         0.05,
-        'share of the way, or radians a metre, by which odometry may lastingly be off',
+        'systematic odometry error as a fraction of the distance, or rad per m',
         minimum=1e-3,
         maximum=1.0,
     )
     speed_max: float = setting(
-        3.0, 'odometry that says faster has jumped', unit='m/s', minimum=0.1, maximum=50.0
+        3.0, 'faster odometry is treated as a jump', unit='m/s', minimum=0.1, maximum=50.0
     )
     turn_rate_max: float = setting(
-        10.0, 'odometry that says faster has jumped', unit='rad/s', minimum=0.1, maximum=100.0
+        10.0, 'faster odometry is treated as a jump', unit='rad/s', minimum=0.1, maximum=100.0
     )
     drift_speed: float = setting(
-        0.5, 'how fast the robot may move while there is no odometry', unit='m/s', minimum=0.01, maximum=10.0
+        0.5, 'assumed robot speed while there is no odometry', unit='m/s', minimum=0.01, maximum=10.0
     )
     drift_turn_rate: float = setting(
-        0.5, 'how fast it may turn then', unit='rad/s', minimum=0.01, maximum=10.0
+        0.5, 'assumed yaw rate while there is no odometry', unit='rad/s', minimum=0.01, maximum=10.0
     )
     slack_xy: float = setting(
-        0.005, 'a difference between opinions that is none', unit='m', minimum=0.0, maximum=0.5
+        0.005, 'position difference that the gate ignores', unit='m', minimum=0.0, maximum=0.5
     )
     slack_yaw: float = setting(
-        0.005, 'a difference between headings that is none', unit='rad', minimum=0.0, maximum=0.5
+        0.005, 'yaw difference that the gate ignores', unit='rad', minimum=0.0, maximum=0.5
     )
     lasting_share: float = setting(
-        0.35, "share of a source's variance that more poses do not average away", minimum=0.0, maximum=0.95
+        0.35, "fraction of a source's variance that is bias, not white noise", minimum=0.0, maximum=0.95
     )
     lasting_way: float = setting(
         3.0,
-        'way after which what lasts has become another; a radian counts as 1 m',
+        'distance over which a bias decorrelates (1 rad counts as 1 m)',
         unit='m',
         minimum=0.1,
         maximum=10000.0,
     )
     reset_count: int = setting(
         5,
-        'so many poses that agree with each other move a pose that nobody stands by',
+        'consistent rejected poses that reset an estimate without support',
         minimum=2,
         maximum=100,
     )
     witness_seconds: float = setting(
-        1.0, "over this time a source's motion is compared with odometry", unit='s', minimum=0.1, maximum=10.0
+        1.0,
+        "time over which a source's motion is compared with odometry",
+        unit='s',
+        minimum=0.1,
+        maximum=10.0,
     )
     start_seconds: float = setting(
-        1.0, 'at the start so long a second source is waited for', unit='s', minimum=0.0, maximum=60.0
+        1.0, 'how long to wait for a second source at start', unit='s', minimum=0.0, maximum=60.0
     )
     established_count: int = setting(
         30,
-        'after so many used poses the word of a source counts more than that of a new one',
+        'accepted poses after which a source gets 3 votes instead of 2',
         minimum=1,
         maximum=10000,
     )
     lost_sigma_xy: float = setting(
-        0.5, 'less sure than this the pose is lost', unit='m', minimum=0.01, maximum=100.0
+        0.5, 'position standard deviation above which the pose is lost', unit='m', minimum=0.01, maximum=100.0
     )
     lost_sigma_yaw: float = setting(
-        0.35, 'less sure than this the pose is lost', unit='rad', minimum=0.01, maximum=3.2
+        0.35, 'yaw standard deviation above which the pose is lost', unit='rad', minimum=0.01, maximum=3.2
     )

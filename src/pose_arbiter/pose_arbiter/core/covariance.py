@@ -1,4 +1,4 @@
-"""Covariances of (x, y, yaw) as six floats, which are many times faster than arrays of nine.
+"""Covariances of (x, y, yaw) as six floats, which are many times faster than 3 x 3 arrays.
 
 The order is xx, xy, xt, yy, yt, tt, where t is yaw [m², m rad, rad²].
 """
@@ -15,22 +15,22 @@ Vector = tuple[float, float, float]
 
 
 def diagonal(var_xy: float, var_yaw: float) -> Covariance:
-    """Return a covariance that is the same along x and y [m²] and has no correlations."""
+    """Return a diagonal covariance, with the same variance along x and y [m²]."""
     return (var_xy, 0.0, 0.0, var_xy, 0.0, var_yaw)
 
 
 def added(a: Covariance, b: Covariance) -> Covariance:
-    """Return the sum."""
+    """Return ``a + b``."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5])
 
 
 def scaled(a: Covariance, factor: float) -> Covariance:
-    """Return a multiple."""
+    """Return ``factor a``."""
     return (a[0] * factor, a[1] * factor, a[2] * factor, a[3] * factor, a[4] * factor, a[5] * factor)
 
 
 def turned(a: Covariance, cos: float, sin: float) -> Covariance:
-    """Return ``R a Rᵀ`` for a turn of the plane about the z axis."""
+    """Return ``R a Rᵀ`` for a rotation about the z axis."""
     xx, xy, xt, yy, yt, tt = a
     along, across = cos * xx - sin * xy, cos * xy - sin * yy
     up, over = sin * xx + cos * xy, sin * xy + cos * yy
@@ -67,7 +67,7 @@ def distance_squared(residual: Vector, information: Covariance) -> float:
 
 
 def is_positive_definite(a: Covariance) -> bool:
-    """Return whether all numbers are finite and every leading minor is above zero."""
+    """Return whether all entries are finite and every leading minor is positive."""
     xx, xy, xt, yy, yt, tt = a
     if not all(map(math.isfinite, a)):
         return False
@@ -77,6 +77,6 @@ def is_positive_definite(a: Covariance) -> bool:
 
 
 def as_matrix(a: Covariance) -> NDArray[np.float64]:
-    """Return it as an array of shape (3, 3)."""
+    """Return the covariance as an array of shape (3, 3)."""
     xx, xy, xt, yy, yt, tt = a
     return np.array(((xx, xy, xt), (xy, yy, yt), (xt, yt, tt)))

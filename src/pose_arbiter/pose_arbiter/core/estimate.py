@@ -1,8 +1,8 @@
-"""The robot's pose with its covariance, how it moves on and how a measurement mends it.
+"""Extended Kalman filter of the robot's pose and the biases of the sources: predict and update.
 
-Beside the pose the state has three lasting errors for each source: poses of one source err alike, and a filter that
-took them for independent would believe the one that speaks most often. Where sources differ, what each is off is
-learned and kept, so that the better one is not forgotten while only the other one speaks.
+The state is the pose and three Gauss-Markov biases of each source: poses of one source are correlated, and a filter
+that treated them as independent would follow the source with the highest rate. Where sources differ, their biases are
+estimated and kept, so that the more accurate one still counts while only the other one publishes.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.covariance import Covariance, added, as_matrix, diagonal, turned
 from pose_arbiter.core.odometry_mark import OdometryMark, motion_between
 
-_CREEP_XY, _CREEP_YAW = 2e-3, 2e-3  # what nobody sees, after a second [m, rad]
-_SIZES = (2, 0, 1), (0, 1, 2)  # in `lasting_root`: of the heading, then along and across
-_LEAST = 1e-12  # what divides [m, rad]
+_CREEP_XY, _CREEP_YAW = 2e-3, 2e-3  # process noise after 1 s, standard deviations [m, rad]
+_SIZES = (2, 0, 1), (0, 1, 2)  # entries of `bias_sqrt`: yaw, then along and across
+_LEAST = 1e-12  # smallest divisor [m, rad]
 
 
 class Estimate(NamedTuple):
-    """A pose at an instant.
+    """State estimate of the filter at one stamp.
 
     Attributes:
-        mark: odometry at that instant.
+        odometry: cumulative odometry at that stamp.
         x, y, yaw: ``T_map_base`` [m, rad].
-        lasting: shape (s, 3), lasting errors of the sources, in standard deviations (`lasting_root`).
-        sizes: shape (s, 3), those standard deviations at the latest pose of each source.
-        P: shape (3 + 3 s, 3 + 3 s), covariance of (x, y, yaw) [m, rad] and of those errors.
+        bias: shape (s, 3), biases u of the s sources, in units of their standard deviations (`bias_sqrt`).
+        bias_sigmas: shape (s, 3), those standard deviations at the latest pose of each source [rad, m, m].
+        P: shape (3 + 3 s, 3 + 3 s), covariance of (x, y, yaw) [m, rad] and of the biases.
     """
 
     mark: OdometryMark
@@ -43,26 +43,26 @@ class Estimate(NamedTuple):
 
     @property
     def covariance(self) -> Covariance:
-        """Of (x, y, yaw)."""
+        """Covariance of (x, y, yaw)."""
         (xx, xy, xt), (_, yy, yt), (_, _, tt) = self.P[:3, :3].tolist()
         return (xx, xy, xt, yy, yt, tt)
 
 
 def told(mark: OdometryMark, x: float, y: float, yaw: float, noise: Covariance, sources: int) -> Estimate:
-    """Return the estimate at a pose of which nothing but a covariance is known, with so many sources to come."""
+    """Return the initial estimate from a prior pose and its covariance, for a number of sources."""
     P = np.eye(3 + 3 * sources)
     P[:3, :3] = as_matrix(noise)
     return Estimate(mark, x, y, yaw, np.zeros((sources, 3)), np.full((sources, 3), np.inf), P)
 
 
 def measured(begin: Estimate, source: int, noise: Covariance, share: float) -> Estimate:
-    """Return an estimate that was `told` as one that a source measured, which errs as it does.
+    """Return the initial estimate from a source's pose, correlated with the bias of that source.
 
     Args:
-        begin: from `told`, with a covariance not less than the noise.
-        source: its number.
-        noise: R, covariance of the measurement.
-        share: share of R that lasts.
+        begin: estimate from `initialize`, with a covariance not less than R.
+        source: source index.
+        noise: covariance R of the measurement.
+        bias_fraction: fraction of R that is bias.
     """
     P, columns, sizes, root = begin.P.copy(), _columns(source), begin.sizes.copy(), lasting_root(noise)
     P[:3, columns] = -math.sqrt(share) * root
@@ -72,9 +72,9 @@ def measured(begin: Estimate, source: int, noise: Covariance, share: float) -> E
 
 
 def moved_on(estimate: Estimate, mark: OdometryMark, settings: ArbiterSettings) -> Estimate:
-    """Return the estimate at a later mark: moved by odometry, less sure, what lasts partly gone."""
+    """Time update: move the estimate by odometry, P ← F P Fᵀ + Q, and decay the biases."""
     motion = motion_between(estimate.mark, mark)
-    between = estimate.yaw - estimate.mark.yaw  # trail to map
+    between = estimate.yaw - estimate.mark.yaw  # rotation from the buffer frame to the map
     cos, sin = math.cos(between), math.sin(between)
     x, y = cos * motion.x - sin * motion.y, sin * motion.x + cos * motion.y
     noise = added(
@@ -86,7 +86,7 @@ def moved_on(estimate: Estimate, mark: OdometryMark, settings: ArbiterSettings) 
     )
     kept = math.exp(-motion.moved(settings.drift_speed) / settings.lasting_way)
     P = estimate.P.copy()
-    # F of the pose from the left and from the right; that of what lasts is ``kept`` times one.
+    # P ← F P Fᵀ: F of the pose from the left and from the right; F of the biases is ``decay`` times the identity.
     P[0] -= y * P[2]
     P[1] += x * P[2]
     P[:, 0] -= y * P[:, 2]
@@ -107,24 +107,24 @@ def moved_on(estimate: Estimate, mark: OdometryMark, settings: ArbiterSettings) 
 
 
 def residual(estimate: Estimate, x: float, y: float, yaw: float) -> tuple[float, float, float]:
-    """Return how a measured pose differs from the estimate [m, m, rad]."""
+    """Return the innovation: measured pose minus estimate [m, m, rad]."""
     return x - estimate.x, y - estimate.y, math.remainder(yaw - estimate.yaw, math.tau)
 
 
 def mended(
     estimate: Estimate, difference: tuple[float, float, float], source: int, noise: Covariance, share: float
 ) -> Estimate:
-    """Return the estimate after a measurement: the pose, a lasting error and noise, z = p + √share L u + v.
+    """Measurement update with a pose z = p + √a L u + v: pose p, bias u of the source, white noise v.
 
-    What lasts is learned where the estimate is surer than the source alone could make it: others have. Elsewhere it is
-    only reckoned with (Schmidt's filter), since what wheels are lastingly off would be taken for it.
+    The bias is estimated only where the pose is more certain than this source alone could make it, which is the work of
+    other sources. Elsewhere it is only considered (Schmidt-Kalman filter): it would absorb the bias of the odometry.
 
     Args:
-        estimate: at the stamp of the measurement.
-        difference: measured pose less estimate [m, m, rad].
-        source: number of the source.
-        noise: R = L Lᵀ, covariance of the measurement.
-        share: share of R that lasts; the rest is v.
+        estimate: prediction at the stamp of the measurement.
+        innovation: measured pose minus prediction [m, m, rad].
+        source: source index.
+        noise: covariance R = L Lᵀ of the measurement.
+        bias_fraction: fraction a of R that is bias; the rest is the covariance of v.
     """
     root, columns, R = lasting_root(noise), _columns(source), as_matrix(noise)
     estimate, lever = _resized(estimate, source, root[_SIZES]), math.sqrt(share) * root
@@ -149,9 +149,9 @@ def mended(
 
 
 def _resized(estimate: Estimate, source: int, now: NDArray[np.float64]) -> Estimate:
-    """Return the estimate before a source's pose whose errors have another size.
+    """Rescale the bias of a source to the standard deviations of its new pose.
 
-    Where they have grown, something new has come on top of the old; where they have shrunk, all of it has.
+    Where they have grown, an independent error was added to the old bias; where they have shrunk, the bias scales down.
     """
     columns, sizes = _columns(source), estimate.sizes.copy()
     kept = np.minimum(sizes[source] / np.maximum(now, _LEAST), 1.0)
@@ -169,10 +169,10 @@ def _is_surer(P: NDArray[np.float64], lasting: NDArray[np.float64]) -> bool:
 
 
 def lasting_root(noise: Covariance) -> NDArray[np.float64]:
-    """Return L with L Lᵀ = R, shape (3, 3), for errors (yaw, along x, along y) that are one in size.
+    """Return L with L Lᵀ = R, shape (3, 3), for errors (yaw, x, y) of unit variance.
 
-    The heading comes first: a source that sees one lamp or one door knows its place only as well as its heading, so
-    that one lasting error does both.
+    Yaw comes first: a source that sees one lamp or one door knows its position only as well as its yaw, so one bias
+    affects both.
     """
     xx, xy, xt, yy, yt, tt = noise
     turn = math.sqrt(tt)

@@ -1,6 +1,6 @@
-"""Which poses are believed: one step from what was believed before a pose to what is believed after it.
+"""One step of the filter with outlier rejection: from the state before a measurement to the state after it.
 
-The step is a function without memory, so that replayed poses are judged as if they had come in order.
+The step is a pure function, so that replayed measurements give the same result as measurements that came in order.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from pose_arbiter.core.source_record import NEVER, SourceRecord, witnessed
 from pose_arbiter.core.source_settings import SourceSettings
 from pose_arbiter.core.verdict import Verdict
 
-_INFLATION = 4.0  # of the covariance of a pose that the estimate is set to
-_PROBATION_WAY = 0.2  # of the robot; a radian counts as 1 m
+_INFLATION = 4.0  # covariance factor of a pose that the estimate is reset to
+_PROBATION_WAY = 0.2  # robot motion during probation [m]; 1 rad counts as 1 m
 _WORD_OF_NEW, _WORD_OF_ESTABLISHED = 2, 3  # two new sources outweigh an established one
 
 
 class Belief(NamedTuple):
-    """All that is believed at an instant.
+    """State of the filter and of its sources at one stamp.
 
     Attributes:
-        estimate: the pose, None before the start.
-        records: of the sources.
-        first_stamp: of the first pose that waits for the start [ns].
-        resets: how often the estimate was set anew.
+        estimate: pose and biases, None before initialization.
+        source_states: state of each source, by source index.
+        first_stamp: stamp of the first pose that waits for initialization [ns].
+        resets: number of resets of the estimate.
     """
 
     estimate: Estimate | None
@@ -41,14 +41,14 @@ class Belief(NamedTuple):
 
 
 class Judge:
-    """Applies the rules; holds only settings."""
+    """Gates measurements, updates or resets the estimate; holds only settings."""
 
     def __init__(self, sources: Sequence[SourceSettings], settings: ArbiterSettings) -> None:
-        """Prepare the rules.
+        """Compute the gate and the timeouts.
 
         Args:
-            sources: in the order of their numbers.
-            settings: of the method.
+            sources: settings of each source, by source index.
+            settings: filter settings.
         """
         self._sources, self._settings = tuple(sources), settings
         self._timeouts = tuple(round(source.timeout * 1e9) for source in sources)
@@ -59,16 +59,16 @@ class Judge:
         self._slack = diagonal(settings.slack_xy**2, settings.slack_yaw**2)
 
     def beginning(self) -> Belief:
-        """Return what is believed before the first pose."""
+        """Return the state before the first measurement."""
         return Belief(None, (SourceRecord(),) * len(self._sources))
 
     def judge(self, belief: Belief, pose: Observation, mark: OdometryMark) -> tuple[Belief, Verdict]:
-        """Return what is believed after a pose, and what became of it.
+        """Process one measurement; return the state after it and the status of the measurement.
 
         Args:
-            belief: before the pose.
-            pose: not older than those before.
-            mark: odometry at its stamp.
+            state: state before the measurement.
+            measurement: pose, not older than the measurements before.
+            odometry: cumulative odometry at its stamp.
         """
         if pose.source < 0:
             return self._told(belief, pose, mark), Verdict.RESET
@@ -78,7 +78,7 @@ class Judge:
             belief.records[number], seen, self._gate, self._timeouts[number], self._settings
         )
         belief = _with_record(belief, number, record)
-        # Where two agree against odometry, it is odometry that is wrong.
+        # Odometry is wrong where two sources agree with each other but not with it.
         against = [] if moves_alike else self._seconds(belief, number, seen)
         is_blind = any(belief.records[k].rival is not None for k in against)
         if not moves_alike and not is_blind:
@@ -92,14 +92,14 @@ class Judge:
         return belief._replace(estimate=estimate, resets=resets), verdict
 
     def _told(self, belief: Belief, pose: Observation, mark: OdometryMark) -> Belief:
-        """Believe a person: what sources said before counts no more."""
+        """Initialize from the operator's pose and clear the states of the sources."""
         estimate = told(mark, pose.x, pose.y, pose.yaw, pose.noise, len(self._sources))
         return Belief(estimate, self.beginning().records, NEVER, belief.resets + 1)
 
     def _start(
         self, belief: Belief, pose: Observation, seen: Sighting
     ) -> tuple[Verdict, Estimate | None, Belief]:
-        """Begin where two sources agree, or where the best one is when none came to agree in time."""
+        """Initialize where two sources agree, or from the best one if none agrees in time."""
         first = pose.stamp if belief.first_stamp == NEVER else belief.first_stamp
         belief = belief._replace(first_stamp=first)
         alone = len(self._sources) == 1
@@ -111,7 +111,7 @@ class Judge:
         return Verdict.WAITS, None, belief
 
     def _best(self, belief: Belief, stamp: int) -> int:
-        """Return the source of the highest priority, then of the longest chain, among those that speak."""
+        """Return the fresh source with the highest priority, then with the longest consistent run."""
         ranked = [
             (source.priority, record.chain, -number)
             for number, (source, record) in enumerate(zip(self._sources, belief.records, strict=True))
@@ -122,7 +122,7 @@ class Judge:
     def _weigh(
         self, belief: Belief, pose: Observation, seen: Sighting, *, is_blind: bool
     ) -> tuple[Verdict, Estimate]:
-        """Mend the estimate by a pose that passes the gate; move it to one that outweighs it."""
+        """Update with a pose inside the gate; reset to a pose outside it that has enough support."""
         assert belief.estimate is not None  # noqa: S101 for the type checker
         expected = moved_on(belief.estimate, seen.mark, self._settings)
         if is_blind:
@@ -144,11 +144,11 @@ class Judge:
         return measured(begin, pose.source, pose.noise, self._settings.lasting_share)
 
     def _is_on_probation(self, belief: Belief, pose: Observation, mark: OdometryMark) -> bool:
-        """Return whether a source that was refused must go on being near before it is used again.
+        """Return whether a rejected source must stay inside the gate for longer before it is accepted again.
 
-        One that drifts away from those who stand by the pose passes the gate now and then. Were it used at once, it
-        would take the pose along in the first moment in which the others are silent. While the robot stands, one that
-        is frozen or late is near, too: only what it says of a way counts.
+        A source that drifts away passes the gate now and then. If it were accepted at once, it would pull the pose as
+        soon as the other sources pause. While the robot is stationary, a frozen or late source is inside the gate, too:
+        so the robot must also have moved.
         """
         record = belief.records[pose.source]
         if record.gated < self._settings.reset_count:
@@ -163,7 +163,7 @@ class Judge:
         return is_short and any(belief.records[k].stands_by(pose.stamp, self._timeouts[k]) for k in others)
 
     def _without_odometry(self, expected: Estimate, nanoseconds: int) -> Estimate:
-        """Return the estimate as unsure as if there were no odometry."""
+        """Return the estimate with its covariance inflated as if there were no odometry."""
         xy, yaw = (
             (speed * nanoseconds * 1e-9) ** 2
             for speed in (self._settings.drift_speed, self._settings.drift_turn_rate)
@@ -173,23 +173,25 @@ class Judge:
         return expected._replace(P=P)
 
     def _outweighs(self, belief: Belief, pose: Observation, seen: Sighting) -> bool:
-        """Return whether a pose that is too far is to be believed nevertheless.
+        """Return whether the estimate is reset to a pose outside the gate.
 
-        Enough poses must have been refused that agree with each other. One source alone then counts if nobody, itself
-        included, stood by the estimate within the timeout; or if it is established and those who do are not. Two that
-        agree count if they outweigh those who do.
+        Enough consistent poses must have been rejected. One source alone then resets the estimate if no source, itself
+        included, supported it within the timeout; or if it is established and the supporters are not. Two sources that
+        agree reset it if they outvote the supporters.
         """
         agreeing = self._seconds(belief, pose.source, seen)
         challengers = [pose.source, *(k for k in agreeing if belief.records[k].verdict is Verdict.GATED)]
         refused = sum(belief.records[k].gated for k in challengers) + 1
         if refused < self._settings.reset_count:
             return False
-        near = [
+        supporting = [
             k for k, record in enumerate(belief.records) if record.stands_by(pose.stamp, self._timeouts[k])
         ]
-        supporters = [k for k in near if k not in challengers and belief.records[k].verdict is Verdict.USED]
+        supporters = [
+            k for k in supporting if k not in challengers and belief.records[k].verdict is Verdict.USED
+        ]
         is_outvoted = self._weight(belief, challengers) > self._weight(belief, supporters)
-        return not near or (is_outvoted and (len(challengers) > 1 or bool(supporters)))
+        return not supporting or (is_outvoted and (len(challengers) > 1 or bool(supporters)))
 
     def _weight(self, belief: Belief, numbers: Sequence[int]) -> int:
         enough = self._settings.established_count
@@ -198,7 +200,7 @@ class Judge:
         )
 
     def _seconds(self, belief: Belief, number: int, seen: Sighting) -> list[int]:
-        """Return the other sources whose latest pose, within their timeout, is of the same robot."""
+        """Return the other sources whose latest pose is fresh and consistent with this one."""
         return [
             k
             for k, record in enumerate(belief.records)

@@ -1,4 +1,4 @@
-"""Refuses numbers that no pose has, before they come near the state."""
+"""Validates poses and covariances before they reach the filter."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _VAR_MIN, _VAR_XY_MAX, _VAR_YAW_MAX = 1e-14, 1e4, math.tau**2
 
 
 def refusal_of_pose(pose: PlanarPose) -> Refusal | None:
-    """Return why a pose is none, else None."""
+    """Return the reason a pose is invalid, None if it is valid."""
     if not (math.isfinite(pose.x) and math.isfinite(pose.y) and math.isfinite(pose.yaw)):
         return Refusal.NOT_FINITE
     if max(abs(pose.x), abs(pose.y)) > _FARTHEST:
@@ -22,7 +22,7 @@ def refusal_of_pose(pose: PlanarPose) -> Refusal | None:
 
 
 def refusal_of_covariance(noise: Covariance) -> Refusal | None:
-    """Return why a covariance is none of a pose, else None."""
+    """Return the reason a covariance is invalid, None if it is valid."""
     if not is_positive_definite(noise) or min(noise[0], noise[3], noise[5]) < _VAR_MIN:
         return Refusal.BAD_COVARIANCE
     if max(noise[0], noise[3]) > _VAR_XY_MAX or noise[5] > _VAR_YAW_MAX:

@@ -1,4 +1,4 @@
-"""Where odometry stood at an instant, and what it has summed up until then."""
+"""Cumulative odometry: the pose and the running sums of its error model at one stamp."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from pose_arbiter.core.covariance import Covariance
 
 
 class OdometryMark(NamedTuple):
-    """An instant of the odometry, in a frame of its own (``trail``) that no restart of the wheels' frame breaks.
+    """Odometry accumulated up to a stamp, in the buffer frame, which stays continuous when odometry restarts.
 
-    The sums make the covariance of a motion between any two marks a matter of differences (docs/pose_arbiter.md).
+    The motion between any two stamps and its covariance are differences of these sums (docs/pose_arbiter.md).
 
     Attributes:
-        stamp: [ns].
-        x, y, yaw: pose of the base in ``trail`` [m, rad].
-        way: driven until then [m].
-        turn: turned until then, without sign [rad].
-        spread: sum of the variances of the steps along x and y [m²].
-        q, qx, qy, qxx, qxy, qyy: sums of the variances of the steps' turns, times the place of each step.
-        blind: time without odometry until then [ns]; counts from 0 before the first.
+        stamp: stamp [ns].
+        x, y, yaw: pose of the base in the buffer frame [m, rad].
+        distance: distance driven [m].
+        rotation: sum of the absolute yaw changes [rad].
+        var_xy: sum of the variances of the steps along x and y [m²].
+        q, qx, qy, qxx, qxy, qyy: sums over steps of q_k, q_k p_k and q_k p_k p_kᵀ (yaw variance q_k, position p_k).
+        odometry_gap: time without odometry [ns]; equals the stamp before the first message.
     """
 
     stamp: int
@@ -40,16 +40,16 @@ class OdometryMark(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """How the robot moved between two marks, in ``trail``.
+    """Motion of the robot between two stamps, in the buffer frame.
 
     Attributes:
-        x, y: way [m].
-        yaw: turn [rad].
-        covariance: of (x, y, yaw), from the steps of odometry alone.
-        way: length driven [m].
-        turn: without sign [rad].
-        blind: time without odometry [s].
-        seconds: between the marks [s].
+        x, y: displacement [m].
+        yaw: yaw change [rad].
+        covariance: covariance of (x, y, yaw) from the odometry noise alone.
+        distance: distance driven [m].
+        rotation: sum of the absolute yaw changes [rad].
+        odometry_gap: time without odometry [s].
+        duration: time between the stamps [s].
     """
 
     x: float
@@ -62,15 +62,15 @@ class Motion(NamedTuple):
     seconds: float
 
     def moved(self, drift_speed: float) -> float:
-        """Return the way [m], a radian counting as 1 m, with what may have been driven while there was no odometry."""
+        """Return the path length [m], with 1 rad as 1 m and the possible motion while there was no odometry."""
         return self.way + self.turn + drift_speed * self.blind
 
 
 def motion_between(a: OdometryMark, b: OdometryMark) -> Motion:
-    """Return the motion from mark a to the later mark b.
+    """Return the motion from a to the later b.
 
-    With the heading of step k wrong by a variance q_k at the place p_k, the end p is wrong by
-    ``q_k J (p - p_k)(p - p_k)ᵀ Jᵀ``, J a quarter turn. Their sum over the steps needs only differences of the sums.
+    A yaw variance q_k of step k at position p_k gives the end position p the covariance
+    ``q_k J (p - p_k)(p - p_k)ᵀ Jᵀ``, J a rotation by 90°. The sum over the steps needs only differences of the sums.
     """
     q, x, y = b.q - a.q, b.x, b.y
     rx, ry = q * x - (b.qx - a.qx), q * y - (b.qy - a.qy)  # sum of q_k (p - p_k)

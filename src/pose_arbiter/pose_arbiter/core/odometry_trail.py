@@ -1,4 +1,4 @@
-"""Odometry of the last seconds, in the order of its stamps."""
+"""Buffer of the odometry of the last seconds, sorted by stamp."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.odometry_mark import OdometryMark
 from shirube_geometry import PlanarPose
 
-_HOLD = 250_000_000  # the robot is taken to go on as it went for so long after the last odometry [ns]
-_KEPT_BEFORE = 2  # messages before the horizon, so that there is a step to go on with
+_HOLD = 250_000_000  # longest extrapolation beyond the last message, at constant velocity [ns]
+_KEPT_BEFORE = 2  # messages kept before the horizon, for extrapolation
 _DROPPED_AT_ONCE = 256
-_JUMP_XY, _JUMP_YAW = 0.02, 0.02  # a step so small is no jump, however close its stamps [m, rad]
+_JUMP_XY, _JUMP_YAW = 0.02, 0.02  # a smaller step is never a jump [m, rad]
 
 
 class OdometryTrail:
-    """Marks at the messages, which may come in any order."""
+    """Cumulative odometry at each message; messages may arrive in any order."""
 
     def __init__(self, settings: ArbiterSettings) -> None:
-        """Begin without odometry.
+        """Start without odometry.
 
         Args:
-            settings: errors of odometry, and what is a jump.
+            settings: odometry noise, and the speeds that count as a jump.
         """
         self._settings = settings
         self._stamps: list[int] = []
@@ -32,11 +32,11 @@ class OdometryTrail:
 
     @property
     def latest(self) -> int | None:
-        """The newest stamp [ns]."""
+        """Newest stamp [ns], None without odometry."""
         return self._stamps[-1] if self._stamps else None
 
     def add(self, stamp: int, T_odom_base: PlanarPose) -> int | None:
-        """Take a message; return from which stamp on [ns] marks have changed, None for a stamp that is known."""
+        """Insert a message; return the stamp [ns] from which lookups have changed, None for a duplicate stamp."""
         place = len(self._stamps)
         if place and stamp <= self._stamps[-1]:
             place = bisect_left(self._stamps, stamp)
@@ -50,14 +50,14 @@ class OdometryTrail:
         return self._stamps[place - 1] + 1 if place else -(2**63)
 
     def drop_before(self, horizon: int) -> None:
-        """Forget what is older than a stamp [ns], in lumps."""
+        """Drop messages older than a stamp [ns], in batches."""
         stale = bisect_left(self._stamps, horizon) - _KEPT_BEFORE
         if stale >= _DROPPED_AT_ONCE:
             for rows in (self._stamps, self._raw, self._marks, self._is_jump):
                 del rows[:stale]
 
     def mark_at(self, stamp: int) -> OdometryMark:
-        """Return the mark at a stamp [ns]: a share of the step between two messages, or a little more of the last."""
+        """Return the cumulative odometry at a stamp [ns], interpolated or shortly extrapolated."""
         stamps = self._stamps
         if not stamps:
             return OdometryMark(stamp, *(0.0,) * 12, stamp)
@@ -70,7 +70,7 @@ class OdometryTrail:
         return _share(self._marks[k - 1], self._marks[k], stamp)
 
     def odometry_at(self, stamp: int) -> PlanarPose | None:
-        """Return ``T_odom_base`` at a stamp [ns], None where odometry has no word about it."""
+        """Return ``T_odom_base`` at a stamp [ns], None without odometry at or before it."""
         if not self._stamps or stamp < self._stamps[0]:
             return None
         k = min(bisect_left(self._stamps, stamp), len(self._stamps) - 1)
@@ -97,10 +97,10 @@ class OdometryTrail:
             self._marks.append(before._replace(stamp=stamp, blind=before.blind + stamp - before.stamp))
             self._is_jump.append(True)
             return
-        between = before.yaw - old.yaw  # odom to trail
+        between = before.yaw - old.yaw  # rotation from the odometry frame to the buffer frame
         cos, sin = math.cos(between), math.sin(between)
         mark = _stepped(before, (cos * dx - sin * dy, sin * dx + cos * dy, turn), way, stamp, settings)
-        # Odometry that begins again where it ended may have missed what the robot did meanwhile.
+        # After a gap in the odometry, the robot may have moved without being measured.
         missed = max(0, stamp - before.stamp - _HOLD)
         self._marks.append(mark._replace(blind=before.blind + missed))
         self._is_jump.append(False)
@@ -141,10 +141,10 @@ def _stepped(
 
 
 def _share(a: OdometryMark, b: OdometryMark, stamp: int) -> OdometryMark:
-    """Return the mark on the arc from a to b at a stamp, or on its continuation."""
+    """Interpolate along the arc from a to b, or extrapolate it, to a stamp."""
     share = (stamp - a.stamp) / (b.stamp - a.stamp)
     turn, dx, dy = b.yaw - a.yaw, b.x - a.x, b.y - a.y
-    bend = 0.5 * (share - 1.0) * turn  # the chord of the part against that of the whole
+    bend = 0.5 * (share - 1.0) * turn  # between the chords of the partial and the full arc
     cos, sin = share * math.cos(bend), share * math.sin(bend)
     moved = (cos * dx - sin * dy, sin * dx + cos * dy)
     rest = 1.0 - share

@@ -1,4 +1,4 @@
-"""The root of this package's exceptions."""
+"""Base class of this package's exceptions."""
 
 
 class PoseArbiterError(ValueError):

@@ -1,4 +1,4 @@
-"""One pose as a source told it, and whether two of them are of the same robot."""
+"""Pose measurements, and the consistency test of two of them by odometry."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from pose_arbiter.core.odometry_mark import OdometryMark, motion_between
 
 
 class Observation(NamedTuple):
-    """A pose to be judged; the order of its fields is the order in which poses are judged.
+    """A measured pose. Measurements are processed in the sort order of this tuple.
 
     Attributes:
-        stamp: [ns].
-        source: its number; -1 is a person who says where the robot is.
+        stamp: stamp [ns].
+        source: source index; -1 is a pose set by an operator.
         x, y, yaw: ``T_map_base`` [m, rad].
-        noise: its covariance.
+        noise: covariance R of the measurement.
     """
 
     stamp: int
@@ -29,12 +29,12 @@ class Observation(NamedTuple):
 
 
 class Sighting(NamedTuple):
-    """A pose with the odometry of its instant.
+    """A measured pose with the odometry at its stamp.
 
     Attributes:
-        mark: odometry at its stamp.
+        odometry: cumulative odometry at its stamp.
         x, y, yaw: ``T_map_base`` [m, rad].
-        var_xy, var_yaw: larger variance of x and y [m²], and that of yaw [rad²].
+        var_xy, var_yaw: larger of the variances of x and y [m²], and variance of yaw [rad²].
     """
 
     mark: OdometryMark
@@ -46,16 +46,16 @@ class Sighting(NamedTuple):
 
 
 def sighting_of(observation: Observation, mark: OdometryMark) -> Sighting:
-    """Return the sighting of an observation."""
+    """Return a measurement with the odometry at its stamp."""
     _, _, x, y, yaw, noise = observation
     return Sighting(mark, x, y, yaw, max(noise[0], noise[3]), noise[5])
 
 
 def same_robot(a: Sighting, b: Sighting, gate: float, settings: ArbiterSettings) -> bool:
-    """Return whether b is where odometry takes a, as far as their variances and the errors of odometry allow.
+    """Return whether odometry leads from a to b, within their variances and the odometry errors (chi-square gate).
 
-    Of the heading of odometry both count: the error that lasts, and that by chance, which is larger on a short way. Of
-    its way the lasting one is the larger one, and a source that stands still while the robot creeps must be seen.
+    For yaw, both the systematic and the random odometry error count; the random one is larger over a short distance.
+    For distance only the systematic one counts, so that a frozen source is detected even when the robot moves slowly.
     """
     if b.mark.stamp < a.mark.stamp:
         a, b = b, a

@@ -1,4 +1,4 @@
-"""What is remembered of a source, and whether it moves as odometry does."""
+"""State of one source, and the consistency check of its motion with odometry."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from pose_arbiter.core.sighting import Sighting, same_robot
 from pose_arbiter.core.verdict import Verdict
 
 NEVER = -(2**62)
-"""A stamp before all others."""
+"""A stamp before all others [ns]."""
 _STANDING_MAX = 100_000
 
 
 class SourceRecord(NamedTuple):
-    """A source's past, as far as it bears on the next judgement.
+    """What outlier rejection keeps of a source between its poses.
 
     Attributes:
-        latest: its latest pose.
-        anchor: the pose with which the next ones are compared by odometry.
-        next_anchor: takes the anchor's place when that is too old.
-        rival: first of the poses that odometry does not lead to from the anchor.
-        rivals: how many poses agree with the rival, since it came.
-        chain: how many poses agree with each other, by odometry.
-        gated: how many were too far from the pose since the last one that was used.
-        near_since: odometry at the first pose since then from which on none was too far.
-        standing: how many were used since it was last found wrong.
-        used_stamp: of the latest that was used [ns].
-        verdict: of the latest.
+        latest: latest pose.
+        reference: pose with which the next ones are compared by odometry.
+        next_reference: pose that replaces the reference when that is too old.
+        alternative: first pose of the alternative hypothesis, inconsistent with the reference.
+        alternative_count: number of poses consistent with the alternative hypothesis.
+        run_length: number of successive poses consistent with each other by odometry.
+        rejected_count: number of poses outside the gate since the last accepted one.
+        inside_gate_since: odometry at the first pose of the current run inside the gate, while on probation.
+        accepted_count: number of accepted poses since the source was last found inconsistent.
+        accepted_stamp: stamp of the latest accepted pose [ns].
+        status: status of the latest pose.
     """
 
     latest: Sighting | None = None
@@ -44,15 +44,15 @@ class SourceRecord(NamedTuple):
     verdict: Verdict | None = None
 
     def speaks(self, stamp: int, timeout: int) -> bool:
-        """Return whether it said something within its timeout [ns]."""
+        """Return whether its latest pose is not older than the timeout [ns]."""
         return self.latest is not None and stamp - self.latest.mark.stamp <= timeout
 
     def stands_by(self, stamp: int, timeout: int) -> bool:
-        """Return whether it agreed with the pose within its timeout [ns]."""
+        """Return whether a pose of it was accepted within the timeout [ns]."""
         return stamp - self.used_stamp <= timeout
 
     def judged(self, verdict: Verdict, mark: OdometryMark) -> SourceRecord:
-        """Return the record after a judgement of a pose, with odometry at its stamp."""
+        """Return the source state after a measurement of this status, with the odometry at its stamp."""
         if verdict in (Verdict.USED, Verdict.RESET):
             standing = min(self.standing + 1, _STANDING_MAX)
             return self._replace(
@@ -70,40 +70,34 @@ def witnessed(
 ) -> tuple[SourceRecord, bool]:
     """Compare a source's new pose with its earlier ones by odometry.
 
-    One pose that does not fit is left out. If those that do not fit agree with each other for long enough, it is they
-    that count from then on: the source, or the robot, is elsewhere now.
+    A single inconsistent pose is ignored. If inconsistent poses agree with each other for long enough, they become the
+    reference: the source, or the robot, was moved.
 
     Args:
-        record: of the source.
-        seen: its new pose.
-        gate: chi-square.
-        timeout: after so long a silence there is nothing to compare with [ns].
-        settings: of the method.
+        source: state of the source.
+        observed: new pose of the source.
+        gate: chi-square threshold.
+        timeout: the comparison restarts after a pause longer than this [ns].
+        settings: filter settings.
 
     Returns:
-        the record, and whether the source moves as odometry does.
+        the state of the source, and whether its motion is consistent with odometry.
     """
     stamp, window = seen.mark.stamp, round(settings.witness_seconds * 1e9)
     is_first = record.anchor is None or not record.speaks(stamp, max(timeout, window))
+    updated = record._replace(latest=seen, rival=None, rivals=0)
     if is_first:
-        return record._replace(
-            latest=seen, anchor=seen, next_anchor=seen, rival=None, rivals=0, chain=1
-        ), True
+        return updated._replace(anchor=seen, next_anchor=seen, chain=1), True
     anchor, next_anchor = record.anchor, record.next_anchor
     assert anchor is not None  # noqa: S101 for the type checker
     assert next_anchor is not None  # noqa: S101
     if same_robot(anchor, seen, gate, settings):
         if stamp - next_anchor.mark.stamp > window // 2:
             anchor, next_anchor = next_anchor, seen
-        chain = record.chain + 1
-        return record._replace(
-            latest=seen, anchor=anchor, next_anchor=next_anchor, rival=None, rivals=0, chain=chain
-        ), True
+        return updated._replace(anchor=anchor, next_anchor=next_anchor, chain=record.chain + 1), True
     if record.rival is None or not same_robot(record.rival, seen, gate, settings):
         return record._replace(latest=seen, rival=seen, rivals=1), False
     rivals = record.rivals + 1
     if rivals < settings.reset_count or stamp - record.rival.mark.stamp < window // 2:
         return record._replace(latest=seen, rivals=rivals), False
-    return record._replace(
-        latest=seen, anchor=record.rival, next_anchor=seen, rival=None, rivals=0, chain=rivals, standing=0
-    ), True
+    return updated._replace(anchor=record.rival, next_anchor=seen, chain=rivals, standing=0), True

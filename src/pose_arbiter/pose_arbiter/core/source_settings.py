@@ -1,4 +1,4 @@
-"""What the owner says of one source of poses."""
+"""Settings of one source of poses."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from shirube_settings import setting
 
 @dataclass(frozen=True)
 class SourceSettings:
-    """One localizer; the parameters are called ``<name>.topic`` and so on."""
+    """Settings of one localizer; its parameters are called ``<name>.topic`` and so on."""
 
     topic: str = setting(
-        '', 'its poses; empty takes /<name>/pose_with_covariance, or /<name>/pose without covariance'
+        '', 'topic of its poses; empty: /<name>/pose_with_covariance, or /<name>/pose without covariance'
     )
     with_covariance: bool = setting(
-        True, 'whether the topic is PoseWithCovarianceStamped; if not, PoseStamped with the sigmas below'
+        True, 'true: the topic is PoseWithCovarianceStamped; false: PoseStamped with the sigmas below'
     )
     sigma_xy: float = setting(
         0.01,
@@ -27,25 +27,25 @@ class SourceSettings:
     )
     sigma_yaw: float = setting(
         0.01,
-        'standard deviation of the heading of poses without covariance',
+        'standard deviation of the yaw of poses without covariance',
         unit='rad',
         minimum=1e-6,
         maximum=math.pi,
     )
     timeout: float = setting(
         1.0,
-        'silent for longer, it speaks no more for or against the pose',
+        'a source without a message for this long is ignored',
         unit='s',
         minimum=0.05,
         maximum=60.0,
     )
     priority: int = setting(
-        0, 'at the start the highest is believed where opinions differ one to one', minimum=-100, maximum=100
+        0, 'at start, decides between two sources that disagree', minimum=-100, maximum=100
     )
-    frame: str = setting('', 'frame its poses must be in; empty takes map_frame')
+    frame: str = setting('', 'required frame_id of its poses; empty: map_frame')
     offset: tuple[float, float, float] = setting(
         (0.0, 0.0, 0.0),
-        'pose (x, y, yaw) of base_frame in the frame whose pose it tells; zeros where that is base_frame',
+        'pose (x, y, yaw) of base_frame in the frame that the source localizes; zeros if that is base_frame',
         unit='m, m, rad',
         minimum=-100.0,
         maximum=100.0,

@@ -1,4 +1,4 @@
-"""How well the pose is known, and who stands for it."""
+"""Localization status: whether the pose is known, and from which input."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from pose_arbiter.core.source_settings import SourceSettings
 
 
 class Standing(Enum):
-    """The state of the arbiter; the text is for people."""
+    """Status of localization; the value is the text of the diagnostics."""
 
     WAITING = 'no pose yet'
-    FOLLOWED = 'the pose is known'
-    ODOMETRY_ONLY = 'no source stands by the pose, odometry carries on'
-    LOST = 'the pose is lost'
+    FOLLOWED = 'pose known'
+    ODOMETRY_ONLY = 'no source supports the pose, odometry only'
+    LOST = 'pose lost'
 
     @property
     def has_pose(self) -> bool:
-        """Whether there is a pose to tell."""
+        """Whether there is a pose to publish."""
         return self in (Standing.FOLLOWED, Standing.ODOMETRY_ONLY)
 
 
 def standing_of(
     belief: Belief, estimate: Estimate | None, sources: tuple[SourceSettings, ...], settings: ArbiterSettings
 ) -> Standing:
-    """Return how well the pose is known.
+    """Return the localization status.
 
     Args:
-        belief: what is believed.
-        estimate: moved on to the time in question.
-        sources: in the order of their numbers.
-        settings: what counts as lost.
+        state: filter state.
+        estimate: estimate predicted to the current time.
+        sources: settings of each source, by source index.
+        settings: standard deviations above which the pose is lost.
     """
     if estimate is None:
         return Standing.WAITING

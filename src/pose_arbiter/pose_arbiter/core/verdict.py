@@ -1,4 +1,4 @@
-"""What became of a pose."""
+"""Status of a measurement, and reasons to reject an invalid message."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from enum import Enum
 
 
 class Verdict(Enum):
-    """The judgement of one pose; the text is for people."""
+    """Result of outlier rejection for one pose; the value is the text of the diagnostics."""
 
     USED = 'used'
-    RESET = 'the pose was set to it'
-    WAITS = 'waits for a second opinion at the start'
-    GATED = 'too far from the pose'
-    PROBATION = 'near again, on probation'
-    MOVES_OTHERWISE = 'moves otherwise than odometry'
+    RESET = 'estimate reset to it'
+    WAITS = 'waiting for a second source at start'
+    GATED = 'outside the gate'
+    PROBATION = 'inside the gate again, on probation'
+    MOVES_OTHERWISE = 'inconsistent with odometry'
 
 
 class Refusal(Enum):
-    """Why a pose does not even get a judgement; the text is for people."""
+    """Why a message is rejected before the filter; the value is the text of the diagnostics."""
 
     NOT_FINITE = 'not finite'
-    FAR = 'farther away than any robot'
-    BAD_COVARIANCE = 'covariance is none of a pose'
+    FAR = 'farther than 1000 km from the origin'
+    BAD_COVARIANCE = 'covariance is invalid'
     NO_STAMP = 'stamp is 0'
     FUTURE = 'stamp is in the future'
     TOO_OLD = 'stamp is too old'
-    DUPLICATE = 'stamp came before'
+    DUPLICATE = 'duplicate stamp'

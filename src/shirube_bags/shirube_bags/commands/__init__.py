@@ -1,1 +1,1 @@
-"""The executables of shirube_bags."""
+"""Executables of shirube_bags."""

@@ -1,4 +1,4 @@
-"""``check``: compare a run with ground truth, and fail where it is worse than the limits."""
+"""``check``: compare poses with ground truth; fail if an error exceeds its limit."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ from shirube_bags.trajectory_errors import TrajectoryErrors, compare_trajectorie
 from shirube_bags.tum_file import load_tum, save_tum
 from shirube_files import write_text
 
-# Poses carry their image's stamp; files of other tools round it to microseconds.
+# A pose has the stamp of its image; files of other tools round it to microseconds.
 STAMP_TOLERANCE_NS = 1_000_000
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 if a limit is broken or a file is bad."""
+    """Run the command; return 0, or 1 if a limit is exceeded or a file is invalid."""
     options = make_parser().parse_args(arguments)
     try:
         report = check(options)
@@ -55,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def check(options: argparse.Namespace) -> AccuracyReport:
-    """Compare, write the files that were asked for, and return the figures."""
+    """Compare the trajectories, write the requested files and return the report."""
     estimate = load_trajectory(options.estimate, options.topic)
     reference_path = options.reference or options.estimate
     reference = load_trajectory(reference_path, options.reference_topic)
@@ -71,7 +71,7 @@ def check(options: argparse.Namespace) -> AccuracyReport:
 
 
 def load_trajectory(path: Path, topic: str | None) -> Trajectory:
-    """Load the poses of a bag's topic, or those of a TUM file."""
+    """Load a trajectory from a bag's topic or a TUM file."""
     if is_bag(path):
         with BagReader(path) as bag:
             return load_bag_trajectory(bag, topic)
@@ -79,20 +79,20 @@ def load_trajectory(path: Path, topic: str | None) -> Trajectory:
 
 
 def load_image_stamps(path: Path, topic: str) -> NDArray[np.int64]:
-    """Load the stamps of the images in the reference's bag."""
+    """Load the stamps of the images in the bag of the reference."""
     if not is_bag(path):
-        raise ShirubeBagsError(f'{path}: is no bag, so it has no topic {topic}; leave --images out')
+        raise ShirubeBagsError(f'{path}: is not a bag, so it has no topic {topic}; omit --images')
     with BagReader(path) as bag:
         return load_header_stamps(bag, topic)
 
 
 def is_bag(path: Path) -> bool:
-    """Tell a bag from a TUM file by its name."""
+    """Return whether a path is a bag, not a TUM file, by its name."""
     return path.is_dir() or path.suffix in {'.mcap', '.db3', '.bag'}
 
 
 def write_files(options: argparse.Namespace, errors: TrajectoryErrors, report: AccuracyReport) -> None:
-    """Write the files that were asked for."""
+    """Write the requested files."""
     if options.tum is not None:
         save_tum(options.tum / 'estimate.tum', errors.estimate)
         save_tum(options.tum / 'reference.tum', errors.reference)
@@ -103,7 +103,7 @@ def write_files(options: argparse.Namespace, errors: TrajectoryErrors, report: A
 
 
 def limits_of(options: argparse.Namespace) -> dict[str, float]:
-    """Return the limits that were given, by the names of the report's measures."""
+    """Return the given limits by metric."""
     return {
         name.removeprefix('limit_'): value
         for name, value in vars(options).items()
@@ -112,26 +112,28 @@ def limits_of(options: argparse.Namespace) -> dict[str, float]:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Return the parser of the command's options."""
+    """Return the parser of the command line."""
     parser = argparse.ArgumentParser(
         prog='check',
-        description='Compare poses with ground truth. Nothing is aligned: both are poses in one map frame. '
-        'The reference is interpolated at the stamps of the estimate. Exit code 1 if a limit is broken.',
+        description='Compare poses with ground truth, without alignment: both are in the same map frame. '
+        'The reference is interpolated at the stamps of the estimate. Exit code 1 if a limit is exceeded.',
     )
     add = parser.add_argument
-    add('estimate', type=Path, help='bag or TUM file with the poses to judge')
+    add('estimate', type=Path, help='bag or TUM file with the estimated poses')
     add('--topic', help='topic of the poses, if the bag has several with poses')
-    add('--reference', type=Path, help='bag or TUM file with the true poses (default: ESTIMATE)')
-    add('--reference-topic', help='topic of the true poses, if the bag has several with poses')
-    add('--images', metavar='TOPIC', help='topic in the reference bag each message of which should have a '
-        'pose (default: each true pose should have one)')  # fmt: skip
-    add('--exclude', type=Path, metavar='CSV', help='intervals "start,end" [s] without expected poses')
+    add('--reference', type=Path, help='bag or TUM file with the ground truth (default: ESTIMATE)')
+    add('--reference-topic', help='topic of the ground truth, if the bag has several with poses')
+    add('--images', metavar='TOPIC', help='topic in the reference bag; each of its messages should have a '
+        'pose (default: each pose of the reference should have one)')  # fmt: skip
+    add(
+        '--exclude', type=Path, metavar='CSV', help='intervals "start,end" [s] in which no poses are expected'
+    )
     add('--longest-gap', type=positive_number, default=0.5, metavar='SECONDS',
         help='the reference is not interpolated over longer gaps (default: %(default)s)')  # fmt: skip
-    add('--tum', type=Path, metavar='FOLDER', help='write estimate.tum and reference.tum there, at the same '
-        'stamps: "evo_ape tum reference.tum estimate.tum" reads them')  # fmt: skip
-    add('--csv', type=Path, help='write the errors of each pose there')
-    add('--json', type=Path, help='write the figures there')
+    add('--tum', type=Path, metavar='FOLDER', help='write estimate.tum and reference.tum to it, at the same '
+        'stamps, for "evo_ape tum reference.tum estimate.tum"')  # fmt: skip
+    add('--csv', type=Path, help='write the errors of each pose to this file')
+    add('--json', type=Path, help='write the report to this file')
     limits = parser.add_argument_group('limits, [m] and [rad]')
     for quantity in ('position', 'heading'):
         for statistic in STATISTICS:
@@ -139,8 +141,8 @@ def make_parser() -> argparse.ArgumentParser:
                 f'--max-{quantity}-{statistic}', type=positive_number, metavar='LIMIT',
                 dest=f'limit_{quantity}_{statistic}',
             )  # fmt: skip
-    limits.add_argument('--min-coverage', type=positive_number, metavar='SHARE', dest=f'limit_{COVERAGE}',
-                        help='share of the expected poses, 0 to 1')  # fmt: skip
+    limits.add_argument('--min-coverage', type=positive_number, metavar='FRACTION', dest=f'limit_{COVERAGE}',
+                        help='fraction of the expected poses, 0 to 1')  # fmt: skip
     return parser
 
 
@@ -148,7 +150,7 @@ def positive_number(text: str) -> float:
     """Return a finite number >= 0.
 
     Raises:
-        ValueError: it is none.
+        ValueError: the text is not such a number.
     """
     number = float(text)
     if not (math.isfinite(number) and number >= 0.0):

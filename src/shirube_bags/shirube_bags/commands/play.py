@@ -1,4 +1,4 @@
-"""``play``: replay a bag into live nodes without losing a message, with ``/clock``."""
+"""``play``: replay a bag to live nodes, lossless, with ``/clock``."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from shirube_bags.stamps import NANOSECONDS
 from shirube_bags.stop_signals import stop_on_signals
 from shirube_bags.subscriber_wait import wait_for_any, wait_for_wanted
 
-# What is on its way is delivered before the program ends [s].
+# Timeout for delivery of the last messages before the program ends [s].
 DELIVERY_TIMEOUT = 5.0
 PROGRESS_BAR = '{l_bar}{bar}| {n:.1f}/{total:.1f} s [{elapsed}<{remaining}]'
 
@@ -45,16 +45,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def play(options: argparse.Namespace, command_line: Sequence[str], stop: Event) -> None:
-    """Replay the bag as the options say, until its end or until ``stop`` is set."""
+    """Replay the bag until its end or until ``stop`` is set."""
     with BagReader(options.bag) as bag, ros_session('bag_player', command_line) as session:
         topics = playable_topics(bag, options.topics)
         player = BagPlayer(session.node, [bag.topics[topic] for topic in topics])
         lockstep = Lockstep(player, session.node, session.executor, should_stop=stop.is_set)
         wait_for_subscribers(options, player, stop)
-        # The first answers show that the nodes have found this player, too.
+        # The first responses show that the nodes have discovered this player, too.
         lockstep.wait(topics)
         if lockstep.silent_nodes:
-            say(f'nobody can tell when {", ".join(lockstep.silent_nodes)} is ready: it may lose messages')
+            say(f'{", ".join(lockstep.silent_nodes)} has no parameter service and may lose messages')
         step = lockstep if options.lockstep or options.rate == 0.0 else None
         for _ in range(options.loop):
             if not stop.is_set():
@@ -64,7 +64,7 @@ def play(options: argparse.Namespace, command_line: Sequence[str], stop: Event) 
 
 
 def play_once(bag: BagReader, player: BagPlayer, rate: float, lockstep: Lockstep | None, stop: Event) -> None:
-    """Replay the bag once behind a progress bar, and tell how fast it went."""
+    """Replay the bag once with a progress bar, and report the speed."""
     player.rewind()
     duration = (bag.end_ns - bag.start_ns) / NANOSECONDS
     with tqdm(total=duration, delay=1.0, mininterval=0.5, bar_format=PROGRESS_BAR) as bar:
@@ -79,32 +79,34 @@ def play_once(bag: BagReader, player: BagPlayer, rate: float, lockstep: Lockstep
 
 
 def wait_for_subscribers(options: argparse.Namespace, player: BagPlayer, stop: Event) -> None:
-    """Wait for those that ``--wait-for`` names, or else for anybody; say who is missing.
+    """Wait for the subscribers of ``--wait-for``, or else for any subscriber; report topics without one.
 
     Raises:
-        ReplayError: a subscriber that was named is missing.
+        ReplayError: a requested subscriber is missing.
     """
     wanted = dict(options.wait_for)
     for topic in wanted:
         if topic not in player.topics:
-            raise ReplayError(f'--wait-for {topic}: is not replayed; these are: {", ".join(player.topics)}')
+            raise ReplayError(
+                f'--wait-for {topic}: is not replayed; replayed topics:  {", ".join(player.topics)}'
+            )
     if wanted:
         wait_for_wanted(player.subscriber_count, wanted, options.timeout, stop.is_set)
     lonely = wait_for_any(player.subscriber_count, player.topics, options.timeout, stop.is_set)
     if stop.is_set():
         return
     if len(lonely) == len(player.topics):
-        say(f'nobody has subscribed within {options.timeout:g} s; playing all the same')
+        say(f'no subscriber within {options.timeout:g} s; playing anyway')
     elif lonely:
-        say(f'without a subscriber: {", ".join(lonely)}')
+        say(f'no subscriber for {", ".join(lonely)}')
 
 
 def playable_topics(bag: BagReader, wanted: Sequence[str]) -> list[str]:
-    """Return the topics to play; of a whole bag, those of unknown types are left out and named.
+    """Return the topics to play; without a selection, topics of unknown types are skipped and reported.
 
     Raises:
-        BagError: a wanted topic is not in the bag.
-        ReplayError: a wanted topic's type is not installed, or no topic is left.
+        BagError: a requested topic is not in the bag.
+        ReplayError: the type of a requested topic is not installed, or no topic remains.
     """
     topics = []
     for topic in bag.select_topics(wanted):
@@ -113,7 +115,7 @@ def playable_topics(bag: BagReader, wanted: Sequence[str]) -> list[str]:
         except ReplayError as fault:
             if wanted:
                 raise ReplayError(f'{bag.path}, topic {topic}: {fault}') from fault
-            say(f'topic {topic} is left out: {fault}')
+            say(f'topic {topic} is skipped: {fault}')
         else:
             topics.append(topic)
     if not topics:
@@ -122,30 +124,36 @@ def playable_topics(bag: BagReader, wanted: Sequence[str]) -> list[str]:
 
 
 def say(line: str) -> None:
-    """Tell the user something beside the progress bar."""
+    """Print a line without breaking the progress bar."""
     tqdm.write(f'play: {line}', file=sys.stderr)
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Return the parser of the command's options."""
+    """Return the parser of the command line."""
     parser = argparse.ArgumentParser(
         prog='play',
-        description='Replay a bag into live nodes, with /clock. Topics are offered reliably, so no message '
-        'is lost on the way; whoever works slower than the replay needs --lockstep (or --rate 0) to lose '
-        'none in its own queue. Put remappings behind --ros-args.',
+        description='Replay a bag to live nodes, with /clock. Topics are published reliably, so no message '
+        'is lost on the network; nodes slower than the replay need --lockstep (or --rate 0) to lose '
+        'none in their queues. Give remappings after --ros-args.',
     )
     add = parser.add_argument
     add('bag', type=Path, help='folder of a rosbag2, or its .mcap or .db3 file')
     add('--rate', type=number_from_zero, default=1.0, metavar='R',
-        help='seconds of the bag a second (default: 1); 0: as fast as the nodes keep up, in lock '
+        help='playback rate (default: 1); 0: as fast as the nodes keep up, in lock '
         'step')  # fmt: skip
     add('--lockstep', action='store_true',
-        help='publish a message only when the nodes have worked off the last one')  # fmt: skip
-    add('--loop', type=loop_count, default=1, metavar='N', help='play so often; /clock jumps back each time')
-    add('--topics', nargs='+', default=(), metavar='TOPIC', help='only these topics')
+        help='publish a message only after the nodes have processed the last one')  # fmt: skip
+    add(
+        '--loop',
+        type=loop_count,
+        default=1,
+        metavar='N',
+        help='number of repetitions; /clock jumps back each time',
+    )
+    add('--topics', nargs='+', default=(), metavar='TOPIC', help='play only these topics')
     add('--wait-for', nargs='+', default=(), type=wanted_subscribers, metavar='TOPIC[/COUNT]',
-        help='begin when these topics have so many subscribers, 1 by default; without this option anybody is '
-        'waited for')  # fmt: skip
+        help='start when these topics have COUNT subscribers (default 1); without this option, any subscriber '
+        'is waited for')  # fmt: skip
     add('--timeout', type=number_from_zero, default=10.0, metavar='SECONDS',
         help='how long to wait for subscribers (default: %(default)g)')  # fmt: skip
     return parser
@@ -164,7 +172,7 @@ def number_from_zero(text: str) -> float:
 
 
 def loop_count(text: str) -> int:
-    """Return a number of rounds, 1 or more.
+    """Return a number of repetitions, 1 or more.
 
     Raises:
         ValueError: it is none.
@@ -176,7 +184,7 @@ def loop_count(text: str) -> int:
 
 
 def wanted_subscribers(text: str) -> tuple[str, int]:
-    """Return the topic and the number in ``TOPIC/COUNT``; ``TOPIC`` alone stands for one subscriber."""
+    """Return the topic and the number in ``TOPIC/COUNT``; ``TOPIC`` alone means one subscriber."""
     topic, _, count = text.rpartition('/')
     return (topic, int(count)) if topic and count.isdigit() else (text, 1)
 

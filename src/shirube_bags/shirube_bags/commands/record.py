@@ -1,4 +1,4 @@
-"""``record``: record live topics into a bag that is complete or not there at all."""
+"""``record``: record live topics into a bag, which is created atomically."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def record(session: RosSession, recorder: BagRecorder, stop: Event) -> None:
-    """Write what comes until ``stop`` is set."""
+    """Record until ``stop`` is set."""
     next_search = time.monotonic()
     while not stop.is_set():
         if time.monotonic() >= next_search:
@@ -53,7 +53,7 @@ def record(session: RosSession, recorder: BagRecorder, stop: Event) -> None:
 
 
 def check_recording(recorder: BagRecorder, output: Path) -> None:
-    """Name the topics that are missing from the recording.
+    """Report the topics that are missing from the recording.
 
     Raises:
         ReplayError: nothing was recorded.
@@ -62,25 +62,27 @@ def check_recording(recorder: BagRecorder, output: Path) -> None:
         say(f'never published: {", ".join(recorder.missing_topics)}')
     if not any(recorder.counts.values()):
         raise ReplayError(
-            f'{output}: no message came, so nothing is written; check the topics and ROS_DOMAIN_ID'
+            f'{output}: no message received, nothing is written; check the topics and ROS_DOMAIN_ID'
         )
 
 
 def say(line: str) -> None:
-    """Tell the user something."""
+    """Print a line."""
     print(f'record: {line}', file=sys.stderr, flush=True)
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Return the parser of the command's options."""
+    """Return the parser of the command line."""
     parser = argparse.ArgumentParser(
         prog='record',
-        description='Record topics into a bag (mcap, compressed) until Ctrl-C. The bag grows under another '
-        'name beside its place and is renamed at the end. Put remappings behind --ros-args.',
+        description='Record topics into a bag (mcap, compressed) until Ctrl-C. The bag is written under a '
+        'temporary name and renamed at the end. Give remappings after --ros-args.',
     )
     parser.add_argument('topics', nargs='*', metavar='TOPIC', help='topics to record (default: all)')
-    parser.add_argument('-o', '--output', type=Path, required=True, metavar='BAG', help='folder to make')
-    parser.add_argument('--use-sim-time', action='store_true', help='stamp with /clock, as of a replay')
+    parser.add_argument('-o', '--output', type=Path, required=True, metavar='BAG', help='folder to create')
+    parser.add_argument(
+        '--use-sim-time', action='store_true', help='stamp with /clock, for example of a replay'
+    )
     return parser
 
 

@@ -1,1 +1,1 @@
-"""Executables of the mission."""
+"""Executables of shirube_mission."""

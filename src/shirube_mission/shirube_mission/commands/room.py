@@ -1,4 +1,4 @@
-"""``room``: drive a simulated robot through a room to three goals, with all nodes as processes of their own."""
+"""``room``: drive a simulated robot through a room to three goals; each node runs in its own process."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0 after a mission that succeeded, else 1."""
+    """Run the command; return 0 after a successful mission, else 1."""
     options = _parser().parse_args(arguments)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     try:
@@ -50,29 +50,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='room', description=__doc__)
     parser.add_argument(
-        'folder', type=Path, help='takes report.html, summary.json, track.csv, traces.json and logs'
+        'folder', type=Path, help='folder for report.html, summary.json, track.csv, traces.json and logs'
     )
-    parser.add_argument('--seed', type=int, default=0, help='of room, robot and noise (default: %(default)s)')
     parser.add_argument(
-        '--building', type=Path, help='folder of map, lamps and taught places (default: in the folder)'
+        '--seed', type=int, default=0, help='seed of room, robot and noise (default: %(default)s)'
     )
-    parser.add_argument('--record', type=Path, metavar='BAG', help='folder of a bag to make of the mission')
     parser.add_argument(
-        '--launched', action='store_true', help='somebody else starts the nodes, with the files of the folder'
+        '--building', type=Path, help='folder of map, lamps and taught places (default: FOLDER/building)'
+    )
+    parser.add_argument(
+        '--record', type=Path, metavar='BAG', help='record the mission to this bag (a new folder)'
+    )
+    parser.add_argument(
+        '--launched',
+        action='store_true',
+        help='do not start the nodes; wait for nodes that ROS launch starts',
     )
     return parser
 
 
 def print_line(text: str) -> None:
-    """Print a line at once, also to a file or a pipe."""
+    """Print a line and flush."""
     print(text, flush=True)
 
 
 def refuse_standing_bag(bag: Path | None) -> None:
-    """Look before the mission whether its bag can be made.
+    """Check before the mission that its bag does not exist.
 
     Raises:
-        MissionError: something stands there.
+        MissionError: the path exists.
     """
     if bag is not None and bag.exists():
         raise MissionError(f'{bag}: exists already; remove it or choose another name for the bag')

@@ -1,4 +1,4 @@
-"""Writes the report of a mission into a folder: the page and its pictures."""
+"""Writes the report of a mission to a folder: HTML page and figures."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ def write_report(folder: Path, summary: Mapping[str, Any], traces: MissionTraces
     """Write the report and return the path of its page.
 
     Args:
-        folder: takes page and pictures.
-        summary: of the mission, as in `summary.json`.
-        traces: of the mission.
+        folder: folder for page and figures.
+        summary: summary of the mission, as in `summary.json`.
+        traces: time series of the mission.
 
     Raises:
-        OSError: the folder cannot be written to.
+        OSError: the folder is not writable.
     """
     draw_tracks(folder / 'tracks.png', traces)
     draw_errors(folder / 'errors.png', traces)

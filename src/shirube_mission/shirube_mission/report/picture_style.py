@@ -1,4 +1,4 @@
-"""What all pictures of the report have in common: colours, names, how a file is written."""
+"""Common style of the report's figures: colours, labels, file format."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ COLOURS = {
 LABELS = {'pose_arbiter': 'fused (pose_arbiter)', 'odometry': 'odometry alone'}
 TRUTH = '#1d4ed8'
 ZONE_COLOURS = {'carpet': '#a16207', 'dark': '#1e293b', 'covered': '#0e7490'}
-ZONE_LABELS = {'carpet': 'carpet: no dots', 'dark': 'lamps off', 'covered': 'sheet over landmarks'}
+ZONE_LABELS = {'carpet': 'carpet: no dots', 'dark': 'lamps off', 'covered': 'landmarks covered'}
 
 
 @contextmanager
 def picture(path: Path, width: float, height: float) -> Iterator[Figure]:
-    """Give a figure of a size [inch] to draw on and write it as a PNG file at the end."""
+    """Provide a figure of a size [inch]; write it to a PNG file at the end."""
     figure = plt.figure(figsize=(width, height), layout='constrained')
     try:
         yield figure
@@ -52,7 +52,7 @@ def shade_zones(axes: Axes, truth: Array) -> None:
 
 
 def mark_goals(axes: Axes, ends: list[float]) -> None:
-    """Mark when the robot was done with each goal [s]."""
+    """Mark the end time of each goal [s]."""
     for number, end in enumerate(ends, start=1):
         axes.axvline(end, color='k', linewidth=0.8, linestyle=':')
         axes.annotate(f'goal {number} ', (end, 1.0), xycoords=('data', 'axes fraction'),

@@ -1,4 +1,4 @@
-"""Seen from above: all tracks over the room, and the planner's map over the true one."""
+"""Top views: all tracks over the room, and the planner's map over the true obstacles."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MARGIN = 0.15
 
 
 def draw_tracks(path: Path, traces: MissionTraces) -> None:
-    """Write the picture of all tracks as a PNG file."""
+    """Write the figure of all tracks to a PNG file."""
     poses, truth = all_poses_in_map(traces), as_array(traces.truth)
     with picture(path, 11.0, 7.6) as figure:
         axes = figure.add_subplot()
@@ -41,7 +41,7 @@ def draw_tracks(path: Path, traces: MissionTraces) -> None:
 
 
 def draw_map(path: Path, traces: MissionTraces) -> None:
-    """Write the picture of the planner's last map as a PNG file."""
+    """Write the figure of the planner's last map to a PNG file."""
     truth = as_array(traces.truth)
     with picture(path, 11.0, 7.0) as figure:
         axes = figure.add_subplot()
@@ -54,7 +54,7 @@ def draw_map(path: Path, traces: MissionTraces) -> None:
         _draw_goals(axes, traces)
         _finish(
             axes,
-            "The planner's last map: black occupied, white free, grey unknown; red: what truly stands there",
+            "The planner's last map: black occupied, white free, grey unknown; red: true obstacles",
         )
 
 

@@ -1,4 +1,4 @@
-"""The page of the report: verdict, goals, accuracy, orders and costs in tables, and the pictures."""
+"""The HTML page of the report: result, tables of goals, accuracy, commands and timing, and the figures."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from shirube_mission.report.trace_errors import Array, all_poses_in_map, as_arra
 PICTURES = {
     'tracks.png': 'Tracks',
     'errors.png': 'Errors over time',
-    'trust.png': 'Who was trusted when',
-    'map.png': 'The map that the robot made',
-    'speed.png': 'Speed and orders of the lamps',
-    'timing.png': 'What it cost',
+    'trust.png': 'Used and rejected poses over time',
+    'map.png': 'Map of the robot',
+    'speed.png': 'Speed and commands of the lamps',
+    'timing.png': 'Timing',
 }
-"""Files of the pictures beside the page, and their titles."""
+"""Files and titles of the figures."""
 
 _PAGE = """\
 <!doctype html>
@@ -46,23 +46,23 @@ img {{ width: 100%; }}
 </html>
 """
 _WHAT = (
-    'Six nodes drove a simulated robot through a room of obstacles that they did not know, to three goals; floor dots, '
-    'lamps and landmarks were each missing in one zone. Every pose is compared with the true one of its time, as it is.'
+    'Six nodes drove a simulated robot to three goals in a room with obstacles that are not on its map; floor dots, '
+    'lamps and landmarks were each missing in one zone. Every pose is compared with the true pose at its stamp.'
 )
 
 
 def page(summary: Mapping[str, Any], traces: MissionTraces) -> str:
-    """Return the page.
+    """Return the HTML page.
 
     Args:
-        summary: of the mission, as in `summary.json`.
-        traces: of the mission.
+        summary: summary of the mission, as in `summary.json`.
+        traces: time series of the mission.
     """
     tables = [
         _titled('Goals', goal_table(summary, traces)),
         _titled('Poses', _accuracy_table(traces)),
         _titled('Zones', _zone_table(summary, traces)),
-        _titled('Orders of the lamps', _order_table(summary)),
+        _titled('Commands of the lamps', _order_table(summary)),
         _titled('Cameras', _camera_table(summary, traces)),
         _timing_sentence(summary),
     ]
@@ -78,9 +78,9 @@ def page(summary: Mapping[str, Any], traces: MissionTraces) -> str:
 
 
 def verdict_sentence(summary: Mapping[str, Any]) -> str:
-    """Return whether the mission succeeded, and the first reasons if not."""
+    """Return whether the mission succeeded, with the reasons if not."""
     if summary['success']:
-        return 'Success: every goal was reached within the limits and nothing was touched.'
+        return 'Success: every goal was reached within the limits, without a collision.'
     bad = [str(k) for k, goal in enumerate(summary['goals'], start=1) if not goal['good']]
     reasons = [summary['ended']] if summary['ended'] else []
     if bad:
@@ -91,7 +91,7 @@ def verdict_sentence(summary: Mapping[str, Any]) -> str:
 
 
 def goal_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
-    """Return the table of all goals, also of those that a mission which ended early did not come to."""
+    """Return the table of all goals, including those that were not started."""
     rows = []
     for number in range(len(traces.layout.goals)):
         if number >= len(summary['goals']):
@@ -114,14 +114,14 @@ def goal_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
         )
     head = (
         'goal',
-        'the planner says',
+        'planner status',
         'time [s]',
-        f'true pose off [mm], limit {1e3 * TRUE_ERROR_MAX:.0f}',
-        f'fused pose off [mm], limit {1e3 * FUSED_ERROR_MAX:.0f}',
-        'heading off [deg]',
-        'least room beside the rim [cm]',
+        f'true pose error [mm], limit {1e3 * TRUE_ERROR_MAX:.0f}',
+        f'fused pose error [mm], limit {1e3 * FUSED_ERROR_MAX:.0f}',
+        'yaw error [deg]',
+        'smallest clearance [cm]',
         'collisions, limit 0',
-        'verdict',
+        'result',
     )
     return _table(head, rows)
 
@@ -133,7 +133,7 @@ def _clearance_during(traces: MissionTraces, leg: tuple[float, float]) -> list[f
 
 
 def _touches(room: Sequence[float]) -> int:
-    """Return how often the robot came to touch something."""
+    """Return the number of collisions."""
     return sum(now <= 0.0 and before > 0.0 for before, now in zip([1.0, *room], room, strict=False))
 
 
@@ -167,7 +167,7 @@ def _zone_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
 
 def _order_table(summary: Mapping[str, Any]) -> str:
     rows = [[order['order'], f'{order["time"]:.1f}'] for order in summary['orders']]
-    return _table(('order', 'heard at [s]'), rows) if rows else '<p>No order was heard.</p>'
+    return _table(('command', 'received at [s]'), rows) if rows else '<p>No command was received.</p>'
 
 
 def _camera_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
@@ -178,9 +178,9 @@ def _camera_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
     ]
     head = (
         'camera',
-        'wanted [1/s]',
-        'achieved in a simulated second',
-        'achieved in a second of this computer',
+        'nominal [1/s]',
+        'achieved per simulated second',
+        'achieved per second of wall time',
     )
     return _table(head, rows)
 
@@ -188,8 +188,8 @@ def _camera_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
 def _timing_sentence(summary: Mapping[str, Any]) -> str:
     timing, seconds = summary['timing'], summary['seconds']
     return (
-        f'<p>{seconds:.1f} simulated seconds and {summary["path_length"]:.1f} m of way took {timing["drive"]:.0f} s; '
-        f'the start took {timing["start"]:.0f} s, all of it {timing["whole"]:.0f} s.</p>'
+        f'<p>{seconds:.1f} simulated seconds and {summary["path_length"]:.1f} m of path took {timing["drive"]:.0f} s; '
+        f'the start took {timing["start"]:.0f} s, in total {timing["whole"]:.0f} s.</p>'
     )
 
 
@@ -198,7 +198,7 @@ def _titled(title: str, table: str) -> str:
 
 
 def _table(head: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table; cells that say FAIL or pass are coloured."""
+    """Return an HTML table; cells with FAIL or pass are coloured."""
     lines = [''.join(f'<th>{html.escape(name)}</th>' for name in head)]
     lines += [''.join(f'<td{_class_of(cell)}>{html.escape(cell)}</td>' for cell in row) for row in rows]
     return '<table>\n' + '\n'.join(f'<tr>{line}</tr>' for line in lines) + '\n</table>'

@@ -1,4 +1,4 @@
-"""Over time: errors, who was trusted, the robot's speed and what the lamps ordered, and what it cost."""
+"""Figures over time: errors, measurement status, speed and commands, timing."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _SOURCES = ('floor_localizer', 'vlc_beacon', 'stereo_landmark')
 _VERDICT_COLOURS = ('#dc2626', '#f59e0b', '#9333ea', '#0891b2', '#be185d', '#525252')
 _USED = 'used'
 _LEAST = 1e-2
-"""Errors below are drawn there [mm]: the axis is logarithmic."""
+"""Smaller errors are drawn at this value [mm]: the axis is logarithmic."""
 
 
 def draw_errors(path: Path, traces: MissionTraces) -> None:
-    """Write the picture of the errors over time as a PNG file."""
+    """Write the figure of the errors over time to a PNG file."""
     truth, poses = as_array(traces.truth), all_poses_in_map(traces)
     with picture(path, 13.0, 7.5) as figure:
         distance, heading = figure.subplots(2, 1, sharex=True, height_ratios=(1.7, 1.0))
@@ -38,17 +38,15 @@ def draw_errors(path: Path, traces: MissionTraces) -> None:
         distance.axhline(
             1e3 * FUSED_ERROR_MAX, color='k', linestyle='--', linewidth=0.9, label='limit at a goal (fused)'
         )
-        distance.set(
-            yscale='log', ylabel='distance from the true pose [mm]', title='Errors against the true drive'
-        )
-        heading.set(xlabel='simulated time [s]', ylabel='heading error [deg]', ylim=(-6.0, 6.0))
+        distance.set(yscale='log', ylabel='position error [mm]', title='Errors against ground truth')
+        heading.set(xlabel='simulated time [s]', ylabel='yaw error [deg]', ylim=(-6.0, 6.0))
         for axes in (distance, heading):
             _finish(axes, traces)
         distance.legend(loc='upper left', bbox_to_anchor=(1.01, 1.0), fontsize='small')
 
 
 def draw_trust(path: Path, traces: MissionTraces) -> None:
-    """Write the picture of what the arbiter did with each source's poses, second by second, as a PNG file."""
+    """Write the figure of the measurement status of each source's poses per second to a PNG file."""
     verdicts = sorted({count.verdict for count in traces.trust} - {_USED})
     colours = dict(
         zip(verdicts, _VERDICT_COLOURS * (1 + len(verdicts) // len(_VERDICT_COLOURS)), strict=False)
@@ -57,9 +55,11 @@ def draw_trust(path: Path, traces: MissionTraces) -> None:
         rows: Sequence[Axes] = figure.subplots(len(_SOURCES), 1, sharex=True)
         for axes, source in zip(rows, _SOURCES, strict=True):
             _draw_bars(axes, traces, source, {_USED: '#15803d', **colours})
-            axes.set(ylabel=f'{source}\nposes a second', ylim=(0.0, None))
+            axes.set(ylabel=f'{source}\nposes per second', ylim=(0.0, None))
             _finish(axes, traces)
-        rows[0].set_title('What pose_arbiter did with the poses of each localizer; no bar: it was silent')
+        rows[0].set_title(
+            'Measurement status of the poses of each localizer in pose_arbiter; no bar: no poses'
+        )
         rows[-1].set_xlabel('simulated time [s]')
         handles = {
             label: handle
@@ -71,7 +71,7 @@ def draw_trust(path: Path, traces: MissionTraces) -> None:
 
 
 def _draw_bars(axes: Axes, traces: MissionTraces, source: str, colours: dict[str, str]) -> None:
-    """Draw stacked bars, one a simulated second; the arbiter reports by the computer's clock, so more often."""
+    """Draw one stacked bar per simulated second; the arbiter reports in wall time, so more often."""
     seconds = np.arange(0.0, np.ceil(traces.truth[-1][0]) + 1.0)
     floor = np.zeros(len(seconds) - 1)
     for verdict, colour in colours.items():
@@ -85,12 +85,12 @@ def _draw_bars(axes: Axes, traces: MissionTraces, source: str, colours: dict[str
 
 
 def draw_speed(path: Path, traces: MissionTraces, orders: Sequence[tuple[float, str]]) -> None:
-    """Write the picture of the robot's speed and of the lamps' orders as a PNG file.
+    """Write the figure of the robot's speed and the lamps' commands to a PNG file.
 
     Args:
-        path: the file.
-        traces: of the mission.
-        orders: what lamps said, and when [s].
+        path: path of the PNG file.
+        traces: time series of the mission.
+        commands: time [s] and text of the commands of lamps.
     """
     with picture(path, 13.0, 5.5) as figure:
         speed, room = figure.subplots(2, 1, sharex=True)
@@ -101,32 +101,34 @@ def draw_speed(path: Path, traces: MissionTraces, orders: Sequence[tuple[float, 
                 f' {order}',
                 (time, 0.86),
                 xycoords=('data', 'axes fraction'),
-                annotation_clip=True,  # otherwise one beside the axes leaves them no room
+                annotation_clip=True,  # an annotation outside the axes would shrink them
                 color='#b45309',
                 fontweight='bold',
             )
         speed.set(
             ylabel='true speed [m/s]',
             ylim=(0.0, 0.5),
-            title='Speed, orders of the lamps (orange), and room around the robot',
+            title='Speed, commands of the lamps (orange), and clearance of the robot',
         )
         room.plot(as_array(traces.truth)[:, 0], traces.clearance, color='#0f766e', linewidth=1.2)
         room.axhline(0.0, color='#dc2626', linewidth=1.2)
-        room.set(xlabel='simulated time [s]', ylabel='room beside the rim [m]')
+        room.set(xlabel='simulated time [s]', ylabel='clearance [m]')
         for axes in (speed, room):
             _finish(axes, traces)
         speed.legend(loc='upper left', bbox_to_anchor=(1.01, 1.0), fontsize='small')
 
 
 def draw_timing(path: Path, traces: MissionTraces) -> None:
-    """Write the picture of what the drive cost as a PNG file."""
+    """Write the figure of the timing to a PNG file."""
     pace = np.array(traces.pace, dtype=np.float64).reshape(-1, 2)
     with picture(path, 13.0, 4.2) as figure:
         over_time, sums = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
         if len(pace) > 1:
             over_time.step(pace[1:, 0], np.diff(pace[:, 1]) / np.diff(pace[:, 0]), where='pre', color=TRUTH)
         over_time.axhline(1.0, color='k', linestyle='--', linewidth=0.8, label='real time')
-        over_time.set(xlabel='simulated time [s]', ylabel='seconds for a simulated second', ylim=(0.0, None))
+        over_time.set(
+            xlabel='simulated time [s]', ylabel='wall time per simulated second [s]', ylim=(0.0, None)
+        )
         over_time.legend(fontsize='small')
         over_time.grid(alpha=0.3)
         names = sorted(traces.cpu, key=lambda name: traces.cpu[name])
@@ -135,7 +137,7 @@ def draw_timing(path: Path, traces: MissionTraces) -> None:
         )
         sums.bar_label(bars, fmt=' %.0f s')
         sums.margins(x=0.15)
-        sums.set(xlabel='processor time during the drive [s]')
+        sums.set(xlabel='CPU time during the drive [s]')
 
 
 def _finish(axes: Axes, traces: MissionTraces) -> None:

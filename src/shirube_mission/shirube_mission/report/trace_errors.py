@@ -1,4 +1,4 @@
-"""How far poses were from the true ones, and when the robot was in which zone."""
+"""Pose errors against ground truth, and the times of the robot in each zone."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ def as_array(poses: Sequence[StampedNumbers]) -> Array:
 
 
 def true_poses(truth: Array, times: Array) -> Array:
-    """Return the true poses at some times, even between two steps.
+    """Return the true poses at some times, interpolated.
 
     Args:
-        truth: shape (n, 4), rising times.
-        times: shape (m,) [s].
+        truth: true poses with increasing times, shape (n, 4).
+        times: times, shape (m,) [s].
 
     Returns:
-        shape (m, 4).
+        true poses, shape (m, 4).
     """
     columns = (truth[:, 1], truth[:, 2], np.unwrap(truth[:, 3]))
     return np.column_stack([times, *(np.interp(times, truth[:, 0], column) for column in columns)])
 
 
 def errors_of(poses: Array, truth: Array) -> tuple[Array, Array, Array]:
-    """Return time [s], distance [m] and turn [rad] of each pose from the true one of its time.
+    """Return time [s], position error [m] and yaw error [rad] of each pose.
 
     Args:
-        poses: shape (m, 4); those from before the first true pose are left out.
-        truth: shape (n, 4), rising times.
+        poses: poses, shape (m, 4); those before the first true pose are skipped.
+        truth: true poses with increasing times, shape (n, 4).
     """
     poses = poses[poses[:, 0] >= truth[0, 0]]
     off = poses - true_poses(truth, poses[:, 0])
@@ -48,7 +48,7 @@ def errors_of(poses: Array, truth: Array) -> tuple[Array, Array, Array]:
 
 
 def in_map(odometry: Array, truth: Array) -> Array:
-    """Return the wheels' poses in the map frame, the first one set onto the true one; shape as before."""
+    """Return wheel odometry in the map frame, aligned to the true pose at its start; same shape."""
     if not len(odometry):
         return odometry
     start = true_poses(truth, odometry[:1, 0])[0]
@@ -59,7 +59,7 @@ def in_map(odometry: Array, truth: Array) -> Array:
 
 
 def zone_spans(truth: Array) -> dict[str, list[tuple[float, float]]]:
-    """Return from when to when the robot truly was in each zone [s], by the zone's name."""
+    """Return the time intervals of the robot in each zone [s], by the zone's name."""
     spans: dict[str, list[tuple[float, float]]] = {}
     for name, zone in ZONES.items():
         inside = [zone.contains(x, y) for _, x, y, _ in truth.tolist()]
@@ -71,14 +71,14 @@ def zone_spans(truth: Array) -> dict[str, list[tuple[float, float]]]:
 
 
 def speeds_of(truth: Array) -> tuple[Array, Array]:
-    """Return times [s] and the true speed there [m/s], the mean over a fifth of a second."""
+    """Return times [s] and the true speed [m/s], averaged over 0.2 s."""
     step = 10
     moved = np.hypot(*(truth[step:, 1:3] - truth[:-step, 1:3]).T)
     return (truth[step:, 0] + truth[:-step, 0]) / 2.0, moved / (truth[step:, 0] - truth[:-step, 0])
 
 
 def all_poses_in_map(traces: MissionTraces) -> dict[str, Array]:
-    """Return the poses of every source in the map frame, odometry set onto the true start, by name."""
+    """Return the poses of every source in the map frame by name, odometry aligned to the true start."""
     truth = as_array(traces.truth)
     poses = {name: as_array(told) for name, told in traces.poses.items()}
     return {name: in_map(told, truth) if name == 'odometry' else told for name, told in poses.items()}

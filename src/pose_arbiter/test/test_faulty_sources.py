@@ -1,4 +1,4 @@
-"""One source lies, in each of the ways that sources lie, and the pose stays where the robot is."""
+"""One faulty source, with each kind of fault: the fused pose stays right."""
 
 from __future__ import annotations
 
