@@ -121,7 +121,7 @@ def test_the_past_is_remembered_and_the_future_is_refused():
     between = controller.pose_at(0.5 * (past[-1][0] + controller._times[-2])).x
     assert controller._poses[-2].x < between < past[-1][1].x
     assert controller.pose_at(-1.0) == PlanarPose(0.0, 0.0, 0.0)
-    with pytest.raises(MotorBridgeError, match='has been driven until 1'):
+    with pytest.raises(MotorBridgeError, match='is simulated until 1'):
         controller.pose_at(1.5)
 
 

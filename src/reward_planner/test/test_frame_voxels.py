@@ -171,5 +171,5 @@ def test_single_points_far_behind_free_nothing():
 
 @pytest.mark.parametrize('points', [np.zeros((3, 2)), np.zeros(3), np.zeros((2, 3, 3))])
 def test_points_of_another_shape_are_refused(points):
-    with pytest.raises(VoxelError, match='one row x, y, z a point'):
+    with pytest.raises(VoxelError, match='one row x, y, z per point'):
         FrameCounter(SETTINGS).count(points, seen()[1])

@@ -90,7 +90,7 @@ def test_a_map_too_large_to_be_given_out_whole_is_given_in_parts():
     area.write(patch(0, 0, [[OCCUPIED]]))
     area.write(patch(100_000, 100_000, [[OCCUPIED]]))
     assert area.refused == 0
-    with pytest.raises(MappingError, match='take a part'):
+    with pytest.raises(MappingError, match='use a part'):
         area.occupancy()
     cells = area.occupancy_in(GridFrame(4999.95, 4999.9, 0.05, 5, 4))
     assert np.argwhere(cells == OCCUPIED).tolist() == [[2, 1]]

@@ -194,7 +194,7 @@ def test_goals_must_be_on_a_known_map_or_where_something_was_seen_since():
     cells = np.zeros((20, 20), dtype=np.int8)
     navigator.use_map(OccupancyMap(GridFrame(-1.0, -1.0, 0.1, 20, 20), cells))
     navigator.set_goal(PlanarPose(0.9, 0.9, 0.0))
-    with pytest.raises(DrivingError, match=r'outside of the map, which reaches from x -1\.00 to 1\.00 m'):
+    with pytest.raises(DrivingError, match=r'outside of the map, which extends from x -1\.00 to 1\.00 m'):
         navigator.set_goal(PlanarPose(2.0, 0.0, 0.0))
     assert navigator.pilot.keeper is None
     here = PlanarPose(0.0, 0.0, 0.0)

@@ -102,7 +102,7 @@ def test_a_wrong_field_is_named(saved: Path, fields: dict[str, object], message:
 
 
 def test_another_resolution_than_asked_is_refused(saved: Path) -> None:
-    with pytest.raises(RewardPlannerError, match=r'0\.05 m, 0\.1 m is asked for'):
+    with pytest.raises(RewardPlannerError, match=r'0\.05 m, it must be 0\.1 m'):
         load_occupancy_map(saved, 0.1)
 
 
@@ -137,7 +137,7 @@ def test_comments_may_stand_between_all_numbers_of_the_header(saved: Path) -> No
 @pytest.mark.parametrize('name', ['map.pgm', 'map', 'map.png', 'map.yaml.bak'])
 def test_a_map_is_not_saved_under_another_ending(saved: Path, name: str) -> None:
     there = {path.name: path.read_bytes() for path in saved.parent.iterdir()}
-    with pytest.raises(RewardPlannerError, match=f'{name}: is no name for the YAML'):
+    with pytest.raises(RewardPlannerError, match=f'{name}: is not a name for the YAML'):
         save_occupancy_map(saved.with_name(name), load_occupancy_map(saved))
     assert {path.name: path.read_bytes() for path in saved.parent.iterdir()} == there
 

@@ -124,7 +124,7 @@ def test_a_goal_behind_walls_is_told_unreachable_and_the_robot_stands():
     drive.pilot.set_goal(goal_at(8.0, 3.0))
     last = drive.run(200.0, until=(DriveState.UNREACHABLE, DriveState.REACHED))
     assert last.state is DriveState.UNREACHABLE
-    assert last.detail == 'no way to the goal: no free way leads to the goal'
+    assert last.detail == 'no path to the goal: obstacles block every path'
     assert is_standing(drive.run(2.0))
 
 
@@ -134,7 +134,7 @@ def test_a_goal_in_a_known_obstacle_is_told_and_the_robot_stands():
     drive.pilot.set_goal(goal_at(5.1, 3.0))
     last = drive.run(1.0)
     assert last.state is DriveState.UNREACHABLE
-    assert 'the goal is in or too near to an obstacle' in last.detail
+    assert 'the goal is in an obstacle or too near to one' in last.detail
     assert drive.way() < 1e-6
 
 

@@ -48,7 +48,7 @@ def test_poses_that_jump_stop_the_robot():
     drive.senses_pose = False
     drive.pilot.robot_at(drive.robot.time, None)
     last = drive.run(3.0)
-    assert (last.state, last.detail) == (DriveState.LOST, 'the pose is not known: poses jump')
+    assert (last.state, last.detail) == (DriveState.LOST, 'no valid pose: the pose jumped')
     assert is_standing(last)
 
 
