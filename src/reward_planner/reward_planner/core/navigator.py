@@ -158,11 +158,11 @@ class Navigator:
         return verdict
 
     def add_frame(self, stamp: float, now: float, frame: SensorFrame) -> None:
-        """Queue a frame with its stamp and the time of its receipt [s]; `process_frames` maps it once its pose is known."""
+        """Queue a frame with its stamp and time of receipt [s] for `process_frames`."""
         self.frames.put(stamp, now, frame)
 
     def work(self, now: float) -> list[MappedFrame]:
-        """Map the queued frames whose pose is known at a time [s]; occluded frames (`PointTally.is_blind`) are skipped.
+        """Map the queued frames whose pose is known at a time [s]; occluded frames are skipped.
 
         Raises:
             MappingError: all frames are occluded.

@@ -77,8 +77,8 @@ class TrinocularInput:
         depth = rig.compute(images[0], images[1], images[2]).depth
         if rig.is_mirrored and not was_mirrored:
             self._logger.warning(
-                'P[1, 3] of top/camera_info has the wrong sign: the images show the camera on the other side of the left '
-                'one; the images are used'
+                'P[1, 3] of top/camera_info has the wrong sign: the images show the camera on the other side of the '
+                'left one; the images are used'
             )
         left = self._cameras['left'].camera
         self._on_frame(group[0][0], SensorFrame(points_from_depth_image(depth, left), left.fx))

@@ -33,7 +33,7 @@ class DepthSettings:
     )
     fusion: str = setting(
         'union',
-        'fusion of two pairs: agreement keeps depths that both pairs confirm, union also those of one pair alone; inconsistent ones are dropped',
+        'agreement keeps depths that both pairs confirm, union also those of one pair; inconsistent ones are dropped',
         choices=('union', 'agreement'),
     )
     agreement: float = setting(

@@ -49,7 +49,7 @@ class TrinocularRig:
         """Return the depth; arguments as for `TrinocularDepth.compute`.
 
         Raises:
-            DepthError: images of a wrong type or shape, or pairs that are inconsistent with either sign, in this or in the
+            DepthError: images of a wrong type or shape, or pairs that are inconsistent with either sign, now or in the
                 latest frame with enough common pixels.
         """
         seen = self._pairs(self.is_mirrored).compute(left, right, top)

@@ -22,8 +22,8 @@ _WINDOW_STRIP = 5.0
 class DrivableArea:
     """A rectangle around all known cells, the robot and the goal; unknown cells are free.
 
-    It has a margin that a robot can drive along, so that routes around the known cells are found. On maps with more than
-    cells_max cells it covers only a part.
+    It has a margin that a robot can drive along, so that routes around the known cells are found. On maps of more than
+    cells_max cells it covers a part.
 
     Attributes:
         frame: origin, resolution and size of the grid.
@@ -48,7 +48,7 @@ class DrivableArea:
     def cover(self, known: GlobalMap, points_map: ArrayLike) -> bool:
         """Resize the costmap to cover a map and some points; return whether it was resized.
 
-        It keeps what it covered before while cells_max of the map allows that. On a larger map it covers a part around the
+        It keeps what it covered before while cells_max allows that. On a larger map it covers a part around the
         points.
 
         Args:

@@ -19,7 +19,7 @@ def way_out(
         start: row and column of the start, inside of the grid.
 
     Returns:
-        rows and columns, shape (n, 2), only the start if it is free; None if clearance stops growing before a free cell.
+        rows and columns, shape (n, 2), only the start if it is free; None if clearance stops growing before.
     """
     cells = [start]
     while blocked[cells[-1]]:

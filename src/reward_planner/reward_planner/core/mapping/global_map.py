@@ -131,7 +131,7 @@ class GlobalMap:
 
 
 def _cuts(first: int, count: int) -> Iterator[tuple[int, slice, slice]]:
-    """Yield the blocks along one axis that overlap ``count`` cells from ``first``, with the cells in block and frame."""
+    """Yield the blocks along one axis that overlap ``count`` cells from ``first``, with their cells."""
     for block in range(first // _BLOCK, (first + count - 1) // _BLOCK + 1):
         start, end = max(block * _BLOCK, first), min((block + 1) * _BLOCK, first + count)
         yield block, slice(start - block * _BLOCK, end - block * _BLOCK), slice(start - first, end - first)

@@ -17,7 +17,7 @@ class LocalMap:
     Attributes:
         frame: origin, resolution and size of the grid.
         occupancy: OCCUPIED, FREE or UNKNOWN, shape (rows, columns).
-        observed: cells to write to the global map, shape (rows, columns): occupied and free ones, and UNKNOWN ones whose
+        observed: cells to write to the global map, shape (rows, columns): occupied, free, and UNKNOWN ones whose
             obstacle was cleared by rays. Decayed or partial evidence does not count.
     """
 

@@ -24,7 +24,7 @@ def is_blocked(grid: BitGrid, row: int, column: int) -> bool:
 
 @njit(cache=True)
 def jump_along_row(grid: BitGrid, row: int, column: int, turn: int, goal_row: int, goal_column: int) -> int:
-    """Return the column of the jump point in this row, towards higher (direction 1) or lower columns (-1); -1 if none."""
+    """Return the column of the jump point in this row, towards higher (1) or lower columns (-1); -1 if none."""
     goal = goal_column + MARGIN if goal_row == row else 0
     if turn > 0:
         place = scan_up(grid.rows, row + 1, column + MARGIN, goal)
@@ -37,7 +37,7 @@ def jump_along_row(grid: BitGrid, row: int, column: int, turn: int, goal_row: in
 def jump_along_column(
     grid: BitGrid, row: int, column: int, turn: int, goal_row: int, goal_column: int
 ) -> int:
-    """Return the row of the jump point in this column, towards higher (direction 1) or lower rows (-1); -1 if none."""
+    """Return the row of the jump point in this column, towards higher (1) or lower rows (-1); -1 if none."""
     goal = goal_row + MARGIN if goal_column == column else 0
     if turn > 0:
         place = scan_up(grid.columns, column + 1, row + MARGIN, goal)

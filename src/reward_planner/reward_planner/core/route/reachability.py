@@ -12,8 +12,8 @@ def is_reachable(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple
 
     A diagonal step needs both adjacent cells free, so connected cells are connected by straight steps.
 
-        Args:
-    blocked: cells that the robot cannot enter, shape (rows, columns).
+    Args:
+        blocked: cells that the robot cannot enter, shape (rows, columns).
         start: row and column of the start, free.
         goal: row and column of the goal, free.
     """

@@ -97,7 +97,7 @@ def count_open_ends(
 ) -> int:
     """Count rays of points outside of the window in their last voxel; return the number of such voxels.
 
-    Rays of points that are too far end at the greatest distance, those of low or high points at the lower or upper face.
+    Rays of points that are too far end at the greatest distance, others at the lower or upper face.
 
     Args:
         points: points in the sensor frame [m], shape (n, 3).

@@ -19,7 +19,7 @@ class SensorView:
 
     Attributes:
         T_map_sensor: transform from the sensor's optical frame (z forward) to the map frame, shape (4, 4).
-        focal_length: points per unit of the tangent of the viewing angle, for a depth image its focal length [px]; 0 for
+        focal_length: points per unit of the tangent of the viewing angle, focal length of a depth image [px]; 0 for
             unknown density.
 
     Raises:
@@ -36,7 +36,7 @@ class SensorView:
         deviation = np.abs(T[:3, :3] @ T[:3, :3].T - np.eye(3)).max()
         if deviation > _ORTHONORMAL_WITHIN or np.linalg.det(T[:3, :3]) < 0.0:
             raise VoxelError(
-                f'the rotation of T_map_sensor deviates from orthonormal by {deviation:.3g}; give an orthonormal, right-handed one'
+                f'the rotation of T_map_sensor deviates by {deviation:.3g}; give an orthonormal, right-handed one'
             )
         if not (math.isfinite(self.focal_length) and self.focal_length >= 0.0):
             raise VoxelError(f'focal_length is {self.focal_length} px, it must be 0 or more')

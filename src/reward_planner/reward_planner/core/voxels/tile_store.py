@@ -18,7 +18,7 @@ class TileStore:
         values: voxel values, shape (slots, TILE_SIZE, TILE_SIZE, layers), along x, y and z.
         frames: number of frames with points in the tile, shape (slots,).
         stamps: time of the last decay of the tile [s], shape (slots,).
-        has_obstacle: columns with an obstacle that points showed and rays have not cleared, shape (slots, TILE_SIZE, TILE_SIZE).
+        has_obstacle: columns with an uncleared obstacle of points, shape (slots, TILE_SIZE, TILE_SIZE).
     """
 
     def __init__(self, layers: int, tiles_max: int) -> None:

@@ -52,7 +52,7 @@ class VoxelMap:
 
         Args:
             stamp: stamp of the frame [s]; values do not decay when the clock jumps back.
-            points: points in the sensor frame [m], array-like, shape (n, 3); NaN and infinite ones are dropped and counted.
+            points: points in the sensor frame [m], array-like, shape (n, 3); NaN and infinite ones are dropped.
             view: pose of the sensor at the stamp.
 
         Raises:
