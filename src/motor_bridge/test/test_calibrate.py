@@ -1,4 +1,4 @@
-"""The command, from numbers and by pushing."""
+"""The command, with given and with measured runs."""
 
 import math
 import shutil
@@ -96,7 +96,7 @@ def test_a_pushed_robot_is_measured(params, monkeypatch):
     ('arguments', 'words'),
     [
         (['--straight', '2', '2'], 'give at least one straight and one turn'),
-        (['--straight', '2', '90', '--turn', '360', '360'], 'wheel_radius comes out as'),
+        (['--straight', '2', '90', '--turn', '360', '360'], 'which is implausible'),
         (['--port', '/no/such/port'], '/no/such/port does not exist'),
         (['--port', '/no/such/port', '--turn', '1', '1'], '--port measures new runs'),
     ],
@@ -114,7 +114,7 @@ def test_bad_measures_are_one_line_and_change_nothing(params, capsys, arguments,
     [
         (None, 'robot.yaml: cannot be read'),
         ('a: [', 'robot.yaml: is no YAML'),
-        ('other: {}', 'holds no motor_bridge: ros__parameters:'),
+        ('other: {}', 'has no motor_bridge: ros__parameters:'),
         ('motor_bridge: {ros__parameters: {wheel_radius: -1.0}}', 'setting wheel_radius is -1.0'),
         ('motor_bridge: {ros__parameters: {wheel_radius: 0.03}}', 'one parameter per line'),
     ],

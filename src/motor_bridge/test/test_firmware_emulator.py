@@ -1,4 +1,4 @@
-"""The emulator as somebody starts it: a program with a link, faults as lines, and an end."""
+"""The emulator as a program: symbolic link, fault injection and termination."""
 
 import os
 import signal

@@ -56,9 +56,9 @@ def test_the_robot_goes_on_after_a_fault_and_odometry_stays_right(robot, fault):
 
 
 def test_the_robot_goes_on_when_it_is_plugged_in_again(robot):
-    # Slowly: it drives on until the controller stops it, and how it swerved there no count tells.
+    # Slowly: it drives on until the auto-stop, and no count measures its motion there.
     robot.drive(1.0, 0.15)
-    robot.fault('unplug', 2.5)  # longer than from one report to the next
+    robot.fault('unplug', 2.5)  # longer than the period of the diagnostics
     robot.until(lambda: not robot.report.is_connected)
     assert 'connect the controller' in robot.message().message
     robot.until(lambda: robot.report.is_connected)

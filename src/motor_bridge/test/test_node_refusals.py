@@ -1,4 +1,4 @@
-"""Bad parameters of the node are refused in one line."""
+"""Invalid parameters of the node are rejected in one line."""
 
 import pytest
 

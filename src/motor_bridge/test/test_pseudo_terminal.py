@@ -1,4 +1,4 @@
-"""The emulated controller on a serial port, and the faults of the line."""
+"""The emulated controller on a serial port, with injected faults."""
 
 import time
 from contextlib import ExitStack

@@ -1,4 +1,4 @@
-"""A port that cannot be used is told in one line."""
+"""A port that cannot be used is reported in one line."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def test_a_port_that_is_gone_is_one_line_whatever_is_done(wire):
     with pytest.raises(PortError, match='was disconnected or accepts no bytes; reconnect the controller'):
         port.read_line(64)
     for do in (lambda: port.write(b'e\r'), port.drain, port.drop_received):
-        with suppress(PortError):  # nothing else may come out
+        with suppress(PortError):  # no other exception may be raised
             do()
 
 

@@ -1,4 +1,4 @@
-"""What Nav2 is answered; the messages of the action are played, for nav2_msgs is not everywhere."""
+"""The action server for Nav2, with stand-ins for the messages of nav2_msgs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What lamps say is read as vlc_beacon writes it, and refused in one line where it is nonsense."""
+"""Commands of vlc_beacon are parsed, and malformed ones are rejected in one line."""
 
 from __future__ import annotations
 

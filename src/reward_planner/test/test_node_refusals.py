@@ -1,4 +1,4 @@
-"""Whatever is wrong is told in one line, and the robot stands rather than guesses."""
+"""Errors are reported in one line, and the robot stops."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ def test_the_depot_of_nav2_is_read() -> None:
         ({'resolution': 'fine'}, "resolution is 'fine'"),
         ({'origin': [0.0, 0.0]}, 'origin is'),
         ({'origin': [0.0, float('nan'), 0.0]}, 'origin is'),
-        ({'origin': [0.0, 0.0, 0.5]}, 'turned'),
+        ({'origin': [0.0, 0.0, 0.5]}, 'origin has a yaw'),
         ({'origin': [10**400, 0.0, 0.0]}, 'origin is'),
         ({'origin': [0.0, 1e308, 0.0]}, 'origin is'),
         ({'resolution': 10**400}, 'resolution is'),
@@ -116,11 +116,11 @@ def test_an_image_of_a_wrong_size_is_refused(saved: Path, change_of_length: int)
 
 
 @pytest.mark.parametrize(
-    'content', [b'', b'no image', b'P5\n-3 4\n255\n', b'P5' + b'\n' * 60, b'P5' + b'\n#\n' * 40]
+    'content', [b'', b'not an image', b'P5\n-3 4\n255\n', b'P5' + b'\n' * 60, b'P5' + b'\n#\n' * 40]
 )
 def test_what_is_no_image_is_refused(saved: Path, content: bytes) -> None:
     saved.with_suffix('.pgm').write_bytes(content)
-    with pytest.raises(RewardPlannerError, match='no image'):
+    with pytest.raises(RewardPlannerError, match='not an image'):
         load_occupancy_map(saved)
 
 

@@ -1,4 +1,4 @@
-"""What the diagnostics say at a glance."""
+"""The diagnostic status of the planner."""
 
 import numpy as np
 

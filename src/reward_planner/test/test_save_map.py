@@ -1,4 +1,4 @@
-"""The command asks the node and says what it answered."""
+"""The command calls the service and prints its response."""
 
 import pytest
 from std_srvs.srv import Trigger

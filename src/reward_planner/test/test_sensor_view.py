@@ -1,4 +1,4 @@
-"""Views that are no poses are refused with one line."""
+"""Invalid sensor poses are rejected with one line."""
 
 from __future__ import annotations
 

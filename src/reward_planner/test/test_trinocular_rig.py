@@ -1,4 +1,4 @@
-"""The rig finds out on which side the top camera is, and refuses pictures that do not belong together."""
+"""The rig finds the side of the top camera, and rejects inconsistent images."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from reward_planner.core.depth.trinocular_rig import TrinocularRig
 
 
 def rig(told, matcher='sgbm'):
-    """Return a rig whose calibration tells of a top camera at a height ``told`` along y [m]."""
+    """Return a rig whose calibration has the top camera at ``told`` along y [m]."""
     projections = np.array([projection(), projection(x=BASELINE), projection(y=told)])
     return TrinocularRig(projections, DepthSettings(matcher=matcher, disparities=48))
 
@@ -42,12 +42,12 @@ def test_a_top_camera_that_sees_something_else_is_refused():
 
 
 def turned():
-    """What a top camera sees that looks elsewhere."""
+    """Image of a top camera that looks elsewhere."""
     return np.ascontiguousarray(picture(y=-BASELINE)[:, ::-1])
 
 
 def points_of(cameras, *images):
-    """Number of pixels that get a depth; none where the images are refused."""
+    """Number of pixels with a depth; 0 if the images are rejected."""
     try:
         return np.isfinite(cameras.compute(*images).depth).sum()
     except DepthError:

@@ -177,8 +177,8 @@ class Navigator:
             mapped.append(MappedFrame(stamp, local, tally))
         if is_blind and not mapped:
             raise MappingError(
-                'a frame has no finite point, or nearly all are nearer than range_min; the robot stops; check that nothing '
-                'covers the camera'
+                'a frame has no finite point, or nearly all are nearer than range_min; the robot stops; check that '
+                'nothing covers the camera'
             )
         return mapped
 

@@ -1,4 +1,4 @@
-"""When the robot stands: what it does not know, what lamps say, and once it is there."""
+"""When the robot stops: stale input, commands of lamps, and at the goal."""
 
 from __future__ import annotations
 
