@@ -34,7 +34,7 @@ def bridge_status(talk: Conversation, now: float, wanted: str, offered: Sequence
         level, message = Level.WARN, f'{len(offered)} nodes publish cmd_vel, all are ignored; keep one'
     elif offered and offered[0] != wanted:
         level = Level.WARN
-        message = f'cmd_vel is published as {offered[0]}, not as {wanted}; set stamped to match its publisher'
+        message = f'cmd_vel is published as {offered[0]}, not as {wanted}; change stamped'
     elif is_silent:
         message = 'stopped, cmd_vel timed out' if offered else 'stopped, no publisher of cmd_vel'
     values = {

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.newest_set_only
         ({'wheel_separation': float('nan')}, 'setting wheel_separation is nan m, allowed is'),
         (
             {'wheel_radius': 0.4, 'ticks_per_revolution': 4},
-            'ticks per frame, below the resolution of 1',
+            'frame, below the resolution of 1',
         ),
         ({'wheel_radios': 0.03}, 'parameter wheel_radios does not exist, did you mean wheel_radius'),
     ],

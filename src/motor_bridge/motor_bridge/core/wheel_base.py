@@ -33,13 +33,13 @@ class WheelBase:
         turning = abs(self.ticks_of(Velocity(0.0, settings.max_angular_velocity))[0])
         if fastest + turning > TICKS_MAX:
             raise MotorBridgeError(
-                f'ticks_per_revolution, wheel_radius and the maximum velocities give {fastest + turning:.0f} ticks '
+                f'ticks_per_revolution, wheel_radius and the velocity limits give {fastest + turning:.0f} ticks '
                 f'per frame, the controller accepts {TICKS_MAX}; check them'
             )
         if fastest < 1.0:
             raise MotorBridgeError(
-                f'ticks_per_revolution, wheel_radius and max_linear_velocity give {fastest:.2g} ticks per frame, '
-                'below the resolution of 1; check them'
+                f'ticks_per_revolution, wheel_radius and max_linear_velocity give {fastest:.2g} ticks per '
+                'frame, below the resolution of 1; check them'
             )
 
     def ticks_of(self, velocity: Velocity) -> tuple[float, float]:

@@ -63,7 +63,7 @@ class DrivableArea:
             least = _frame_around(*_ends(points_map), _WINDOW_STRIP, known.resolution)
             if _count(least) > known.cells_max:
                 raise DrivingError(
-                    f'a route to the goal needs {least.columns} x {least.rows} cells, cells_max is {known.cells_max}; '
+                    f'the route needs {least.columns} x {least.rows} cells, cells_max is {known.cells_max}; '
                     'give a nearer goal or a larger resolution'
                 )
             if _contains(self.frame, least):
