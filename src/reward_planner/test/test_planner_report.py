@@ -89,4 +89,4 @@ def test_the_camera_whose_images_lack_is_named():
     assert 'the stamps of the images differ' in report.status().message
     for side in ('left', 'right'):
         groups.put(side, 2.1, None)
-    assert report.status().message.endswith('since 5.0 s')
+    assert report.status().message.endswith('for 5.0 s')
