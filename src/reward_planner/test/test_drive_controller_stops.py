@@ -35,9 +35,9 @@ def test_before_the_first_pose_and_frame_nothing_moves():
     drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
     drive.senses_pose = drive.senses_map = False
     drive.pilot.set_goal(goal_at(9.0, 3.0))
-    assert 'there is no pose' in drive.run(0.5).detail
+    assert 'no pose received' in drive.run(0.5).detail
     drive.senses_pose = True
-    assert 'no frame came yet' in drive.run(0.5).detail
+    assert 'no frame received' in drive.run(0.5).detail
     assert drive.way() == 0.0
 
 
