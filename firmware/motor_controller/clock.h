@@ -1,4 +1,4 @@
-// Milliseconds since the start, from Timer2.
+// Milliseconds since reset, from Timer2.
 #pragma once
 
 #include <stdint.h>

@@ -17,7 +17,7 @@
 #define CHANNEL {0, FREE_CHANNEL_MAX}
 #define SWITCH {0, 1}
 
-// Acts on numbers within their ranges; false where it cannot.
+// Executes a command with arguments within their ranges; false on failure.
 typedef bool action(const int16_t *numbers);
 
 struct command {
@@ -119,7 +119,7 @@ static const struct command commands[] = {
     {'w', write_pin, 2, ' ', {PIN, SWITCH}},
 };
 
-// Read what follows the letter.
+// Parse the arguments.
 static bool read_numbers(const struct command *command, const char *text, int16_t *numbers)
 {
     if (!command->count)

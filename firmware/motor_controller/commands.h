@@ -1,5 +1,5 @@
-// What the host may order. README.md lists it.
+// Commands of the host, listed in README.md.
 #pragma once
 
-// Obey a line without its end, and answer it. One that is not a command, to the letter, changes nothing.
+// Execute a line without its end and send the reply. A line that is not exactly a command has no effect.
 void commands_obey(const char *line);

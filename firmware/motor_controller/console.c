@@ -6,7 +6,7 @@
 #include "commands.h"
 #include "serial_port.h"
 
-// The longest good line is u with four gains of five digits.
+// The longest valid line is u with four gains of five digits.
 #define LINE_MAX 25
 
 static char line[LINE_MAX + 1];
@@ -36,7 +36,7 @@ void console_poll(void)
         bool is_at_begin = !line_length && !line_is_damaged;
         if (byte == '\r')
             end_line();
-        // Hosts that end lines with CR and LF leave it there.
+        // Skip the LF of hosts that end lines with CR and LF.
         else if (byte != '\n' || !is_at_begin)
             add(byte);
     }

@@ -1,5 +1,5 @@
-// Collects lines from the serial port and has them obeyed.
+// Collects lines from the serial port and executes them.
 #pragma once
 
-// Obey the next line if it is there and the last answer is on its way. Never waits.
+// Execute the next line if it is complete and the last reply has been sent. Never blocks.
 void console_poll(void);

@@ -19,7 +19,7 @@ static void stop(void)
     state = RESTS;
 }
 
-// From here on a speed is held anew; the first frame is a whole one.
+// Restart the speed control; the first frame is a whole one.
 static void begin_to_hold(void)
 {
     static const struct speed_loop fresh;

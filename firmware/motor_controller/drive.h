@@ -1,4 +1,4 @@
-// What both wheels do: nothing, a raw PWM, or a speed that is held. It ends DRIVE_MILLISECONDS after the last order.
+// State of both wheels: stopped, raw PWM, or speed control. Auto-stop DRIVE_MILLISECONDS after the last command.
 #pragma once
 
 #include <stdint.h>
@@ -9,16 +9,16 @@
 #define DRIVE_MILLISECONDS 2000
 #define FRAME_MILLISECONDS 33
 
-// Within TICKS_PER_FRAME_MAX; two zeros switch both motors off.
+// Speeds within TICKS_PER_FRAME_MAX; two zeros switch both motors off.
 void drive_at_speed(const int16_t ticks_per_frame[WHEEL_COUNT]);
 
-// Within PWM_MAX.
+// Values within PWM_MAX.
 void drive_with_pwm(const int16_t pwm[WHEEL_COUNT]);
 
 void drive_set_gains(const struct gains *gains);
 
-// Count from zero; a speed that is held ends, a raw PWM does not.
+// Reset the counts to zero; this ends speed control, but not raw PWM.
 void drive_reset_encoders(void);
 
-// Hold the speed and watch the time.
+// Run the speed control and the auto-stop.
 void drive_poll(void);

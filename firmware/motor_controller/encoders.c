@@ -4,19 +4,19 @@
 #include <avr/io.h>
 #include <util/atomic.h>
 
-// B is the pin above A.
+// B is the next pin after A.
 #define LEFT_A PD2
 #define RIGHT_A PC4
 #define PAIR 3
 
-// What the step from one state of B and A to the next adds. Two edges at once tell no direction and add nothing.
+// Count of the transition between two states of B and A. Two edges at once have no direction and count 0.
 static const int8_t ticks_of_step[4][4] = {
     [0] = {[1] = 1, [2] = -1},
     [1] = {[3] = 1, [0] = -1},
     [3] = {[2] = 1, [1] = -1},
     [2] = {[0] = 1, [3] = -1},
 };
-// Unsigned, as only those may wrap round.
+// Unsigned, since signed overflow is undefined.
 static volatile uint32_t counts[WHEEL_COUNT];
 static uint8_t states[WHEEL_COUNT];
 
@@ -48,7 +48,7 @@ ISR(PCINT1_vect)
 
 void encoders_begin(void)
 {
-    // Most encoders have open collectors.
+    // Pull-ups, since most encoders have open collectors.
     PORTD |= PAIR << LEFT_A;
     PORTC |= PAIR << RIGHT_A;
     states[LEFT] = left_state();

@@ -7,7 +7,7 @@
 
 void encoders_begin(void);
 
-// Of one moment; they wrap round at 32 bits.
+// Both counts at the same time; they wrap around at 32 bits.
 void encoders_read(int32_t ticks[WHEEL_COUNT]);
 
 void encoders_reset(void);

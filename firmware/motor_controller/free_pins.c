@@ -7,7 +7,7 @@
 #define FIRST_OF_B 8
 #define FIRST_OF_C 14
 
-// A port's registers follow each other in this order.
+// Registers of a port, at consecutive addresses.
 struct port {
     volatile uint8_t pin, ddr, port;
 };

@@ -1,4 +1,4 @@
-// shirube motor controller: two wheels with encoders under a host that speaks ROSArduinoBridge's serial protocol. For
+// shirube motor controller: two wheels with encoders, controlled with ROSArduinoBridge's serial protocol. For
 // Arduino Uno and Nano (ATmega328P, 16 MHz); see README.md.
 
 #include <avr/interrupt.h>
@@ -13,8 +13,8 @@ extern "C" {
 #include "watchdog.h"
 }
 
-// In place of setup() and loop(): the Arduino core, its timers and its Serial stay out, so this is the same program
-// with and without it.
+// Own main() instead of setup() and loop(): the Arduino core, its timers and Serial are not linked, so the program is the
+// same with and without the Arduino tools.
 int main()
 {
     motors_begin();

@@ -14,7 +14,7 @@ static uint8_t backward(int16_t pwm)
 
 void motors_begin(void)
 {
-    // Phase correct PWM of 8 bits: unlike the fast one it has no spike at zero. Cleared compare registers are zero.
+    // 8-bit phase correct PWM: unlike fast PWM it has no spike at zero. Compare registers are zero after reset.
     TCCR0A = _BV(COM0A1) | _BV(COM0B1) | _BV(WGM00);
     TCCR1A = _BV(COM1A1) | _BV(COM1B1) | _BV(WGM10);
     TCCR0B = _BV(CS01) | _BV(CS00);

@@ -1,5 +1,5 @@
-// Two motors behind an H-bridge that takes two inputs a motor. PWM of 490 Hz is on the one that stands for the direction,
-// the other one is low.
+// Two motors on an H-bridge with two inputs per motor. The input of the direction gets PWM of 490 Hz, the other one is
+// low.
 //
 //            forward  backward  enable
 //   left     D10      D6        D13
@@ -12,8 +12,8 @@
 
 #define PWM_MAX 255
 
-// All inputs low, both motors enabled.
+// Set all inputs low and enable both motors.
 void motors_begin(void);
 
-// From -PWM_MAX, full backward, to PWM_MAX.
+// From -PWM_MAX (full speed backward) to PWM_MAX.
 void motors_set(const int16_t pwm[WHEEL_COUNT]);

@@ -2,7 +2,7 @@
 
 #define DIGITS_MAX 5
 
-// Read one number and move on behind it.
+// Parse one number and advance past it.
 static bool read_one(const char **text, struct range range, int16_t *number)
 {
     bool is_negative = **text == '-';

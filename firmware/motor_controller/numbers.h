@@ -1,4 +1,4 @@
-// Numbers as the serial line has them: digits, perhaps after a minus, and nothing else.
+// Parser of decimal integers: an optional minus and digits, nothing else.
 #pragma once
 
 #include <stdbool.h>
@@ -10,6 +10,6 @@ struct range {
     int16_t min, max;
 };
 
-// Read exactly `count` numbers with one separator between two of them; false, with `numbers` undefined, where the text is
-// anything else or one lies outside its range.
+// Parse exactly `count` numbers with one separator between them; false, with `numbers` undefined, if the text is malformed
+// or a number is out of its range.
 bool numbers_read(const char *text, char separator, const struct range *ranges, uint8_t count, int16_t *numbers);

@@ -14,7 +14,7 @@ static volatile uint8_t written_begin, written_end;
 
 ISR(USART_RX_vect)
 {
-    // The faults belong to the byte and are gone when it is read.
+    // The error flags belong to the byte and are cleared when it is read.
     uint8_t faults = UCSR0A & (_BV(FE0) | _BV(DOR0));
     uint8_t byte = UDR0;
     if (received_count == RECEIVED_MAX)
@@ -64,7 +64,7 @@ void serial_port_write(const char *text)
         written[written_end] = *text++;
         written_end++;
     }
-    // Short, as a fast encoder does not wait.
+    // Kept short so that no encoder edge is lost.
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
         if (!serial_port_is_free())
@@ -77,7 +77,7 @@ void serial_port_sleep(void)
     cli();
     if (!received_count || !serial_port_is_free()) {
         sleep_enable();
-        // The instruction after sei is still safe from interrupts.
+        // The instruction after sei is executed before any interrupt.
         sei();
         sleep_cpu();
         sleep_disable();

@@ -5,21 +5,21 @@
 #include <stdint.h>
 
 #define BAUD 57600UL
-// At most so many bytes are written at a time.
+// Size of the transmit buffer.
 #define WRITTEN_MAX 32
-// Stands for bytes that came damaged or found no room.
+// Replaces corrupted bytes and bytes lost by overflow.
 #define DAMAGED_BYTE 0
 
 void serial_port_begin(void);
 
-// The next byte that came, or -1 for none.
+// The next received byte, or -1 for none.
 int16_t serial_port_read(void);
 
-// Whether all that was written is on its way, so there is room for WRITTEN_MAX bytes.
+// Whether the transmit buffer is empty, so that it has room for WRITTEN_MAX bytes.
 bool serial_port_is_free(void);
 
-// Never waits; what does not fit is lost.
+// Never blocks; bytes that do not fit are lost.
 void serial_port_write(const char *text);
 
-// Sleep until an interrupt, but not while a byte waits that can be answered.
+// Sleep until an interrupt, unless a received byte can be processed.
 void serial_port_sleep(void);

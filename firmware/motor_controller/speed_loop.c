@@ -25,6 +25,6 @@ int16_t speed_loop_step(struct speed_loop *loop, const struct gains *gains, int1
 void speed_loop_change_gains(struct speed_loop *loop, const struct gains *from, const struct gains *to)
 {
     loop->output = loop->output / from->o * to->o;
-    // At a steady speed it is.
+    // It is 0 at a steady speed.
     loop->sum = 0;
 }

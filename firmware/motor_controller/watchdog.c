@@ -3,7 +3,7 @@
 #include <avr/io.h>
 #include <avr/wdt.h>
 
-// After its reset the watchdog stays on at its shortest time; it must be off before the memory is prepared.
+// After a watchdog reset the watchdog stays enabled with its shortest timeout; disable it before memory is initialized.
 static void stop_after_reset(void) __attribute__((naked, used, section(".init3")));
 
 static void stop_after_reset(void)

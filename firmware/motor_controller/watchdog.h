@@ -3,5 +3,5 @@
 
 void watchdog_begin(void);
 
-// To be called more often than every 100 ms.
+// Call it at least every 100 ms.
 void watchdog_reset(void);

@@ -36,13 +36,13 @@ static void receive(struct avr_irq_t *irq, uint32_t value, void *parameter)
     lines_received += value == '\n';
 }
 
-// While the controller sleeps time passes at once.
+// Skip the time while the controller sleeps.
 static void sleep_at_once(avr_t *sleeping, avr_cycle_count_t cycles)
 {
     (void)sleeping, (void)cycles;
 }
 
-// What simavr has to say must not be taken for answers.
+// Keep simavr's messages out of the replies.
 static void log_to_stderr(avr_t *speaking, const int level, const char *format, va_list arguments)
 {
     (void)speaking;
@@ -61,11 +61,11 @@ avr_t *chip_begin(const char *firmware_path)
     elf_firmware_t firmware = {0};
     avr_global_logger_set(log_to_stderr);
     if (elf_read_firmware(firmware_path, &firmware))
-        chip_fail("the firmware cannot be read");
+        chip_fail("cannot read the firmware");
     avr = avr_make_mcu_by_name("atmega328p");
     avr_init(avr);
     firmware.frequency = CHIP_FREQUENCY;
-    // What the chip keeps does not come from the program.
+    // The EEPROM is not initialized by the program.
     firmware.eesize = 0;
     avr_load_firmware(avr, &firmware);
     avr->sleep = sleep_at_once;

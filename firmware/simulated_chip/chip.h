@@ -1,11 +1,11 @@
-// An ATmega328P of 16 MHz in simavr with its serial line, driven by lines of text. Every firmware's simulator is built
-// on it.
+// An ATmega328P at 16 MHz in simavr with its serial line, controlled by lines of text; the base of every firmware's
+// simulator.
 //
 //   s HEX   send bytes to the controller
-//   r US    run so many microseconds
-//   l US    run until the controller ends a line, or so many microseconds
+//   r US    run for US microseconds
+//   l US    run until the controller ends a line, at most US microseconds
 //
-// After r and l it answers with one line: the bytes that the controller sent meanwhile, in hex.
+// After r and l it prints one line: the bytes that the controller sent meanwhile, in hex.
 #pragma once
 
 #include <simavr/sim_avr.h>
@@ -17,11 +17,11 @@
 // Power on with a program.
 avr_t *chip_begin(const char *firmware_path);
 
-// Do what a line says; one that is not listed above ends the program.
+// Execute a line; an unknown command ends the program.
 void chip_obey(const char *line);
 
-// Run so many microseconds, or until the counter has grown by count where that is not 0, and answer.
+// Run for some microseconds, or until the counter has grown by count if that is not 0, and print the received bytes.
 void chip_run(uint64_t microseconds, const unsigned *counter, unsigned count);
 
-// End the program and say why.
+// Exit with an error message.
 void chip_fail(const char *what) __attribute__((noreturn));

@@ -19,7 +19,7 @@ setup(
     zip_safe=False,
     maintainer='The shirube engineers',
     maintainer_email='shirube@users.noreply.github.com',
-    description='Drives two wheels over a serial motor controller and tells how far they went.',
+    description='Drives a differential drive robot over a serial motor controller and publishes wheel odometry.',
     license='Apache-2.0',
     tests_require=['pytest'],
     entry_points={

@@ -19,7 +19,7 @@ setup(
     zip_safe=False,
     maintainer='The shirube engineers',
     maintainer_email='shirube@users.noreply.github.com',
-    description='A robot sees obstacles with its cameras, maps the free floor and finds the way to its goal.',
+    description='Obstacle mapping, path planning and path following from depth cameras and point clouds.',
     license='Apache-2.0',
     tests_require=['pytest'],
     entry_points={

@@ -15,7 +15,7 @@ struct port {
     uint8_t ddr, port;
 };
 
-// An output that a timer's compare unit may drive.
+// An output pin and the timer compare unit that may drive it.
 struct output {
     struct port port;
     uint8_t bit, control_a, control_b, mode_bit, compare;
@@ -32,7 +32,7 @@ static bool is_high(const avr_t *avr, struct port port, uint8_t bit)
     return avr->data[port.ddr] & avr->data[port.port] & 1 << bit;
 }
 
-// Part of the time that it is high; one that the controller does not drive is pulled down.
+// Duty cycle of an output; a pin that is not an output is pulled down.
 static double duty(const avr_t *avr, const struct output *output)
 {
     uint8_t a = avr->data[output->control_a], b = avr->data[output->control_b];
@@ -42,7 +42,7 @@ static double duty(const avr_t *avr, const struct output *output)
     if (!mode)
         return is_high(avr, output->port, output->bit);
     if (mode != COMPARE_CLEARS || (a & WAVEFORM_BITS) != PHASE_CORRECT_8_BIT || b & WAVEFORM_BIT_2)
-        chip_fail("a motor's timer does something else than phase correct PWM of 8 bits");
+        chip_fail("a motor's timer is not in 8-bit phase correct PWM mode");
     return b & CLOCK_BITS ? avr->data[output->compare] / COUNTER_TOP : 0;
 }
 

@@ -1,13 +1,13 @@
-// Runs the firmware for the tests: a whole ATmega328P with its serial line, two motors and their encoders.
+// Simulator of the firmware for the tests: an ATmega328P with its serial line, two motors and their encoders.
 //
 //   simulator FIRMWARE.elf
 //
 // Reads the commands of simulated_chip/chip.h from its standard input, and
-//   w                   answers with the truth: microseconds since power on, ticks left and right, PWM left and right
-//                       (-255 to 255, as the pins have it), resets since power on
-//   t LEFT RIGHT LAG    gives the motors other speeds at full PWM [ticks/s] and another lag [ms]
-//   h                   hangs the program where it is, until the next reset; its interrupts go on
-//   k ADDRESS HEX       puts bytes into the memory
+//   w                   prints the ground truth: microseconds since power on, ticks left and right, PWM left and right
+//                       (-255 to 255, from the pins), resets since power on
+//   t LEFT RIGHT LAG    sets the speeds of the motors at full PWM [ticks/s] and their time constant [ms]
+//   h                   hangs the program until the next reset; interrupts continue
+//   k ADDRESS HEX       writes bytes into the memory
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -16,7 +16,7 @@
 #include "motor_pins.h"
 #include "wheel.h"
 
-// Often enough for 50 000 ticks/s.
+// Short enough for 50 000 ticks/s.
 #define STEP_CYCLES 320
 #define JUMP_TO_ITSELF 0xcfff
 
@@ -71,7 +71,7 @@ static void change_motors(const char *text)
 {
     double lag;
     if (sscanf(text, "%lf %lf %lf", &left.speed_max, &right.speed_max, &lag) != 3)
-        chip_fail("t wants three numbers");
+        chip_fail("t needs three numbers");
     left.lag = right.lag = lag / 1000;
 }
 

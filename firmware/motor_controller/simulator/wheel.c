@@ -7,7 +7,7 @@ void wheel_show(const struct wheel *wheel, avr_t *avr)
 {
     static const uint8_t levels_of_tick[4] = {0, 1, 3, 2};
     uint8_t levels = levels_of_tick[wheel->ticks & 3];
-    // simavr forgets the levels of inputs when the program writes to their port, and looks them up here.
+    // simavr resets the levels of inputs when the program writes to their port, and restores them from here.
     avr_ioport_external_t inputs = {.name = wheel->port, .mask = 3 << wheel->a, .value = levels << wheel->a};
     avr_ioctl(avr, AVR_IOCTL_IOPORT_SET_EXTERNAL(wheel->port), &inputs);
     for (int i = 0; i < 2; i++)

@@ -1,21 +1,21 @@
-// A wheel on a motor whose speed follows its voltage with a first order lag, and its quadrature encoder.
+// A wheel with a motor (first-order lag from voltage to speed) and a quadrature encoder.
 #pragma once
 
 #include <simavr/sim_avr.h>
 #include <stdint.h>
 
 struct wheel {
-    // Of the encoder: A is on this pin, B on the next one.
+    // Port and pin of the encoder's A; B is on the next pin.
     char port;
     uint8_t a;
-    // At full voltage [ticks/s], and of the lag [s].
+    // Speed at full voltage [ticks/s], and time constant [s].
     double speed_max, lag;
     double speed, position;
     int64_t ticks;
 };
 
-// Show the encoder's levels to a controller that was just switched on.
+// Set the encoder's levels at the controller's inputs.
 void wheel_show(const struct wheel *wheel, avr_t *avr);
 
-// Let `seconds` pass; at most one tick comes of it.
+// Advance by `seconds`, by at most one tick.
 void wheel_turn(struct wheel *wheel, avr_t *avr, double voltage, double seconds);

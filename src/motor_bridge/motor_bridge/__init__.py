@@ -1,1 +1,1 @@
-"""Drives two wheels over a serial motor controller and tells how far they went."""
+"""Drives a differential drive robot over a serial motor controller and publishes wheel odometry."""

@@ -1,4 +1,4 @@
-"""What is said to the motor controller, and what is done when it does not answer as it must."""
+"""Session with the motor controller: handshake, command cycle and recovery from link errors."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from motor_bridge.loop_report import LoopReport
 from motor_bridge.serial_port import PortError
 
 PATIENCE = 5.0
-"""Opening the line resets an Arduino, whose bootloader then listens for up to two seconds [s]."""
+"""Timeout of the handshake [s]; opening the port resets an Arduino, whose bootloader takes up to 2 s."""
 BAD_REPLIES_MAX = 10
-"""So many in a row are those of a controller that does not answer."""
-_BETWEEN_READS = 0.01  # two first counts differ by no more than what wheels turn in this time [s]
+"""Invalid replies in a row after which the session reconnects."""
+_BETWEEN_READS = 0.01  # upper bound of the time between the first two reads [s]
 
 
 class Conversation:
-    """Drives the wheels and reads their encoders over an open line.
+    """Sends wheel speeds and reads encoders over an open serial line.
 
     Attributes:
-        report: the state of the line.
-        odometry: to be touched under `lock`.
-        drive: likewise.
-        lock: held while either changes.
+        report: state of the link.
+        odometry: wheel odometry; access it under `lock`.
+        drive: wheel speed commands; access it under `lock`.
+        lock: protects odometry and drive.
     """
 
     def __init__(
@@ -39,14 +39,14 @@ class Conversation:
         report: LoopReport,
         show: Callable[[OdometryState], None],
     ) -> None:
-        """Know no controller yet.
+        """Start without a controller.
 
         Args:
-            drive: what the wheels are told.
-            odometry: what they say.
-            now: the time [s] by which velocities grow old, the limits are kept and odometry is made.
-            report: is told what happens.
-            show: is called with odometry after each good read.
+            drive: wheel speed commands.
+            odometry: wheel odometry.
+            now: returns the time of timeouts, limits and odometry [s].
+            report: receives changes of the link's state.
+            publish: called with odometry after each valid read.
         """
         self._now, self._show = now, show
         self.drive, self.odometry, self.report = drive, odometry, report
@@ -56,10 +56,10 @@ class Conversation:
         self._bad_in_row = 0
 
     def meet(self, link: ControllerLink, is_over: Event) -> None:
-        """Greet the controller until it answers as it must, or until all is over.
+        """Repeat the handshake until it succeeds or the stop event is set.
 
         Raises:
-            PortError: it does not for too long; opening the port again may help.
+            PortError: timeout; reopening the port may help.
         """
         end = monotonic() + PATIENCE
         while not is_over.is_set():
@@ -75,23 +75,23 @@ class Conversation:
                 self.odometry.reach.command(0, 0)
                 verdict = self.odometry.resume(counts, self._now())
             self._sent, self._bad_in_row = (0, 0), 0
-            began = ', its encoders began anew' if verdict is CountVerdict.RESTARTED else ''
-            self.report.connected(f'the controller answers{began}')
+            began = ', its encoders were reset' if verdict is CountVerdict.RESTARTED else ''
+            self.report.connected(f'connected to the controller{began}')
             return
 
     def step(self, link: ControllerLink, is_over: Event, *, is_cycle: bool) -> bool:
-        """Send what the wheels are to do and, once a cycle, read what they did.
+        """Send the wheel speeds and, once per cycle, read the encoders.
 
         Args:
-            link: to a controller that was met.
-            is_over: ends the waiting for a controller that fell silent.
-            is_cycle: whether encoders are to be read; else speeds are sent only if they changed.
+            link: link to a connected controller.
+            stop_event: ends the waiting for a controller that does not reply.
+            is_cycle: whether to read the encoders; otherwise speeds are sent only if they changed.
 
         Returns:
-            whether it went well; if not, a whole cycle should follow at once.
+            True on success; otherwise a whole cycle should follow at once.
 
         Raises:
-            PortError: the port is gone, or the controller fell silent for too long.
+            PortError: the port is disconnected, or the controller does not reply for too long.
         """
         try:
             self._send(link, always=is_cycle)
@@ -100,7 +100,7 @@ class Conversation:
         except BadReplyError as fault:
             self.report.faults['bad replies'] += 1
             self._bad_in_row += 1
-            link.find_step()  # this may let half a command act, so that speeds must be sent anew
+            link.find_step()  # this may execute a partial command, so speeds must be sent again
             if self._bad_in_row >= BAD_REPLIES_MAX:
                 self._meet_again(link, is_over, fault)
             return False
@@ -112,18 +112,18 @@ class Conversation:
         return True
 
     def _meet_again(self, link: ControllerLink, is_over: Event, fault: LinkError) -> None:
-        """The controller may hang with a command before it: nothing but a stop is sent until it answers."""
+        """Reconnect; a hung controller may have a pending command, so only stops are sent until it replies."""
         with self.lock:
             self.drive.halt()
         self.report.lost(str(fault))
         self.meet(link, is_over)
 
     def _first_counts(self, link: ControllerLink) -> WheelCounts:
-        """Return counts that two reads confirm: nothing that came before can."""
+        """Return counts that two reads confirm, since there are no earlier ones."""
         first = link.greet()
         second = link.read_counts()
         if max(map(abs, turns_between(first, second))) > self.odometry.reach.pushed(_BETWEEN_READS):
-            raise BadReplyError('two counts of one moment differ; check wiring and noise')
+            raise BadReplyError('two consecutive reads of the counts differ; check wiring and noise')
         return second
 
     def _send(self, link: ControllerLink, *, always: bool) -> None:

@@ -1,4 +1,4 @@
-"""What happens on the line, for people."""
+"""State and faults of the serial link, for logs and diagnostics."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from dataclasses import dataclass, field
 
 @dataclass
 class LoopReport:
-    """State of the line and counts of what went wrong on it.
+    """State of the serial link and its fault counters.
 
     Attributes:
-        say: is told each new state of the line: one sentence, and whether the robot can be driven.
-        state: the latest sentence.
-        is_connected: whether a controller answers.
-        faults: how often what went wrong.
-        connections: how often a controller was found.
+        log: called with each new state: one line, and whether the controller is connected.
+        state: latest state, one line.
+        is_connected: whether the controller is connected.
+        faults: number of faults by kind.
+        connections: number of successful handshakes.
     """
 
     say: Callable[[str, bool], None]
@@ -26,18 +26,18 @@ class LoopReport:
     connections: int = 0
 
     def connected(self, sentence: str) -> None:
-        """A controller answers."""
+        """Report a successful handshake."""
         self.connections += 1
         self._tell(sentence, is_connected=True)
 
     def lost(self, sentence: str) -> None:
-        """No controller answers any more, or none does yet."""
+        """Report a lost or missing connection."""
         self._tell(sentence, is_connected=False)
 
     def time_went_back(self) -> None:
-        """The clock was set or wound back."""
-        self.faults['time went back'] += 1
-        self.say('time went back: the robot stands, odometry goes on from where it is', False)
+        """Report that the clock jumped back."""
+        self.faults['clock jumped back'] += 1
+        self.say('clock jumped back: the robot stops, odometry continues from the current pose', False)
 
     def _tell(self, sentence: str, *, is_connected: bool) -> None:
         if (sentence, is_connected) != (self.state, self.is_connected):

@@ -1,4 +1,4 @@
-"""Keeps the conversation with the motor controller going, from a thread of its own."""
+"""Thread that runs the session with the motor controller."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from motor_bridge.core.velocity import Velocity
 from motor_bridge.serial_port import PortError
 
 BACK_OFF = (0.1, 2.0)
-"""First and longest time before a port is opened again [s]; it doubles each time."""
+"""First and longest back-off before the port is reopened [s]; it doubles each time."""
 _JOIN_MAX = 3.0  # [s]
 
 
 class OpenLine(Line, AbstractContextManager[Line], Protocol):
-    """A line that is closed at the end of a `with` statement."""
+    """A serial line that is also a context manager."""
 
 
 class MotorLoop:
-    """Opens the line, meets the controller, and begins again when either is gone.
+    """Opens the port, connects to the controller, and reconnects after errors.
 
-    Who calls it never waits for the line. Each `cycle` sends the wheels' speeds and reads their counts; a velocity that
-    comes in between is sent at once.
+    Callers never wait for the line. Each `cycle` sends the wheel speeds and reads the encoders; a new target velocity
+    is sent at once.
     """
 
     def __init__(
@@ -36,13 +36,13 @@ class MotorLoop:
         conversation: Conversation,
         now: Callable[[], float],
     ) -> None:
-        """Prepare; `start` begins.
+        """Prepare; call `start` to begin.
 
         Args:
             open_line: opens the serial port, or raises PortError.
-            setup: of the controller.
-            conversation: what is said.
-            now: the time by which velocities grow old [s].
+            setup: settings for the handshake.
+            session: session with the controller.
+            now: returns the time of timeouts [s].
         """
         self._open_line, self._setup, self._now = open_line, setup, now
         self._talk = conversation
@@ -50,30 +50,30 @@ class MotorLoop:
         self._thread = Thread(target=self._run, name='motor loop', daemon=True)
 
     def start(self) -> None:
-        """Look for the controller."""
+        """Start the thread."""
         self._thread.start()
 
     def close(self) -> None:
-        """Stop the motors and let the port go."""
+        """Stop the motors and close the port."""
         self._over.set()
         self._wake.set()
         if self._thread.is_alive():
             self._thread.join(_JOIN_MAX)
 
     def want(self, velocity: Velocity) -> None:
-        """Drive so, as soon as the limits allow."""
+        """Set the target velocity."""
         with self._talk.lock:
             self._talk.drive.want(velocity, self._now())
         self._wake.set()
 
     def emergency(self, *, is_on: bool) -> None:
-        """Stop at once, or allow velocities that come later."""
+        """Stop at once, or allow later target velocities again."""
         with self._talk.lock:
             self._talk.drive.emergency(is_on=is_on)
         self._wake.set()
 
     def cycle(self) -> None:
-        """Let the speeds be sent and the encoders be read now."""
+        """Request a cycle: send the speeds and read the encoders."""
         self._cycle_due.set()
         self._wake.set()
 
@@ -86,7 +86,7 @@ class MotorLoop:
                     self._serve(ControllerLink(line, self._setup))
             except (PortError, LinkError) as fault:
                 report.lost(str(fault))
-            except Exception as fault:  # noqa: BLE001 a fault of ours must not leave the robot without its driver
+            except Exception as fault:  # noqa: BLE001 the loop must survive programming errors
                 report.faults[f'{type(fault).__name__} in the loop'] += 1
                 report.lost(' '.join(f'{type(fault).__name__}: {fault}'.split()))
             with self._talk.lock:
@@ -95,7 +95,7 @@ class MotorLoop:
             self._over.wait(pause)
 
     def _serve(self, link: ControllerLink) -> None:
-        """Work with an open line until it is gone or all is over; whatever ends it, the motors are stopped."""
+        """Serve an open line until an error or the stop event; the motors are always stopped at the end."""
         try:
             self._talk.meet(link, self._over)
             while not self._over.is_set():

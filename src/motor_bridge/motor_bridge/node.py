@@ -1,4 +1,4 @@
-"""The ROS node: velocities in, odometry out."""
+"""The ROS node: velocity commands in, odometry out."""
 
 from __future__ import annotations
 
@@ -35,36 +35,36 @@ from shirube_ros.trigger_service import offer_trigger
 
 
 class MotorBridgeNode(Node):
-    """Drives two wheels over a serial motor controller.
+    """Drives a differential drive robot over a serial motor controller.
 
     =====================  =================  ========================================================================
     subscribed             type               use
     =====================  =================  ========================================================================
-    ``cmd_vel``            TwistStamped       velocity of the robot; Twist with ``stamped:=false``
-    ``estop``              Bool               true: stops at once and stays so until false comes
+    ``cmd_vel``            TwistStamped       velocity command; Twist with ``stamped:=false``
+    ``estop``              Bool               emergency stop: true stops at once until false is received
     =====================  =================  ========================================================================
 
     =====================  =================  ========================================================================
     published              type               when
     =====================  =================  ========================================================================
-    ``odom``               Odometry           after each good read of the encoders
+    ``odom``               Odometry           after each valid read of the encoders
     ``joint_states``       JointState         likewise
-    ``/tf``                TFMessage          likewise, with ``publish_tf`` and where tf2 is installed
+    ``/tf``                TFMessage          likewise, with ``publish_tf`` and if tf2 is installed
     ``/diagnostics``       DiagnosticArray    once a second
     =====================  =================  ========================================================================
 
-    Service (Trigger): ``~/reset_odometry`` lets the robot's present place be the origin.
+    Service (Trigger): ``~/reset_odometry`` sets the current pose to the origin.
     """
 
     def __init__(self, **options: Any) -> None:
-        """Subscribe and look for the controller.
+        """Subscribe and connect to the controller.
 
         Args:
             options: passed on to ``rclpy.node.Node``.
 
         Raises:
-            SettingsError: a bad parameter.
-            MotorBridgeError: parameters that do not go together.
+            SettingsError: an invalid parameter.
+            MotorBridgeError: contradictory parameters.
         """
         super().__init__('motor_bridge', **options)
         self._settings = declare_parameters(self, NodeSettings)
@@ -73,10 +73,10 @@ class MotorBridgeNode(Node):
         if not self._settings.port:
             raise MotorBridgeError('port is empty; set it to the serial port of the motor controller')
         if self._settings.odom_frame == self._settings.base_frame:
-            raise MotorBridgeError('odom_frame and base_frame are the same; give each its own name')
+            raise MotorBridgeError('odom_frame and base_frame are equal; give them different names')
         if self._settings.left_wheel_joint == self._settings.right_wheel_joint:
             raise MotorBridgeError(
-                'left_wheel_joint and right_wheel_joint are the same; give each its own name'
+                'left_wheel_joint and right_wheel_joint are equal; give them different names'
             )
         self._timeout = drive.cmd_vel_timeout
         self._is_simulated = bool(self.get_parameter('use_sim_time').value)
@@ -119,7 +119,7 @@ class MotorBridgeNode(Node):
         )
 
     def _now(self) -> float:
-        """Return the time by which the robot lives [s]; a wall clock that is set must not move it."""
+        """Return simulated time or a monotonic clock [s], so that setting the wall clock has no effect."""
         return self._ros_now() if self._is_simulated else monotonic()
 
     def _ros_now(self) -> float:
@@ -136,15 +136,17 @@ class MotorBridgeNode(Node):
         if stamp > 0.0:  # 0 means now
             age = self._ros_now() - stamp
             if age > self._timeout:
-                raise MotorBridgeError('cmd_vel came too late; set clocks alike or check the network')
+                raise MotorBridgeError('cmd_vel is too old; synchronize the clocks or check the network')
             if age < -self._timeout:
-                raise MotorBridgeError('cmd_vel has a stamp in the future; set clocks and use_sim_time alike')
+                raise MotorBridgeError(
+                    'cmd_vel has a stamp in the future; synchronize the clocks and set use_sim_time in both nodes'
+                )
         self._take_twist(message.twist)
 
     def _take_twist(self, message: Twist) -> None:
         velocity = finite_velocity(message.linear.x, message.angular.z)
         if self._drivers() > 1:
-            raise MotorBridgeError('two nodes publish cmd_vel and none is obeyed; leave one of them')
+            raise MotorBridgeError('more than one node publishes cmd_vel, all are ignored; keep one of them')
         self._loop.want(velocity)
 
     def _drivers(self) -> int:
@@ -156,7 +158,7 @@ class MotorBridgeNode(Node):
     def _reset_odometry(self) -> str:
         with self._talk.lock:
             self._talk.odometry.reset()
-        return 'odometry begins at the origin'
+        return 'odometry reset to the origin'
 
     def _status(self) -> Status:
         offers = self.get_publishers_info_by_topic(self._velocities.topic_name)
@@ -165,11 +167,11 @@ class MotorBridgeNode(Node):
         return bridge_status(self._talk, self._now(), f'geometry_msgs/msg/{kind}', offered)
 
     def stop(self) -> None:
-        """Stop the motors, as the node ends."""
+        """Stop the motors when the node ends."""
         self._loop.close()
 
     def destroy_node(self) -> None:
-        """Stop the motors and end."""
+        """Stop the motors and destroy the node."""
         self._loop.close()
         super().destroy_node()
 

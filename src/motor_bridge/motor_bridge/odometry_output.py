@@ -1,4 +1,4 @@
-"""Publishes odometry, joint states and, where tf2 is installed, the transform."""
+"""Publishes odometry, joint states and, if tf2 is installed, the transform."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from motor_bridge.node_settings import NodeSettings
 from shirube_ros.pose_conversion import odometry_message
 from shirube_ros.quality_of_service import pose_profile
 
-_TWIST = np.ix_([0, 5], [0, 5])  # of vx, vy, vz and the three turn rates
+_TWIST = np.ix_([0, 5], [0, 5])  # indices of vx and the yaw rate in a twist
 
 
 class OdometryOutput:
-    """What the wheels say, as messages."""
+    """Publishes odometry messages."""
 
     def __init__(self, node: Node, settings: NodeSettings) -> None:
-        """Advertise."""
+        """Create the publishers."""
         self._clock, self._settings = node.get_clock(), settings
         self._odometry = node.create_publisher(Odometry, 'odom', pose_profile())
         self._joints = node.create_publisher(JointState, 'joint_states', pose_profile())
         self._broadcaster = _transform_broadcaster(node) if settings.publish_tf else None
 
     def show(self, state: OdometryState) -> None:
-        """Publish what was read just now."""
+        """Publish odometry with the current stamp."""
         stamp = self._clock.now().to_msg()
         header = Header(stamp=stamp, frame_id=self._settings.odom_frame)
         message = odometry_message(state.T_odom_base, state.covariance, header, self._settings.base_frame)
@@ -66,9 +66,9 @@ def _transform(message: Odometry) -> TransformStamped:
 
 
 def _transform_broadcaster(node: Node) -> Any:
-    """Return tf2's broadcaster, None where tf2 is not installed."""
+    """Return tf2's broadcaster, None if tf2 is not installed."""
     try:
         return importlib.import_module('tf2_ros').TransformBroadcaster(node)
     except ImportError:
-        node.get_logger().info('tf2_ros is not installed: odometry is not published on /tf')
+        node.get_logger().info('tf2_ros is not installed; odom -> base_link is not published on /tf')
         return None

@@ -15,39 +15,39 @@ import serial
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 
-_QUIET = 0.02  # a line on which nothing came for so long is quiet [s]
-_DRAIN_MAX = 0.3  # longest time of draining [s]
+_QUIET = 0.02  # the line is quiet after this time without bytes [s]
+_DRAIN_MAX = 0.3  # timeout of draining [s]
 _WRITE_TIMEOUT = 0.2  # [s]
 _CHUNK = 4096
 _REMEDIES = {
-    errno.ENOENT: 'does not exist; plug the controller in or set port',
-    errno.EACCES: 'may not be opened; add the user to the group dialout or install the udev rule',
-    errno.EPERM: 'may not be opened; add the user to the group dialout or install the udev rule',
-    errno.EAGAIN: 'is taken by another program; end it',
-    errno.EBUSY: 'is taken by another program; end it',
+    errno.ENOENT: 'does not exist; connect the controller or set port',
+    errno.EACCES: 'has no access permission; add the user to the group dialout or install the udev rule',
+    errno.EPERM: 'has no access permission; add the user to the group dialout or install the udev rule',
+    errno.EAGAIN: 'is in use by another program; stop it',
+    errno.EBUSY: 'is in use by another program; stop it',
 }
 
 
 class PortError(MotorBridgeError):
-    """A port cannot be opened, or is gone; one line with the remedy."""
+    """A port cannot be opened or was disconnected; one line with the remedy."""
 
 
 class SerialPort:
-    """An open port, to be used in a `with` statement.
+    """An open serial port, a context manager.
 
-    Every fault of the line is a PortError: unplugging raises OSError, SerialException or termios.error, by the call.
+    Every error of the port is a PortError; disconnection raises OSError, SerialException or termios.error internally.
     """
 
     def __init__(self, path: str, baud: int, reply_timeout: float) -> None:
-        """Open the port for ourselves alone.
+        """Open the port exclusively.
 
         Args:
-            path: of the device.
-            baud: rate.
-            reply_timeout: of `read_line` [s].
+            path: path of the device.
+            baud: baud rate.
+            reply_timeout: timeout of `read_line` [s].
 
         Raises:
-            PortError: the device is missing, taken, no serial port or not ours to open.
+            PortError: the device is missing, in use, not a serial port or not permitted.
         """
         self._path, self._reply_timeout = path, reply_timeout
         self._received = b''
@@ -55,7 +55,7 @@ class SerialPort:
             self._serial = serial.Serial(path, baud, timeout=0, write_timeout=_WRITE_TIMEOUT, exclusive=True)
         except (OSError, termios.error, ValueError) as fault:
             number = getattr(fault, 'errno', None)
-            why = _REMEDIES.get(number or 0, 'is no serial port that works; set port and baud')
+            why = _REMEDIES.get(number or 0, 'is not a working serial port; set port and baud')
             raise PortError(f'{path} {why}') from fault
 
     def __enter__(self) -> Self:
@@ -65,24 +65,24 @@ class SerialPort:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close it, even if it is gone."""
+        """Close the port, even if it was disconnected."""
         with suppress(OSError, termios.error):
             self._serial.close()
 
     def write(self, data: bytes) -> None:
-        """Send bytes.
+        """Write bytes.
 
         Raises:
-            PortError: the port is gone or takes no bytes.
+            PortError: the port was disconnected or accepts no bytes.
         """
         with self._told():
             self._serial.write(data)
 
     def read_line(self, size_max: int) -> bytes:
-        """Return bytes up to a line feed, or fewer: those that came within the timeout, or ``size_max``.
+        """Return bytes up to a line feed, at most ``size_max``, or fewer after the reply timeout.
 
         Raises:
-            PortError: the port is gone.
+            PortError: the port was disconnected.
         """
         end = monotonic() + self._reply_timeout
         while b'\n' not in self._received and len(self._received) < size_max:
@@ -95,10 +95,10 @@ class SerialPort:
         return line
 
     def drain(self) -> int:
-        """Drop what came and what still comes, until the line is quiet or seems never to be; return the bytes.
+        """Discard received bytes until the line is quiet or a timeout; return their number.
 
         Raises:
-            PortError: the port is gone.
+            PortError: the port was disconnected.
         """
         end, count = monotonic() + _DRAIN_MAX, self.drop_received()
         while monotonic() < end and self._wait(_QUIET):
@@ -106,10 +106,10 @@ class SerialPort:
         return count
 
     def drop_received(self) -> int:
-        """Drop what came, without waiting; return the bytes.
+        """Discard received bytes without waiting; return their number.
 
         Raises:
-            PortError: the port is gone.
+            PortError: the port was disconnected.
         """
         count, self._received = len(self._received), b''
         while self._wait(0.0) and count < _CHUNK:
@@ -133,7 +133,7 @@ class SerialPort:
             termios.error,
             TypeError,
             ValueError,
-        ) as fault:  # the last two: of a port that was closed
+        ) as fault:  # the last two: raised by a closed port
             raise PortError(
-                f'{self._path} is gone or takes no bytes; plug the controller in again'
+                f'{self._path} was disconnected or accepts no bytes; reconnect the controller'
             ) from fault

@@ -1,4 +1,4 @@
-"""What tests share: a ROS graph for each that wants one, and the modules that lie beside them."""
+"""Fixtures: an isolated ROS graph, and the import path of the test helpers."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 @pytest.fixture
 def graph() -> Iterator[IsolatedGraph]:
-    """Nodes that see only each other."""
+    """An isolated ROS graph."""
     with isolated_graph() as opened:
         yield opened
 
 
 @pytest.fixture
 def robot(graph: IsolatedGraph, tmp_path: Path) -> Iterator[Any]:
-    """The node with an emulated robot, and somebody who drives it."""
-    from emulated_robot import Robot  # noqa: PLC0415 lies beside this file
+    """The node with an emulated robot and a driver."""
+    from emulated_robot import Robot  # noqa: PLC0415 a helper in this folder
 
     with Robot(graph, tmp_path / 'tty') as made:
         yield made

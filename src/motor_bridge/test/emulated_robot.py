@@ -1,4 +1,4 @@
-"""The bridge's node in a graph of its own, with an emulated controller on a pseudo-terminal."""
+"""The node in an isolated graph, with an emulated controller on a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SETTINGS = EmulatorSettings(encoder_noise=0.3, slip_sigma=0.0, boot_time=0.3)
 
 
 class Robot:
-    """The node under test, its robot and somebody who drives it."""
+    """The node under test, its robot and a driver."""
 
     def __init__(self, graph, link, *, real_time=True, **parameters):
         self._graph, self._stack = graph, ExitStack()
@@ -110,7 +110,7 @@ class Robot:
             return self.controller.wheel_speeds[0] > 1.0
 
     def error(self):
-        """How far odometry is from the truth when the robot stands [m]."""
+        """Position error of odometry when the robot is stopped [m]."""
         self.until(self.stands)
         seen = len(self.odometry)
         self.until(lambda: len(self.odometry) > seen + 2)

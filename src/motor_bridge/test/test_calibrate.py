@@ -1,4 +1,4 @@
-"""The command, from numbers and by pushing."""
+"""The command, with given and with measured runs."""
 
 import math
 import shutil
@@ -96,9 +96,9 @@ def test_a_pushed_robot_is_measured(params, monkeypatch):
     ('arguments', 'words'),
     [
         (['--straight', '2', '2'], 'give at least one straight and one turn'),
-        (['--straight', '2', '90', '--turn', '360', '360'], 'wheel_radius comes out as'),
+        (['--straight', '2', '90', '--turn', '360', '360'], 'which is implausible'),
         (['--port', '/no/such/port'], '/no/such/port does not exist'),
-        (['--port', '/no/such/port', '--turn', '1', '1'], '--port measures anew'),
+        (['--port', '/no/such/port', '--turn', '1', '1'], '--port measures new runs'),
     ],
 )
 def test_bad_measures_are_one_line_and_change_nothing(params, capsys, arguments, words):
@@ -114,9 +114,9 @@ def test_bad_measures_are_one_line_and_change_nothing(params, capsys, arguments,
     [
         (None, 'robot.yaml: cannot be read'),
         ('a: [', 'robot.yaml: is no YAML'),
-        ('other: {}', 'holds no motor_bridge: ros__parameters:'),
+        ('other: {}', 'has no motor_bridge: ros__parameters:'),
         ('motor_bridge: {ros__parameters: {wheel_radius: -1.0}}', 'setting wheel_radius is -1.0'),
-        ('motor_bridge: {ros__parameters: {wheel_radius: 0.03}}', 'on lines of their own'),
+        ('motor_bridge: {ros__parameters: {wheel_radius: 0.03}}', 'one parameter per line'),
     ],
 )
 def test_bad_files_are_one_line(tmp_path, capsys, content, words):
@@ -134,7 +134,7 @@ def test_an_answer_that_is_no_number_and_an_early_end_are_told(params, capsys, m
         raise EOFError
 
     with PseudoTerminal(EmulatedController(EmulatorSettings(), np.random.default_rng(0)), Lock()) as terminal:
-        for ask, words in ((lambda _: 'far', "'far' is no number"), (end, 'nothing is written')):
+        for ask, words in ((lambda _: 'far', "'far' is not a number"), (end, 'nothing is written')):
             monkeypatch.setattr('builtins.input', ask)
             assert calibrate.main(['--params', str(params), '--port', terminal.path]) == 1
             assert words in capsys.readouterr().err

@@ -69,8 +69,8 @@ def test_scatter_and_pull_are_told():
         ([MeasuredRun(-5000, -5000, 2.0)], [turn(30.0)], 'the encoders counted backwards'),
         ([MeasuredRun(-100, 9000, 2.0)], [turn(30.0)], 'the wheels counted -100 and 9000 ticks'),
         ([straight(2.0)], [MeasuredRun(100, 9000, 30.0)], 'the wheels counted 100 and 9000 ticks'),
-        ([MeasuredRun(1000, 1000, 50.0)], [turn(30.0)], 'wheel_radius comes out as'),
-        ([straight(2.0)], [MeasuredRun(-20000, 20000, 0.1)], 'wheel_separation comes out as'),
+        ([MeasuredRun(1000, 1000, 50.0)], [turn(30.0)], 'wheel_radius is'),
+        ([straight(2.0)], [MeasuredRun(-20000, 20000, 0.1)], 'wheel_separation is'),
     ],
 )
 def test_runs_that_tell_nothing_are_refused_in_one_line(straights, turns, words):

@@ -1,4 +1,4 @@
-"""The emulated controller speaks and drives as the real one does."""
+"""The emulated controller replies and drives as the real one does."""
 
 import math
 
@@ -105,7 +105,7 @@ def test_a_reset_stops_the_motors_and_zeroes_the_counts():
     assert controller.receive(b'e\r') == b''
     controller.advance(2.6)
     assert controller.is_stopped
-    assert 0 < counts(controller)[0] < 300  # it rolled on
+    assert 0 < counts(controller)[0] < 300  # it coasted
 
 
 def test_the_past_is_remembered_and_the_future_is_refused():
@@ -121,7 +121,7 @@ def test_the_past_is_remembered_and_the_future_is_refused():
     between = controller.pose_at(0.5 * (past[-1][0] + controller._times[-2])).x
     assert controller._poses[-2].x < between < past[-1][1].x
     assert controller.pose_at(-1.0) == PlanarPose(0.0, 0.0, 0.0)
-    with pytest.raises(MotorBridgeError, match='has been driven until 1'):
+    with pytest.raises(MotorBridgeError, match='is simulated until 1'):
         controller.pose_at(1.5)
 
 

@@ -1,4 +1,4 @@
-"""Counts that cannot be believed move nothing; those that can are not lost."""
+"""Implausible counts move nothing; plausible ones are not lost."""
 
 import math
 
@@ -18,7 +18,7 @@ TICK = BASE.metres_per_tick
 
 
 class Wheels:
-    """Wheels that turn as told; their counts are read once a frame."""
+    """Wheels that follow the commands; their counts are read once per frame."""
 
     def __init__(self, start=0):
         self.odometry = EncoderOdometry(BASE, SETTINGS)

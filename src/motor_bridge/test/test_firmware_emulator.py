@@ -1,4 +1,4 @@
-"""The emulator as somebody starts it: a program with a link, faults as lines, and an end."""
+"""The emulator as a program: symbolic link, fault injection and termination."""
 
 import os
 import signal
@@ -52,7 +52,7 @@ def test_it_answers_at_its_link_and_tells_in_the_end_where_the_robot_stands(tmp_
             assert ask(port, b'e\r') == b'0 0\r\n'
         program.send_signal(signal.SIGINT)
         said, _ = program.communicate(timeout=20)
-        assert said.startswith('the robot stands at x 0.000 m')
+        assert said.startswith('final pose: x 0.000 m')
         assert program.returncode == 0
     assert not link.is_symlink()
 
@@ -70,7 +70,7 @@ def test_a_file_is_not_replaced_by_a_link(tmp_path: Path, capsys) -> None:
     path = tmp_path / 'notes'
     path.write_text('mine')
     assert main(['--link', str(path)]) == 1
-    assert 'is there already and is no link' in capsys.readouterr().err
+    assert 'exists and is not a symbolic link' in capsys.readouterr().err
     assert path.read_text() == 'mine'
 
 

@@ -56,11 +56,11 @@ def test_the_robot_goes_on_after_a_fault_and_odometry_stays_right(robot, fault):
 
 
 def test_the_robot_goes_on_when_it_is_plugged_in_again(robot):
-    # Slowly: it drives on until the controller stops it, and how it swerved there no count tells.
+    # Slowly: it drives on until the auto-stop, and no count measures its motion there.
     robot.drive(1.0, 0.15)
-    robot.fault('unplug', 2.5)  # longer than from one report to the next
+    robot.fault('unplug', 2.5)  # longer than the period of the diagnostics
     robot.until(lambda: not robot.report.is_connected)
-    assert 'plug the controller in' in robot.message().message
+    assert 'connect the controller' in robot.message().message
     robot.until(lambda: robot.report.is_connected)
     robot.drive(1.0, 0.15)
     assert robot.is_driving()
@@ -71,7 +71,7 @@ def test_a_reset_of_the_controller_makes_no_jump_and_odometry_less_sure(robot):
     robot.drive(1.5, 0.3)
     before = planar_pose(robot.odometry[-1].pose.pose, 'odom')
     robot.fault('reset')
-    robot.until(lambda: robot.report.state.endswith('began anew'))
+    robot.until(lambda: robot.report.state.endswith('its encoders were reset'))
     seen = len(robot.odometry)
     robot.until(lambda: len(robot.odometry) > seen + 1)
     after = robot.odometry[-1]
@@ -95,7 +95,7 @@ def test_odometry_begins_anew_on_request(robot):
     robot.drive(1.0, 0.3)
     robot.until(robot.stands)
     answer = robot.call('reset_odometry')
-    assert (answer.success, answer.message) == (True, 'odometry begins at the origin')
+    assert (answer.success, answer.message) == (True, 'odometry reset to the origin')
     seen = len(robot.odometry)
     robot.until(lambda: len(robot.odometry) > seen + 3)
     assert abs(robot.odometry[-1].pose.pose.position.x) < 1e-3
@@ -123,7 +123,7 @@ def test_velocities_of_the_other_type_are_told(robot, monkeypatch):
     monkeypatch.setattr(robot.node, 'get_publishers_info_by_topic', lambda _: [offer])
     robot.until(lambda: robot.report.is_connected)
     words = (
-        'cmd_vel is published as geometry_msgs/msg/Twist, not as geometry_msgs/msg/TwistStamped; set stamped'
+        'cmd_vel is published as geometry_msgs/msg/Twist, not as geometry_msgs/msg/TwistStamped; change stamped'
     )
     assert robot.message().message.startswith(words)
 
@@ -131,10 +131,10 @@ def test_velocities_of_the_other_type_are_told(robot, monkeypatch):
 @pytest.mark.parametrize(
     ('forward', 'ago', 'words'),
     [
-        (math.nan, 0.0, 'cmd_vel holds a velocity that is not finite'),
-        (math.inf, 0.0, 'cmd_vel holds a velocity that is not finite'),
-        (-1.7e308, 0.0, 'cmd_vel holds a velocity that no robot has'),
-        (0.2, 5.0, 'cmd_vel came too late'),
+        (math.nan, 0.0, 'cmd_vel has a velocity that is not finite'),
+        (math.inf, 0.0, 'cmd_vel has a velocity that is not finite'),
+        (-1.7e308, 0.0, 'cmd_vel has a velocity that is implausibly high'),
+        (0.2, 5.0, 'cmd_vel is too old'),
         (0.2, -5.0, 'cmd_vel has a stamp in the future'),
     ],
 )
@@ -152,7 +152,7 @@ def test_two_drivers_at_once_are_refused(robot):
     robot.until(lambda: other.get_subscription_count() == 1)
     robot.drive(2.0, 0.3)
     assert robot.stands()
-    assert robot.refusals() == ['two nodes publish cmd_vel and none is obeyed; leave one of them']
+    assert robot.refusals() == ['more than one node publishes cmd_vel, all are ignored; keep one of them']
     assert '2 nodes publish cmd_vel' in robot.message().message
     robot.person.destroy_publisher(other)
     robot.drive(1.5, 0.3)

@@ -1,4 +1,4 @@
-"""Bad parameters of the node are refused in one line."""
+"""Invalid parameters of the node are rejected in one line."""
 
 import pytest
 
@@ -14,13 +14,13 @@ pytestmark = pytest.mark.newest_set_only
     ('parameters', 'words'),
     [
         ({'port': ''}, 'port is empty; set it to the serial port'),
-        ({'base_frame': 'odom'}, 'odom_frame and base_frame are the same; give each its own name'),
-        ({'left_wheel_joint': 'right_wheel_joint'}, 'left_wheel_joint and right_wheel_joint are the same'),
+        ({'base_frame': 'odom'}, 'odom_frame and base_frame are equal; give them different names'),
+        ({'left_wheel_joint': 'right_wheel_joint'}, 'left_wheel_joint and right_wheel_joint are equal'),
         ({'wheel_radius': 0.0}, 'setting wheel_radius is 0.0 m, allowed is 0.005 to 1 m'),
         ({'wheel_separation': float('nan')}, 'setting wheel_separation is nan m, allowed is'),
         (
             {'wheel_radius': 0.4, 'ticks_per_revolution': 4},
-            'ticks a frame, less than the controller can tell',
+            'frame, below the resolution of 1',
         ),
         ({'wheel_radios': 0.03}, 'parameter wheel_radios does not exist, did you mean wheel_radius'),
     ],

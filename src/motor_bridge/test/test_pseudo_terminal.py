@@ -1,4 +1,4 @@
-"""The emulated controller on a serial port, and the faults of the line."""
+"""The emulated controller on a serial port, with injected faults."""
 
 import time
 from contextlib import ExitStack
@@ -127,8 +127,8 @@ def test_orders_are_read():
 @pytest.mark.parametrize(
     ('line', 'words'),
     [
-        ('', "there is no fault ''; choose one of silence"),
-        ('explode 3', "there is no fault 'explode'"),
+        ('', "unknown fault ''; choose one of silence"),
+        ('explode 3', "unknown fault 'explode'"),
         ('silence x', 'silence x: give a number above 0'),
         ('silence -1', 'silence -1: give a number above 0'),
         ('hang nan', 'hang nan: give a number above 0'),

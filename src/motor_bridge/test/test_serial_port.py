@@ -1,4 +1,4 @@
-"""A port that cannot be used is told in one line."""
+"""A port that cannot be used is reported in one line."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ def refusal(path):
 
 
 def test_a_missing_port_is_told(tmp_path):
-    assert 'does not exist; plug the controller in or set port' in refusal(tmp_path / 'ttyUSB7')
+    assert 'does not exist; connect the controller or set port' in refusal(tmp_path / 'ttyUSB7')
 
 
 def test_what_is_no_terminal_is_told(tmp_path):
     (tmp_path / 'file').touch()
-    assert 'is no serial port' in refusal(tmp_path / 'file')
-    assert 'is no serial port' in refusal(tmp_path)
-    assert 'is no serial port' in refusal('/dev/null')
+    assert 'is not a working serial port' in refusal(tmp_path / 'file')
+    assert 'is not a working serial port' in refusal(tmp_path)
+    assert 'is not a working serial port' in refusal('/dev/null')
 
 
 def test_a_taken_port_is_told(wire):
-    assert 'is taken by another program; end it' in refusal(wire[0]._path)
+    assert 'is in use by another program; stop it' in refusal(wire[0]._path)
 
 
 def test_a_port_that_may_not_be_opened_is_told(monkeypatch, tmp_path):
@@ -102,10 +102,10 @@ def test_a_port_that_is_gone_is_one_line_whatever_is_done(wire):
     port, master, slave = wire
     os.close(master)
     os.close(slave)
-    with pytest.raises(PortError, match='is gone or takes no bytes; plug the controller in again'):
+    with pytest.raises(PortError, match='was disconnected or accepts no bytes; reconnect the controller'):
         port.read_line(64)
     for do in (lambda: port.write(b'e\r'), port.drain, port.drop_received):
-        with suppress(PortError):  # nothing else may come out
+        with suppress(PortError):  # no other exception may be raised
             do()
 
 
@@ -116,5 +116,5 @@ def flood(port):
 
 def test_a_device_that_takes_no_bytes_does_not_hold_us(wire):
     port, _, _ = wire
-    with pytest.raises(PortError, match='takes no bytes'):
+    with pytest.raises(PortError, match='accepts no bytes'):
         flood(port)

@@ -1,4 +1,4 @@
-"""Speed, acceleration and jerk stay within their limits whatever is wanted, and curvature is kept."""
+"""Speed, acceleration and jerk stay within their limits for any target, and curvature is kept."""
 
 import math
 

@@ -31,11 +31,11 @@ def test_a_revolution_a_second_is_as_many_ticks_as_the_encoder_has():
     [
         (
             DriveSettings(ticks_per_revolution=1_000_000),
-            'ticks a frame, the controller takes 32767; check them',
+            'ticks per frame, the controller accepts 32767; check them',
         ),
         (
             DriveSettings(ticks_per_revolution=4, max_linear_velocity=0.05),
-            'less than the controller can tell',
+            'below the resolution of 1',
         ),
     ],
 )
@@ -47,5 +47,5 @@ def test_impossible_wheels_are_refused_in_one_line(settings, words):
 
 @pytest.mark.parametrize('pair', [(float('nan'), 0.0), (0.0, float('inf')), (-float('inf'), 1.0)])
 def test_velocities_that_are_not_finite_are_refused(pair):
-    with pytest.raises(MotorBridgeError, match='cmd_vel holds a velocity that is not finite'):
+    with pytest.raises(MotorBridgeError, match='cmd_vel has a velocity that is not finite'):
         finite_velocity(*pair)

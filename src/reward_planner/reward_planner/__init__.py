@@ -1,1 +1,1 @@
-"""A robot sees obstacles with its cameras, maps the free floor and finds the way to its goal."""
+"""Obstacle mapping, path planning and path following from depth cameras and point clouds."""

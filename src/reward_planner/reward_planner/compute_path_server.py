@@ -1,4 +1,4 @@
-"""Nav2's ComputePathToPose, offered where nav2_msgs is installed: Nav2 asks, this planner answers."""
+"""Action server for Nav2's ComputePathToPose, if nav2_msgs is installed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from shirube_ros.occupancy_conversion import path_message
 from shirube_ros.pose_conversion import planar_pose
 
 PlanRoute = Callable[[PlanarPose | None, PlanarPose, float], NDArray[np.float64] | NoRouteReason]
-"""Plans from a start, None for where the robot is at a time, to a goal: points of shape (n, 2) [m], or why not."""
+"""Plans from a start (None for the robot's pose at a time [s]) to a goal: points [m], shape (n, 2), or a reason."""
 
 _NAME = 'compute_path_to_pose'
 _CODES = {
@@ -36,7 +36,7 @@ _CODES = {
 
 
 def offer_compute_path(node: Node, map_frame: str, plan: PlanRoute) -> ActionServer | None:
-    """Offer the action on a node; return its server, None where nav2_msgs is not installed."""
+    """Create the action server of a node; return None if nav2_msgs is not installed."""
     if find_spec('nav2_msgs') is None:
         return None
     action = import_module('nav2_msgs.action').ComputePathToPose
@@ -55,13 +55,13 @@ def offer_compute_path(node: Node, map_frame: str, plan: PlanRoute) -> ActionSer
 
 
 def answer_request(request: Any, result: Any, header: Header, plan: PlanRoute) -> tuple[Any, str]:
-    """Fill the result of the action, and return it with one line about what is wrong, empty where nothing is.
+    """Fill the result of the action; return it with a one-line error, empty on success.
 
     Args:
         request: goal of the action: start, goal, use_start.
-        result: of the action, to be filled.
-        header: stamp, and the frame in which goal and start must be.
-        plan: who plans.
+        result: result of the action, filled in place.
+        header: stamp, and the required frame of goal and start.
+        plan: planner.
     """
     try:
         start = _in_map(request.start, header, 'start') if request.use_start else None
@@ -87,6 +87,6 @@ def _in_map(message: Any, header: Header, name: str) -> PlanarPose:
 
 
 def _set_code(result: Any, name: str) -> None:
-    """Set the error code; older versions of the action have none."""
+    """Set the error code, which older versions of the action do not have."""
     if hasattr(result, 'error_code'):
         result.error_code = getattr(result, name)

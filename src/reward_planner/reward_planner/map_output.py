@@ -1,4 +1,4 @@
-"""Publishes the maps, kept for latecomers."""
+"""Publishes maps with transient local durability."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from shirube_ros.quality_of_service import map_profile
 
 
 class MapOutput:
-    """One map on one topic."""
+    """Publishes one map on one topic."""
 
     def __init__(self, node: Node, topic: str) -> None:
-        """Advertise.
+        """Create the publisher.
 
         Args:
-            node: the node that publishes.
-            topic: of the map.
+            node: node that publishes.
+            topic: topic of the map.
         """
         self._publisher: Publisher = node.create_publisher(OccupancyGrid, topic, map_profile())
         self._shown: GridFrame | None = None
 
     def show(self, grid: GridFrame, cells: NDArray[np.int8], header: Header) -> None:
-        """Publish cells, shape (rows, columns), as in OccupancyGrid."""
+        """Publish cells, shape (rows, columns), as OccupancyGrid."""
         self._shown = grid
         origin = (grid.origin_x, grid.origin_y)
         self._publisher.publish(occupancy_grid(cells, origin, grid.resolution, header))
 
     def wipe(self, header: Header) -> None:
-        """Publish a map of which nothing is known, in place of the one that latecomers would still get."""
+        """Publish an unknown map of the last size, so that late subscribers do not get the old one."""
         if self._shown is not None:
             self.show(self._shown, np.full(self._shown.shape, UNKNOWN, dtype=np.int8), header)

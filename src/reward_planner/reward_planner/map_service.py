@@ -1,4 +1,4 @@
-"""Keeps the map in a file."""
+"""Loads and saves the map."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from reward_planner.files.occupancy_map_file import (
 )
 from reward_planner.node_settings import NodeSettings
 
-_SHIFT_MIN = 0.01  # smaller ones are no more than the rounding of the file [cells]
+_SHIFT_MIN = 0.01  # smaller shifts are rounding errors of the file [cells]
 
 
 def load_known_map(navigator: Navigator, settings: NodeSettings) -> str:
-    """Let a navigator begin with the map that is set, if one is; return a line that warns of a shift, empty if none.
+    """Load map_file into a navigator, if it is set; return a one-line warning of a shift, empty if there is none.
 
     Raises:
-        RewardPlannerError: the file is missing or damaged, has cells of another size or too many, or the map could not
-            be saved under the name that is set.
+        RewardPlannerError: the file is missing or corrupted, has another resolution or too many cells, or save_file has
+            a wrong suffix.
     """
     if settings.save_file:
         refuse_other_endings(Path(settings.save_file))
@@ -35,25 +35,25 @@ def load_known_map(navigator: Navigator, settings: NodeSettings) -> str:
     if max(abs(dx), abs(dy)) < _SHIFT_MIN * side:
         return ''
     return (
-        f'{settings.map_file}: its origin is no multiple of its resolution; the map is shifted by '
+        f'{settings.map_file}: its origin is not a multiple of its resolution; the map is shifted by '
         f'{1e3 * dx:.0f} mm in x and {1e3 * dy:.0f} mm in y'
     )
 
 
 def save_known_map(navigator: Navigator, settings: NodeSettings) -> str:
-    """Write the map and return where it is.
+    """Save the map and return the name of its file.
 
     Raises:
-        RewardPlannerError: nothing is known, no file is set, or it cannot be written.
+        RewardPlannerError: the map is empty, no file is set, or it cannot be written.
     """
     name = settings.save_file or settings.map_file
     if not name:
-        raise RewardPlannerError('there is no file to save to; set save_file')
+        raise RewardPlannerError('no file to save to; set save_file')
     known = navigator.mapper.map.occupancy()
     if known is None:
-        raise RewardPlannerError('nothing is known yet; let the robot see something first')
+        raise RewardPlannerError('the map is empty; wait for the first frame')
     try:
         save_occupancy_map(Path(name), OccupancyMap(*known))
     except OSError as fault:
-        raise RewardPlannerError(f'{name}: {fault.strerror}; choose a writable place') from fault
+        raise RewardPlannerError(f'{name}: {fault.strerror}; choose a writable path') from fault
     return name

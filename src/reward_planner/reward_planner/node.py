@@ -1,4 +1,4 @@
-"""The ROS node: what the robot sees and its goal in, maps, routes and velocities out."""
+"""The ROS node: obstacle mapping, planning and path following."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ from shirube_ros.stamp_order import StampOrder
 from shirube_ros.trigger_service import offer_trigger
 from shirube_ros.velocity_output import VelocityOutput
 
-_DRIVE_PERIOD = 0.05  # between velocities [s]
-_MAP_PERIOD = 1.0  # between maps [s]
-_CONTROL = 'control loop'  # under which its faults are counted
+_DRIVE_PERIOD = 0.05  # control period [s]
+_MAP_PERIOD = 1.0  # publishing period of the map [s]
+_CONTROL = 'control loop'  # its name in the diagnostics
 
 
 class RewardPlannerNode(Node):
-    """Maps the floor, finds the way to the goal and, with ``drive``, drives there.
+    """Maps obstacles, plans a route to the goal and, with ``drive``, follows it.
 
     =========================  ======================  ===================================================
     subscribed                 type                    use
@@ -59,35 +59,35 @@ class RewardPlannerNode(Node):
     ``points``                 PointCloud2             obstacles (``source`` points)
     ``depth/image``            Image                   the same (``source`` depth), with ``depth/camera_info``
     ``left/image_rect``, ...   Image                   the same (``source`` trinocular): left, right, top
-    ``pose``                   PoseStamped             where the robot is in ``map_frame``
-    ``goal_pose``              PoseStamped             where it is to go
-    ``command``                String                  what lamps say, as vlc_beacon publishes it
+    ``pose``                   PoseStamped             pose of the robot in ``map_frame``
+    ``goal_pose``              PoseStamped             goal in ``map_frame``
+    ``command``                String                  commands of lamps, as vlc_beacon publishes them
     =========================  ======================  ===================================================
 
     =========================  ======================  ===================================================
     published                  type                    when
     =========================  ======================  ===================================================
-    ``~/map``                  OccupancyGrid           once a second, if it changed; kept for latecomers
-    ``~/local_map``            OccupancyGrid           each frame; kept for latecomers
-    ``~/plan``                 Path                    each new route; empty where there is none; kept for latecomers
-    ``~/next_waypoint``        PoseStamped             with each velocity on the way
+    ``~/map``                  OccupancyGrid           once a second, if it changed; transient local
+    ``~/local_map``            OccupancyGrid           each frame; transient local
+    ``~/plan``                 Path                    each new route, empty if there is none; transient local
+    ``~/next_waypoint``        PoseStamped             lookahead point, with each velocity on the route
     ``cmd_vel``                TwistStamped            with ``drive``, 20 times a second
     ``/diagnostics``           DiagnosticArray         once a second
     =========================  ======================  ===================================================
 
-    Services (Trigger): ``~/clear_map`` forgets the map, ``~/save_map`` writes it to a file. Where nav2_msgs is
-    installed the action ``compute_path_to_pose`` answers Nav2.
+    Services (Trigger): ``~/clear_map`` clears the map, ``~/save_map`` writes it to a file. If nav2_msgs is
+    installed, the node also serves Nav2's action ``compute_path_to_pose``.
     """
 
     def __init__(self, **options: Any) -> None:
-        """Load the map, if one is set, and subscribe.
+        """Load the map, if map_file is set, and subscribe.
 
         Args:
             options: passed on to ``rclpy.node.Node``.
 
         Raises:
-            SettingsError: a bad parameter.
-            RewardPlannerError: a bad map, or parameters that do not go together.
+            SettingsError: an invalid parameter.
+            RewardPlannerError: an invalid map or contradictory parameters.
         """
         super().__init__('reward_planner', **options)
         self._settings = declare_parameters(self, NodeSettings)
@@ -104,7 +104,7 @@ class RewardPlannerNode(Node):
         warning = load_known_map(self._navigator, self._settings)
         if warning:
             self.get_logger().warning(warning)
-        self.get_logger().info('preparing; the very first start compiles the loops, for about a minute')
+        self.get_logger().info('compiling numba kernels (first start only, about 1 min)')
         warm_up(self._settings.mount, method)
         self._told: tuple[DriveState, str] | None = None
         self._plan_number: tuple[int, int] | None = None
@@ -176,13 +176,14 @@ class RewardPlannerNode(Node):
         verdict = self._navigator.add_pose(self._stamps.check(message.header, 'pose'), pose)
         if verdict is PoseVerdict.JUMPED:
             self.get_logger().warning(
-                'the pose jumped; the robot stands until its poses agree again', throttle_duration_sec=1.0
+                'the pose jumped; the robot stops until its poses are consistent again',
+                throttle_duration_sec=1.0,
             )
         elif verdict is PoseVerdict.RELOCATED:
-            self.get_logger().warning(f'poses agree again, at x {pose.x:.2f} m, y {pose.y:.2f} m')
+            self.get_logger().warning(f'poses are consistent again, at x {pose.x:.2f} m, y {pose.y:.2f} m')
 
     def _take_goal(self, message: PoseStamped) -> None:
-        self._navigator.pilot.forget_goal()  # a goal that is refused must not leave the robot on its way to another
+        self._navigator.pilot.forget_goal()  # a rejected goal also cancels the previous one
         goal = self._in_map(message, 'goal_pose')
         self._navigator.set_goal(goal)
         self._goal_yaw = goal.yaw
@@ -198,10 +199,10 @@ class RewardPlannerNode(Node):
     def _take_command(self, message: String) -> None:
         command = read_light_command(message.data)
         self._navigator.pilot.obey(command)
-        self.get_logger().info(f'a lamp says {command.operation} {command.value:g}')
+        self.get_logger().info(f'command of a lamp: {command.operation} {command.value:g}')
 
     def _work(self, _: None) -> None:
-        """Map what waits, and drive on; the robot is driven on even if a frame is bad."""
+        """Map queued frames and run the drive controller, which runs even after an invalid frame."""
         now = self._now()
         try:
             for frame in self._navigator.work(now):
@@ -214,7 +215,7 @@ class RewardPlannerNode(Node):
         try:
             drive = self._navigator.pilot.step(now)
         except Exception:
-            self._send(Velocity())  # or the motors would go on with the last one until their timeout
+            self._send(Velocity())  # otherwise the motors would keep the last velocity until their timeout
             raise
         self._report.add_drive(drive)
         self._tell(drive)
@@ -230,12 +231,12 @@ class RewardPlannerNode(Node):
             self._cmd_vel.send(velocity.forward, velocity.turn_rate)
 
     def stop(self) -> None:
-        """Stop the robot, as the node ends."""
+        """Stop the robot when the node ends."""
         if self._cmd_vel is not None:
             self._cmd_vel.stop()
 
     def _tell(self, drive: Drive) -> None:
-        """Say a line when what the robot does changes."""
+        """Log a line when the state of the controller changes."""
         if self._told == (drive.state, drive.detail):
             return
         self._told = (drive.state, drive.detail)
@@ -245,7 +246,7 @@ class RewardPlannerNode(Node):
             self.get_logger().info(drive.detail)
 
     def _publish_plan(self) -> None:
-        """Publish the route when it is another one."""
+        """Publish the route if it changed."""
         keeper = self._navigator.pilot.keeper
         points = self._navigator.pilot.points_map
         goals = self._navigator.pilot.goals
@@ -271,14 +272,14 @@ class RewardPlannerNode(Node):
         self._has_new_map = False
         for shown in (self._map, self._local_map):
             shown.wipe(self._map_header())
-        return 'the map is forgotten'
+        return 'map cleared'
 
     def _save_map(self) -> str:
         return f'saved to {save_known_map(self._navigator, self._settings)}'
 
     def _start_again(self) -> None:
         self.get_logger().warning(
-            'time jumped back: poses, waiting frames and the goal are forgotten, the robot stands; the map stays'
+            'clock jumped back: poses, queued frames and the goal were reset, the robot stops; the map stays'
         )
         self._navigator.time_jumped()
         if self._groups is not None:

@@ -1,4 +1,4 @@
-"""The node's parameters besides those of the method, which are the core's own settings."""
+"""Parameters of the node; those of mapping, planning and control are settings of the core."""
 
 from __future__ import annotations
 
@@ -12,43 +12,45 @@ from shirube_settings import setting
 
 @dataclass(frozen=True)
 class NodeSettings(CameraSettings):
-    """What the robot sees with, which frames poses connect, which map it begins with, and whether it drives."""
+    """Sensor source, frames, map files and whether the node drives the robot."""
 
     camera_xyz: tuple[float, float, float] = setting(
         (0.0, 0.0, 0.3),
-        'position of the (left) optical frame in base_frame, whose plane z = 0 is the floor',
+        'position of the (left) optical frame in base_frame; the floor is its plane z = 0',
         unit='m',
         minimum=-10.0,
         maximum=10.0,
     )
     camera_rpy: tuple[float, float, float] = setting(
         (-math.pi / 2.0, 0.0, -math.pi / 2.0),
-        'fixed-axis roll, pitch, yaw of the (left) optical frame in base_frame; by default level and ahead',
+        'fixed-axis roll, pitch, yaw of the (left) optical frame in base_frame; default: level, looking ahead',
         unit='rad',
         minimum=-math.tau,
         maximum=math.tau,
     )
     source: str = setting(
         'points',
-        'what the robot sees with: a point cloud, a depth image, or three cameras (left, right, top)',
+        'obstacle source: point cloud, depth image, or three cameras (left, right, top)',
         choices=('points', 'depth', 'trinocular'),
     )
     camera_frame: str = setting(
         '',
-        'optical frame of the camera whose mount this is, for source points; empty takes the first *_optical_frame '
-        'that comes, others are refused',
+        'optical frame of the camera of camera_xyz and camera_rpy, for source points; empty takes the first '
+        '*_optical_frame received, others are rejected',
     )
-    map_file: str = setting('', 'map (YAML of map_server) to begin with; empty begins with nothing known')
-    save_file: str = setting('', 'where ~/save_map writes (YAML, with a PGM beside it); empty takes map_file')
-    drive: bool = setting(False, 'whether the node drives the robot, on cmd_vel')
+    map_file: str = setting('', 'initial map (YAML of map_server); empty starts with an empty map')
+    save_file: str = setting(
+        '', 'output file of ~/save_map (YAML; the PGM is in the same folder); empty takes map_file'
+    )
+    drive: bool = setting(False, 'whether the node drives the robot by cmd_vel')
     depth: DepthSettings = field(default_factory=DepthSettings)
 
 
 def check_source(node: NodeSettings) -> None:
-    """Refuse settings that do not fit the source, before its first message comes.
+    """Check the settings of the source at start.
 
     Raises:
-        DepthError: matching of three cameras that OpenCV cannot do.
+        DepthError: settings of stereo matching that OpenCV does not support.
     """
     if node.source == 'trinocular':
         refuse_unmatchable(node.depth)

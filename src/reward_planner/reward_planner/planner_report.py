@@ -1,4 +1,4 @@
-"""What the node says in the diagnostics: what the robot does, how much it sees, what was dropped."""
+"""Diagnostics of the node: state of the controller, counts of frames, points and poses."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from shirube_ros.stamp_groups import StampGroups
 
 
 class PlannerReport:
-    """Remembers what the robot did last, and counts."""
+    """Collects the state of the controller and counters."""
 
     def __init__(self, navigator: Navigator, now: Callable[[], float], frame_period_max: float) -> None:
         """Start without counts.
 
         Args:
-            navigator: is asked for the rest.
-            now: the time [s], 0 while simulated time has not begun.
-            frame_period_max: frames are late if none came into the map for so long [s].
+            navigator: source of map, pose and route counters.
+            now: current time [s], 0 before simulated time starts.
+            frame_period_max: time without a mapped frame after which the map is stale [s].
         """
         self._navigator, self._now, self._frame_period_max = navigator, now, frame_period_max
         self._waits_since: float | None = None
@@ -33,27 +33,27 @@ class PlannerReport:
         self._groups: StampGroups[Any] | None = None
 
     def watch(self, groups: StampGroups[Any]) -> None:
-        """Count the images that find no partners, too."""
+        """Report images that were dropped by the synchronizer, too."""
         self._groups = groups
 
     def add_frame(self, frame: MappedFrame) -> None:
-        """Take a frame that is in the map."""
+        """Count a mapped frame."""
         self._frames += 1
         self._waits_since = self._now()
         self._groups_before = 0 if self._groups is None else self._groups.formed
         self._points.update(frame.tally._asdict())
 
     def add_drive(self, drive: Drive) -> None:
-        """Take what the robot does now."""
+        """Set the latest output of the drive controller."""
         self._drive = drive
 
     def status(self) -> Status:
-        """Return the state of now."""
+        """Return the diagnostic status."""
         navigator = self._navigator
         values = {'frames in the map': str(self._frames)}
         values |= {f'frames dropped: {why.value}': str(n) for why, n in navigator.frames.dropped.items()}
         if self._groups is not None:
-            values['images dropped: others of their time did not come'] = str(self._groups.dropped)
+            values['images dropped: no others with the same stamp'] = str(self._groups.dropped)
         values |= {f'points {kind.replace("_", " ")}': str(n) for kind, n in self._points.items() if n}
         values |= {
             f'poses: {verdict.value}': str(n)
@@ -62,7 +62,7 @@ class PlannerReport:
         }
         values['map [MB]'] = f'{navigator.mapper.map.bytes / 1e6:.2f}'
         if navigator.mapper.map.refused:
-            values['cells refused, the map is full'] = str(navigator.mapper.map.refused)
+            values['cells rejected, the map is full'] = str(navigator.mapper.map.refused)
         keeper = navigator.pilot.keeper
         if keeper is not None:
             values['routes taken'] = str(keeper.plans)
@@ -73,7 +73,7 @@ class PlannerReport:
         return Status(level, does if late is None else f'{does}; {late}', values)
 
     def _what_is_late(self) -> str | None:
-        """Return what keeps the map from growing, None while it does."""
+        """Return why no frame was mapped for too long, None if one was."""
         now = self._now()
         if now <= 0.0:
             return None
@@ -82,9 +82,9 @@ class PlannerReport:
         waits = now - self._waits_since
         if waits <= self._frame_period_max:
             return None
-        line = f'no frame in the map since {waits:.1f} s'
+        line = f'no frame mapped for {waits:.1f} s'
         if self._groups is None or self._groups.formed > self._groups_before:
             return line
         if self._groups.lacking:
             return f'{line}: no images of {" and ".join(self._groups.lacking)}; check the topics'
-        return f'{line}: the stamps of the images differ; trigger the cameras together'
+        return f'{line}: the stamps of the images differ; synchronize the cameras'

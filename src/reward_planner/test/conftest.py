@@ -1,4 +1,4 @@
-"""What tests share: a ROS graph for each that wants one, and the modules that lie beside them."""
+"""Fixtures: an isolated ROS graph, and the import path of the test helpers."""
 
 from __future__ import annotations
 
@@ -15,6 +15,6 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 @pytest.fixture
 def graph() -> Iterator[IsolatedGraph]:
-    """Nodes that see only each other."""
+    """An isolated ROS graph."""
     with isolated_graph() as opened:
         yield opened

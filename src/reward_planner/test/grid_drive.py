@@ -1,4 +1,4 @@
-"""A robot in a world of cells: it senses in line of sight, maps, is driven by the pilot, and may hit a wall."""
+"""A simulated robot in a grid world: line-of-sight sensing, mapping, the drive controller and collisions."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class GridDrive:
         self.pilot = Pilot(self.known, planner, reward, self.settings)
         self.robot = DrivenRobot(start, MotorLimits(0.6, 4.0))
         self.senses_pose = self.senses_map = True
-        self.error = PlanarPose(0.0, 0.0, 0.0)  # of what is told of the pose
+        self.error = PlanarPose(0.0, 0.0, 0.0)  # error of the reported pose
         self.drives, self.poses, self.room = [], [start], []
         self.frame = GridFrame(0.0, 0.0, resolution, *self.walls.shape[::-1])
         self._seen = np.full(self.walls.shape, UNKNOWN, dtype=np.int8)
@@ -71,7 +71,7 @@ class GridDrive:
         assert self.room[-1] > 0.0, f'hit a wall at {self.pose}'
 
     def run(self, seconds, until=(DriveState.REACHED,)):
-        """Drive until a state is there; return the last drive."""
+        """Drive until a state is reached; return the last command."""
         for _ in range(round(seconds / TICK)):
             self.tick()
             if self.drives[-1].state in until:
@@ -79,7 +79,7 @@ class GridDrive:
         return self.drives[-1]
 
     def gap(self):
-        """Distance from the robot's rim to the nearest wall."""
+        """Distance from the robot's edge to the nearest wall [m]."""
         row, column = self.frame.cell_of((self.pose.x, self.pose.y))
         pad = math.ceil(RADIUS / self.resolution) + 1
         part = (slice(max(row - pad, 0), row + pad + 1), slice(max(column - pad, 0), column + pad + 1))
@@ -90,7 +90,7 @@ class GridDrive:
         return float(np.hypot(*(nearest - here).T).min(initial=1.0)) - RADIUS
 
     def way(self):
-        """Length of the way so far."""
+        """Length of the path so far [m]."""
         return sum(a.distance_to(b) for a, b in zip(self.poses, self.poses[1:], strict=False))
 
 
@@ -104,7 +104,7 @@ def coarse(walls, factor=5):
 
 
 def roomy_place(walls, x, y, resolution=0.1):
-    """The place with half a metre of room around it that is nearest to another."""
+    """The nearest point with half a metre of clearance."""
     room = clearance(walls, resolution)
     cells = np.argwhere(room > 0.5)
     places = resolution * (cells[:, ::-1] + 0.5)

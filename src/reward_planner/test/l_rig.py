@@ -1,4 +1,4 @@
-"""Three cameras in an L in a room of boxes, and what they see."""
+"""Three cameras in an L in a room of boxes, and their images."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROOM = BoxRoom(
 
 
 def projection(camera=CAMERA, x=0.0, y=0.0):
-    """The matrix P of a camera at a place in the left camera's optical frame [m]."""
+    """Projection matrix of a camera at a position in the left camera's optical frame [m]."""
     P = np.zeros((3, 4))
     P[:, :3] = camera.matrix
     P[0, 3], P[1, 3] = -camera.fx * x, -camera.fy * y
@@ -27,7 +27,7 @@ def projection(camera=CAMERA, x=0.0, y=0.0):
 
 @lru_cache
 def picture(x=0.0, y=0.0, noise=1.0, seed=0, room=ROOM):
-    """What a camera sees at that place."""
+    """Image of a camera at that position."""
     T = forward_camera(0.0, 0.0, 0.6, 0.1)
     T[:3, 3] += T[:3, 0] * x + T[:3, 1] * y
     return picture_of(

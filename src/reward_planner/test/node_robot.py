@@ -1,4 +1,4 @@
-"""The planner's node in a graph of its own, and a robot around it that drives through a room."""
+"""The node in an isolated graph, and a simulated robot in a room."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ TOPICS = {
 
 
 class Robot:
-    """The node under test and a robot around it; time is the robot's."""
+    """The node under test and a simulated robot, in simulated time."""
 
     def __init__(self, graph, **parameters):
         self._graph = graph
@@ -60,7 +60,7 @@ class Robot:
         self.tick(0.0)
 
     def tick(self, seconds):
-        """Let time pass at the node."""
+        """Advance simulated time."""
         self.now += seconds
         self._clock.publish(Clock(clock=stamp(self.now)))
         aim = round(self.now * 1e9) - 1000
@@ -94,7 +94,7 @@ class Robot:
         self.send('points', cloud_from_points(points.astype(np.float32), self.header(frame)))
 
     def drive(self, seconds, until=lambda: False):
-        """Sense and obey ten times a second of the robot's time."""
+        """Publish points and pose, and drive, ten times per simulated second."""
         for _ in range(round(10 * seconds)):
             self.send_points()
             self.send_pose()
@@ -109,7 +109,7 @@ class Robot:
         return list(self.node._guard.counts[topic].refused)
 
     def message(self):
-        """What the diagnostics say now."""
+        """The next diagnostic status."""
         before = len(self.reports)
         assert self._graph.spin_until(lambda: len(self.reports) > before)
         return self.reports[-1]

@@ -1,4 +1,4 @@
-"""Voxels by the book: one point and one ray at a time, in plain Python."""
+"""Reference implementation of voxels and rays in plain Python."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Voxel = tuple[int, int, int]
 
 
 def voxel_of(point, resolution, bottom) -> Voxel:
-    """The voxel in which a point lies; voxel (0, 0, 0) begins at (0, 0, bottom)."""
+    """The voxel of a point; voxel (0, 0, 0) starts at (0, 0, bottom)."""
     return tuple(math.floor(c / resolution) for c in (point[0], point[1], point[2] - bottom))
 
 
@@ -21,7 +21,7 @@ def centre_of(voxel, resolution, bottom):
 
 
 def voxels_on_the_way(start, end, resolution, bottom) -> set[Voxel]:
-    """All voxels that a segment goes through: cut it at every face and look at the middle of each piece."""
+    """All voxels that a segment traverses: split it at every face and take the middle of each part."""
     low = (np.array(start) - (0.0, 0.0, bottom)) / resolution
     high = (np.array(end) - (0.0, 0.0, bottom)) / resolution
     cuts = {0.0, 1.0}

@@ -1,4 +1,4 @@
-"""What Nav2 is answered; the messages of the action are played, for nav2_msgs is not everywhere."""
+"""The action server for Nav2, with stand-ins for the messages of nav2_msgs."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_a_route_around_the_obstacle_is_answered():
 
 def test_the_route_begins_where_the_robot_is():
     planner = navigator()
-    assert 'pose is not known' in ask(planner, PlanarPose(5.0, 3.0, 0.0))[1]
+    assert 'pose is unknown' in ask(planner, PlanarPose(5.0, 3.0, 0.0))[1]
     planner.add_pose(0.2, PlanarPose(1.0, 5.0, 0.0))
     result, _ = ask(planner, PlanarPose(5.0, 3.0, 0.0))
     assert result.path.poses[0].pose.position.y == pytest.approx(5.0, abs=0.1)

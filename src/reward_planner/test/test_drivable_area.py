@@ -1,4 +1,4 @@
-"""The area covers what is needed, and parts that are refreshed are as if all were computed anew."""
+"""The costmap covers what is needed, and partial updates equal a full computation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests of what the robot's size makes of a map."""
+"""Clearance and inflation of obstacles."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""One frame: hits and free voxels against a plain second implementation, shifts of the map, density of points."""
+"""One frame: hits and traversed voxels against a reference implementation, shifts of the map, point density."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SETTINGS = VoxelSettings(
     resolution=0.125, height_min=0.125, height_max=1.125, range_max=3.0, hit_share_min=0.1
 )
 CAMERA = PinholeCamera(80, 60, 66.0, 66.0, 39.5, 29.5)
-# Of no round numbers: where a ray meets an edge of voxels, both neighbours would do.
+# Not round numbers: where a ray meets an edge of voxels, both neighbours would be right.
 PLACES = [(0.3141, 0.1271, 0.6236, 0.2), (-0.4173, 0.9197, 0.4129, -0.9), (3.1411, -1.2183, 0.9047, 2.3)]
 ROOM = BoxRoom(
     (-1.0, -2.0, 0.0, 4.5, 2.0, 2.5), ((1.2, -0.6, 0.0, 1.7, 0.1, 0.7), (2.0, 0.4, 0.8, 2.6, 1.0, 0.9))
@@ -34,7 +34,7 @@ def seen(x=0.3, y=0.1, height=0.6, yaw=0.2):
 
 
 def slow_frame(points, view, settings):
-    """Hits, and what rays passed, one point at a time."""
+    """Hits and traversed voxels by the reference implementation."""
     s, bottom, top = settings.resolution, settings.height_min, settings.height_max
     hits, open_ends, origin = Counter(), Counter(), view.origin
     for point in points.astype(np.float64):
@@ -171,5 +171,5 @@ def test_single_points_far_behind_free_nothing():
 
 @pytest.mark.parametrize('points', [np.zeros((3, 2)), np.zeros(3), np.zeros((2, 3, 3))])
 def test_points_of_another_shape_are_refused(points):
-    with pytest.raises(VoxelError, match='one row x, y, z a point'):
+    with pytest.raises(VoxelError, match='one row x, y, z per point'):
         FrameCounter(SETTINGS).count(points, seen()[1])

@@ -1,4 +1,4 @@
-"""Windows hold whatever a sensor can reach, and consist of whole tiles."""
+"""Windows contain all points within range, and consist of whole tiles."""
 
 from __future__ import annotations
 

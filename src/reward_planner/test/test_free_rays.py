@@ -12,7 +12,7 @@ SHAPE = (32, 32, 10)
 
 
 def passed_by(ends, origin, marks=None):
-    """Voxels that are passed on the way to ends, as the code under test finds them."""
+    """Traversed voxels by the code under test."""
     marks = np.zeros(SHAPE, dtype=np.uint8) if marks is None else marks
     passed = np.empty(marks.size, dtype=np.int32)
     flat = np.array([np.ravel_multi_index(end, SHAPE) for end in ends], dtype=np.int32)
@@ -23,7 +23,7 @@ def passed_by(ends, origin, marks=None):
 
 
 def by_the_book(ends, origin):
-    """The same by the second implementation, within the window and without the ends themselves."""
+    """Traversed voxels by the reference implementation, within the window and without the ends."""
     way = [voxels_on_the_way(origin, np.array(end) + 0.5, 1.0, 0.0) - {end} for end in ends]
     return {v for v in set().union(*way) if 0 <= v[2] < SHAPE[2]}
 
@@ -40,7 +40,7 @@ def test_rays_pass_the_voxels_that_they_cut(height):
 def test_many_rays_pass_what_each_of_them_passes():
     rng = np.random.default_rng(4)
     ends = [tuple(int(rng.integers(0, n)) for n in SHAPE) for _ in range(100)]
-    origin = (15.3141, 16.8271, 4.2236)  # no ray meets an edge, where both neighbours would do
+    origin = (15.3141, 16.8271, 4.2236)  # no ray meets an edge, where both neighbours would be right
     assert passed_by(ends, origin) == by_the_book(ends, origin)
 
 

@@ -1,4 +1,4 @@
-"""The map of the area: keeps what was known, takes what is new, grows only with the ground that was seen."""
+"""The global map keeps known cells, accepts new ones, and grows only with the observed area."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def patch(row, column, cells, observed=None, resolution=0.05):
 
 
 def value(area, row, column):
-    """The value of a cell of the map, wherever the map begins."""
+    """The value of a cell of the map."""
     frame, cells = area.occupancy()
     first = np.round(np.array([frame.origin_y, frame.origin_x]) / frame.resolution).astype(int)
     return cells[row - first[0], column - first[1]]
@@ -90,7 +90,7 @@ def test_a_map_too_large_to_be_given_out_whole_is_given_in_parts():
     area.write(patch(0, 0, [[OCCUPIED]]))
     area.write(patch(100_000, 100_000, [[OCCUPIED]]))
     assert area.refused == 0
-    with pytest.raises(MappingError, match='take a part'):
+    with pytest.raises(MappingError, match='use a part'):
         area.occupancy()
     cells = area.occupancy_in(GridFrame(4999.95, 4999.9, 0.05, 5, 4))
     assert np.argwhere(cells == OCCUPIED).tolist() == [[2, 1]]

@@ -1,4 +1,4 @@
-"""Tests of where cells lie."""
+"""Geometry of grids."""
 
 import math
 

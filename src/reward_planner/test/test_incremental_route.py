@@ -1,4 +1,4 @@
-"""Tests of routes that are mended, against routes searched anew."""
+"""D* Lite against searches from scratch."""
 
 import numpy as np
 import pytest

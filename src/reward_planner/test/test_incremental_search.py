@@ -1,4 +1,4 @@
-"""Tests of the loops of the incremental search that no route shows."""
+"""Kernels of D* Lite."""
 
 import numpy as np
 

@@ -22,7 +22,7 @@ def around(row: int, column: int) -> bool:
 
 
 def walk(row: int, column: int, down: int, right: int) -> tuple[int, int] | None:
-    """Go straight on until a wall beside the way has ended, or the goal."""
+    """Go straight until an adjacent wall ends, or to the goal."""
     while True:
         row, column = row + down, column + right
         if around(row, column):

@@ -1,4 +1,4 @@
-"""Tests of routes on known maps."""
+"""Planning on a static map."""
 
 import numpy as np
 import pytest

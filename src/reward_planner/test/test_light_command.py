@@ -1,4 +1,4 @@
-"""What lamps say is read as vlc_beacon writes it, and refused in one line where it is nonsense."""
+"""Commands of vlc_beacon are parsed, and malformed ones are rejected in one line."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ def test_each_operation_is_read(operation):
 @pytest.mark.parametrize(
     ('text', 'words'),
     [
-        ('stop', 'no JSON'),
-        ('[1]', 'no known op'),
+        ('stop', 'not valid JSON'),
+        ('[1]', 'an unknown op'),
         ('{"op": "jump"}', 'must be one of stop, resume, slow, speed_up, turn'),
-        ('{"op": "slow", "value": "much"}', 'no finite number'),
-        ('{"op": "turn", "value": NaN}', 'no finite number'),
-        ('{"op": "turn", "value": true}', 'no finite number'),
+        ('{"op": "slow", "value": "much"}', 'not a number of at most 1000'),
+        ('{"op": "turn", "value": NaN}', 'not a number of at most 1000'),
+        ('{"op": "turn", "value": true}', 'not a number of at most 1000'),
         ('{"op": "slow", "value": -0.1}', 'negative speed'),
-        ('{"op": "slow"}', 'no finite number'),
-        ('{"op": "turn", "value": 7.0}', 'a whole turn at most'),
-        ('{"op": "turn", "value": 1e308}', 'no finite number'),
-        ('{"op": "slow", "value": 1' + 400 * '0' + '}', 'no finite number'),
-        (100_000 * '[', 'no JSON'),
+        ('{"op": "slow"}', 'not a number of at most 1000'),
+        ('{"op": "turn", "value": 7.0}', 'at most one full turn'),
+        ('{"op": "turn", "value": 1e308}', 'not a number of at most 1000'),
+        ('{"op": "slow", "value": 1' + 400 * '0' + '}', 'not a number of at most 1000'),
+        (100_000 * '[', 'not valid JSON'),
     ],
 )
 def test_nonsense_is_refused_in_one_line(text, words):

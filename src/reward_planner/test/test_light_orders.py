@@ -1,4 +1,4 @@
-"""What lamps said holds until they say otherwise."""
+"""Commands of lamps are in effect until the next ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Maps that are begun with."""
+"""Loading of the static map."""
 
 import numpy as np
 import pytest

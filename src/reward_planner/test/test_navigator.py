@@ -1,4 +1,4 @@
-"""From depth images of a furnished room to the goal: mapper, planner and driver together, without ROS."""
+"""From depth images of a furnished room to the goal: mapping, planning and control without ROS."""
 
 from __future__ import annotations
 
@@ -190,11 +190,11 @@ def test_when_time_jumps_back_goal_and_frames_are_forgotten():
 def test_goals_must_be_on_a_known_map_or_where_something_was_seen_since():
     drive = RoomDrive(())
     navigator = drive.navigator
-    navigator.set_goal(PlanarPose(40.0, 0.0, 0.0))  # without a known map everything is one's own ground
+    navigator.set_goal(PlanarPose(40.0, 0.0, 0.0))  # without a static map every goal is allowed
     cells = np.zeros((20, 20), dtype=np.int8)
     navigator.use_map(OccupancyMap(GridFrame(-1.0, -1.0, 0.1, 20, 20), cells))
     navigator.set_goal(PlanarPose(0.9, 0.9, 0.0))
-    with pytest.raises(DrivingError, match=r'outside of the map, which reaches from x -1\.00 to 1\.00 m'):
+    with pytest.raises(DrivingError, match=r'outside of the map, which extends from x -1\.00 to 1\.00 m'):
         navigator.set_goal(PlanarPose(2.0, 0.0, 0.0))
     assert navigator.pilot.keeper is None
     here = PlanarPose(0.0, 0.0, 0.0)

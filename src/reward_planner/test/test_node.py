@@ -78,7 +78,7 @@ def test_lamps_are_obeyed(graph):
     robot.send('command', String(data=json.dumps(fields)))
     robot.drive(2.0)
     assert graph.spin_until(lambda: abs(robot.speed) < 1e-3)
-    assert robot.message().message == 'a lamp said stop'
+    assert robot.message().message == 'stopped on command of a lamp'
 
 
 def test_depth_images_are_mapped(graph):
@@ -125,7 +125,7 @@ def test_the_map_is_saved_resumed_and_cleared(graph, tmp_path):
     answer = robot.call('save_map')
     assert (answer.success, answer.message) == (
         False,
-        'nothing is known yet; let the robot see something first',
+        'the map is empty; wait for the first frame',
     )
     late = robot.listen(OccupancyGrid, '/reward_planner/map', map_profile())
     assert graph.spin_until(lambda: len(late) > 0)

@@ -166,7 +166,7 @@ def test_an_obstacle_whose_voxels_were_given_up_stays():
 
 def test_a_pose_that_is_not_finite_is_refused_and_maps_nothing():
     mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
-    with pytest.raises(VoxelError, match='no rigid pose'):
+    with pytest.raises(VoxelError, match='not a rigid transform'):
         mapper.add(0.0, points_at(PlanarPose(0.0, 0.0, 0.0)), PlanarPose(math.nan, 0.0, 0.0), CAMERA.fx)
     assert mapper.map.frame() is None
 

@@ -78,7 +78,7 @@ def test_the_depot_of_nav2_is_read() -> None:
         ({'resolution': 'fine'}, "resolution is 'fine'"),
         ({'origin': [0.0, 0.0]}, 'origin is'),
         ({'origin': [0.0, float('nan'), 0.0]}, 'origin is'),
-        ({'origin': [0.0, 0.0, 0.5]}, 'turned'),
+        ({'origin': [0.0, 0.0, 0.5]}, 'origin has a yaw'),
         ({'origin': [10**400, 0.0, 0.0]}, 'origin is'),
         ({'origin': [0.0, 1e308, 0.0]}, 'origin is'),
         ({'resolution': 10**400}, 'resolution is'),
@@ -102,7 +102,7 @@ def test_a_wrong_field_is_named(saved: Path, fields: dict[str, object], message:
 
 
 def test_another_resolution_than_asked_is_refused(saved: Path) -> None:
-    with pytest.raises(RewardPlannerError, match=r'0\.05 m, 0\.1 m is asked for'):
+    with pytest.raises(RewardPlannerError, match=r'0\.05 m, it must be 0\.1 m'):
         load_occupancy_map(saved, 0.1)
 
 
@@ -116,11 +116,11 @@ def test_an_image_of_a_wrong_size_is_refused(saved: Path, change_of_length: int)
 
 
 @pytest.mark.parametrize(
-    'content', [b'', b'no image', b'P5\n-3 4\n255\n', b'P5' + b'\n' * 60, b'P5' + b'\n#\n' * 40]
+    'content', [b'', b'not an image', b'P5\n-3 4\n255\n', b'P5' + b'\n' * 60, b'P5' + b'\n#\n' * 40]
 )
 def test_what_is_no_image_is_refused(saved: Path, content: bytes) -> None:
     saved.with_suffix('.pgm').write_bytes(content)
-    with pytest.raises(RewardPlannerError, match='no image'):
+    with pytest.raises(RewardPlannerError, match='not an image'):
         load_occupancy_map(saved)
 
 
@@ -137,7 +137,7 @@ def test_comments_may_stand_between_all_numbers_of_the_header(saved: Path) -> No
 @pytest.mark.parametrize('name', ['map.pgm', 'map', 'map.png', 'map.yaml.bak'])
 def test_a_map_is_not_saved_under_another_ending(saved: Path, name: str) -> None:
     there = {path.name: path.read_bytes() for path in saved.parent.iterdir()}
-    with pytest.raises(RewardPlannerError, match=f'{name}: is no name for the YAML'):
+    with pytest.raises(RewardPlannerError, match=f'{name}: is not a name for the YAML'):
         save_occupancy_map(saved.with_name(name), load_occupancy_map(saved))
     assert {path.name: path.read_bytes() for path in saved.parent.iterdir()} == there
 

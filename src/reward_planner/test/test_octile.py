@@ -1,4 +1,4 @@
-"""Tests of the whole numbers that stand for lengths."""
+"""Octile lengths as integers."""
 
 import math
 

@@ -36,7 +36,7 @@ def test_points_follow_the_printed_equations(direction):
     found, pair = disparities(*direction)
     v, u = np.mgrid[0.0 : CAMERA.height, 0.0 : CAMERA.width]
     X_left, Y_left = u - CAMERA.cx, v - CAMERA.cy
-    # Eqs. (1) and (2) give the point from the middle between both cameras.
+    # Eqs. (1) and (2) give the point from the midpoint of both cameras.
     X_other, Y_other = X_left - found * (pair.axis == 0), Y_left - pair.sign * found * (pair.axis == 1)
     X, Y = (abs(pair.baseline) * (a + b) / (2.0 * found) for a, b in ((X_left, X_other), (Y_left, Y_other)))
     Z = depth_of_pair(found, pair)

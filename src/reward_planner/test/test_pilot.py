@@ -39,7 +39,7 @@ DETOUR_MAX = {'optimal': 2.5, 'reward': 20.0}  # for the rule as in the benchmar
 
 
 def shortest_way(walls, start, goal):
-    """The shortest way of a robot that knows the world and keeps its margin [m]."""
+    """Length of the shortest path with the inflation radius on the true map [m]."""
     room = clearance(walls, 0.1) <= RADIUS + DrivingSettings().clearance_margin
     ends = (tuple(int(10.0 * v) for v in reversed(place)) for place in (start, goal))
     return 0.1 * shortest_route(room, *ends).length
@@ -72,7 +72,7 @@ def test_the_way_is_hardly_longer_than_it_must_be_and_the_route_is_kept():
 
 @pytest.mark.parametrize('yaw', [0.0, 2.5])
 def test_a_robot_whose_pose_is_mended_at_the_goal_drives_there_again(yaw):
-    """What lamps or landmarks tell late counts, too: reached is never said beyond the tolerance."""
+    """Late pose corrections count, too: the goal is never reported as reached beyond the tolerance."""
     drive = GridDrive(hall(), PlanarPose(2.0, 3.0, 0.0), DrivingSettings(goal_tolerance=0.05))
     goal = goal_at(5.0, 3.0, yaw)
     drive.error = PlanarPose(0.035, 0.0, 0.0)
@@ -124,7 +124,7 @@ def test_a_goal_behind_walls_is_told_unreachable_and_the_robot_stands():
     drive.pilot.set_goal(goal_at(8.0, 3.0))
     last = drive.run(200.0, until=(DriveState.UNREACHABLE, DriveState.REACHED))
     assert last.state is DriveState.UNREACHABLE
-    assert last.detail == 'no way to the goal: no free way leads to the goal'
+    assert last.detail == 'no path to the goal: obstacles block every path'
     assert is_standing(drive.run(2.0))
 
 
@@ -134,7 +134,7 @@ def test_a_goal_in_a_known_obstacle_is_told_and_the_robot_stands():
     drive.pilot.set_goal(goal_at(5.1, 3.0))
     last = drive.run(1.0)
     assert last.state is DriveState.UNREACHABLE
-    assert 'the goal is in or too near to an obstacle' in last.detail
+    assert 'the goal is in an obstacle or too near to one' in last.detail
     assert drive.way() < 1e-6
 
 
@@ -202,7 +202,7 @@ def test_the_speed_allows_to_stop_before_what_lies_straight_ahead():
     drive = GridDrive(hall(), PlanarPose(1.0, 0.45, -0.2), settings)
     drive.sense()
     drive.pilot.set_goal(goal_at(8.0, 0.45))
-    for k in range(100):  # the robot is held where it is
+    for k in range(100):  # the robot is prevented from moving
         drive.pilot.robot_at(TICK * k, drive.pose)
         drive.pilot.map_changed(TICK * k, drive.frame)
         speed = drive.pilot.step(TICK * k).velocity.forward

@@ -1,4 +1,4 @@
-"""What the diagnostics say at a glance."""
+"""The diagnostic status of the planner."""
 
 import numpy as np
 
@@ -42,9 +42,9 @@ def test_frames_points_and_what_was_dropped_are_counted():
             report.add_frame(frame)
     values = report.status().values
     assert values['frames in the map'] == '1'
-    assert values['frames dropped: its pose did not come in time'] == '1'
+    assert values['frames dropped: no pose within pose_wait'] == '1'
     assert values['points not finite'] == '1'
-    assert values['poses: the pose jumped; the map waits until poses agree'] == '1'
+    assert values['poses: the pose jumped; mapping waits until poses are consistent'] == '1'
 
 
 def test_images_without_partners_are_counted():
@@ -54,7 +54,7 @@ def test_images_without_partners_are_counted():
     groups.put('left', 1.0, None)
     for side in ('left', 'right'):
         groups.put(side, 2.0, None)
-    assert report.status().values['images dropped: others of their time did not come'] == '1'
+    assert report.status().values['images dropped: no others with the same stamp'] == '1'
 
 
 def test_frames_that_are_late_are_a_warning_whatever_the_robot_does():
@@ -65,7 +65,7 @@ def test_frames_that_are_late_are_a_warning_whatever_the_robot_does():
         time[0] = now
         levels.append(report.status().level)
     assert levels == [Level.OK, Level.OK, Level.OK, Level.WARN]
-    assert report.status().message == f'{DriveState.IDLE.value}; no frame in the map since 1.5 s'
+    assert report.status().message == f'{DriveState.IDLE.value}; no frame mapped for 1.5 s'
     navigator.add_pose(101.5, PlanarPose(0.0, 0.0, 0.0))
     navigator.add_frame(101.5, 101.5, SensorFrame(np.array([(0.0, 0.0, 1.0)], dtype=np.float32), 0.0))
     for frame in navigator.work(101.5):
@@ -84,9 +84,9 @@ def test_the_camera_whose_images_lack_is_named():
     time[0] = 105.0
     for side in ('left', 'right'):
         groups.put(side, 2.0, None)
-    assert 'no frame in the map since 5.0 s: no images of top;' in report.status().message
+    assert 'no frame mapped for 5.0 s: no images of top;' in report.status().message
     groups.put('top', 2.1, None)
     assert 'the stamps of the images differ' in report.status().message
     for side in ('left', 'right'):
         groups.put(side, 2.1, None)
-    assert report.status().message.endswith('since 5.0 s')
+    assert report.status().message.endswith('for 5.0 s')

@@ -1,4 +1,4 @@
-"""The density of a cloud is that of the depth camera which it came from."""
+"""The density of a cloud is that of its depth camera."""
 
 import numpy as np
 import pytest

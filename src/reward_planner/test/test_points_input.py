@@ -1,4 +1,4 @@
-"""A cloud says the same in the robot's frame as in the camera's."""
+"""A cloud gives the same points in the robot's frame as in the camera's."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MOUNT = CameraMount((0.2, 0.1, 0.5), (-1.7, 0.1, -1.4))
 
 
 class Input:
-    """The input in a node of its own, and a camera that sends clouds."""
+    """The input in a node, and a camera that publishes clouds."""
 
     def __init__(self, graph, camera_frame=''):
         self._graph, self.frames = graph, []

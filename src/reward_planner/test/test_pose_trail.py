@@ -1,4 +1,4 @@
-"""Poses at an instant: between known ones, never across jumps or gaps; odd stamps are told."""
+"""Poses are interpolated, but not across jumps or gaps; invalid stamps are reported."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from shirube_geometry import PlanarPose
 
 
 def driven(until=5.0, rate=20.0):
-    """A trail of a robot that drives along x at 1 m/s."""
+    """A pose buffer of a robot that drives along x at 1 m/s."""
     trail = PoseTrail(MappingSettings())
     for k in range(int(until * rate) + 1):
         assert trail.add(k / rate, PlanarPose(k / rate, 2.0, 0.0)) is PoseVerdict.TAKEN

@@ -1,4 +1,4 @@
-"""Voxels on the floor: obstacles where solids are at the robot's heights, free cells where rays passed."""
+"""Projection of voxels: obstacles at the robot's heights, free cells along rays."""
 
 from __future__ import annotations
 

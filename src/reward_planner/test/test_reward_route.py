@@ -1,4 +1,4 @@
-"""The way by the rule arrives, avoids where the robot was, and may be asked for in pieces."""
+"""Routes of the reward rule reach the goal, avoid visited cells, and can be planned in parts."""
 
 from __future__ import annotations
 

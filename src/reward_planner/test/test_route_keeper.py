@@ -1,4 +1,4 @@
-"""A route is kept unless it is blocked or clearly beaten."""
+"""A route is kept unless it is blocked or clearly longer than a new one."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ GOAL = (8.0, 0.0)
 
 
 class Floor:
-    """A map that can be painted, and a keeper of a route on it."""
+    """A map that can be painted, and a replanner on it."""
 
     def __init__(self, mode='optimal'):
         self.known = GlobalMap(0.1, 1_000_000)

@@ -1,4 +1,4 @@
-"""The command asks the node and says what it answered."""
+"""The command calls the service and prints its response."""
 
 import pytest
 from std_srvs.srv import Trigger
@@ -11,7 +11,7 @@ from reward_planner.commands import save_map
     [
         (Trigger.Response(success=True, message='saved to room.yaml'), 0, 'saved to room.yaml\n', ''),
         (Trigger.Response(success=False, message='nothing is known'), 1, '', 'save_map: nothing is known\n'),
-        (None, 1, '', 'save_map: /robot/planner does not answer; start it first\n'),
+        (None, 1, '', 'save_map: /robot/planner does not respond; start it first\n'),
     ],
 )
 def test_the_answer_of_the_node_is_told(answer, code, out, err, monkeypatch, capsys):

@@ -1,4 +1,4 @@
-"""Views that are no poses are refused with one line."""
+"""Invalid sensor poses are rejected with one line."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ def changed(row, column, value):
 @pytest.mark.parametrize(
     ('T', 'words'),
     [
-        (np.eye(3), 'no rigid pose'),
-        (changed(0, 3, math.nan), 'no rigid pose'),
-        (changed(1, 3, math.inf), 'no rigid pose'),
-        (changed(3, 0, 1.0), 'no rigid pose'),
+        (np.eye(3), 'not a rigid transform'),
+        (changed(0, 3, math.nan), 'not a rigid transform'),
+        (changed(1, 3, math.inf), 'not a rigid transform'),
+        (changed(3, 0, 1.0), 'not a rigid transform'),
         (changed(0, 0, 1.1), 'orthonormal'),
         (changed(2, 2, -1.0), 'right-handed'),
     ],

@@ -1,4 +1,4 @@
-"""Tests of shortest routes against the lengths of MovingAI and against a second implementation."""
+"""Shortest routes against the lengths of MovingAI and a reference implementation."""
 
 import os
 from pathlib import Path

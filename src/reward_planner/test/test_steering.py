@@ -1,4 +1,4 @@
-"""Turns end without overshoot, and there is always room to stop."""
+"""Turns end without overshoot, and the robot can always stop in time."""
 
 from __future__ import annotations
 

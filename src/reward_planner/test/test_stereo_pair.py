@@ -40,12 +40,12 @@ def changed(row, column, value):
     ('other', 'words'),
     [
         (projection(), 'no baseline'),
-        (changed(1, 3, -20.0), 'neither side by side'),
+        (changed(1, 3, -20.0), 'neither a horizontal nor a vertical pair'),
         (changed(1, 2, 125.0), 'principal points'),
         (changed(0, 0, 270.0), 'focal lengths differ'),
-        (changed(0, 3, math.nan), 'no projection matrix'),
-        (np.eye(3), 'no projection matrix'),
-        (np.zeros((3, 4)), 'no projection matrix'),
+        (changed(0, 3, math.nan), 'not a projection matrix'),
+        (np.eye(3), 'not a projection matrix'),
+        (np.zeros((3, 4)), 'not a projection matrix'),
     ],
 )
 def test_cameras_that_are_no_rectified_pair_are_refused(other, words):

@@ -1,4 +1,4 @@
-"""Tests of where a search goes on from a jump point."""
+"""Successors of jump points."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Tiles stay where they are, within their budget, the nearest ones."""
+"""Tiles keep their values, and the nearest ones are kept within the budget."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def window(tile_x=0, tile_y=0, tiles=3):
 
 
 def visit(store, at, stamp=0.0, needed=None):
-    """Make all tiles of a window and return their slots."""
+    """Allocate all tiles of a window and return their slots."""
     slots = store.slots_of(at)
     store.add_missing(at, slots, np.ones(slots.shape, dtype=np.bool_) if needed is None else needed, stamp)
     return slots

@@ -33,7 +33,7 @@ def of_rig(fusion):
 
 
 def scores(depth, truth, focal_baseline):
-    """Coverage, and the share of the matched pixels that are off by more than a pixel."""
+    """Coverage, and the fraction of matched pixels with an error of more than a pixel."""
     matched = np.isfinite(depth)
     error = np.abs(focal_baseline / depth - focal_baseline / truth)[matched]
     return matched.mean(), (error > 1.0).mean()

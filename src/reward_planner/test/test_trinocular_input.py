@@ -1,4 +1,4 @@
-"""Three images of the same instant become the points that the rendered room has there."""
+"""Three synchronized images become the points of the rendered room."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The rig finds out on which side the top camera is, and refuses pictures that do not belong together."""
+"""The rig finds the side of the top camera, and rejects inconsistent images."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from reward_planner.core.depth.trinocular_rig import TrinocularRig
 
 
 def rig(told, matcher='sgbm'):
-    """Return a rig whose calibration tells of a top camera at a height ``told`` along y [m]."""
+    """Return a rig whose calibration has the top camera at ``told`` along y [m]."""
     projections = np.array([projection(), projection(x=BASELINE), projection(y=told)])
     return TrinocularRig(projections, DepthSettings(matcher=matcher, disparities=48))
 
@@ -37,17 +37,17 @@ def test_a_frame_without_texture_decides_nothing():
 
 
 def test_a_top_camera_that_sees_something_else_is_refused():
-    with pytest.raises(DepthError, match='contradict each other'):
+    with pytest.raises(DepthError, match='are inconsistent'):
         rig(-BASELINE).compute(picture(), picture(x=BASELINE), turned())
 
 
 def turned():
-    """What a top camera sees that looks elsewhere."""
+    """Image of a top camera that looks elsewhere."""
     return np.ascontiguousarray(picture(y=-BASELINE)[:, ::-1])
 
 
 def points_of(cameras, *images):
-    """Number of pixels that get a depth; none where the images are refused."""
+    """Number of pixels with a depth; 0 if the images are rejected."""
     try:
         return np.isfinite(cameras.compute(*images).depth).sum()
     except DepthError:
@@ -78,7 +78,7 @@ def test_after_a_contradiction_frames_are_refused_until_one_tells_that_all_is_we
     blank = np.full(picture().shape, 128, dtype=np.uint8)
     good = (picture(), picture(x=BASELINE), picture(y=-BASELINE))
     for images in ((picture(), picture(x=BASELINE), turned()), (blank, blank, blank)):
-        with pytest.raises(DepthError, match='contradict each other'):
+        with pytest.raises(DepthError, match='are inconsistent'):
             cameras.compute(*images)
     assert points_of(cameras, *good) > 0.7 * blank.size
     cameras.compute(blank, blank, blank)

@@ -1,4 +1,4 @@
-"""Values over time: sums against a dictionary, what appears and disappears, forgetting, odd times."""
+"""Values over time: sums against a dictionary, clearing, decay, and jumps of the clock."""
 
 from __future__ import annotations
 

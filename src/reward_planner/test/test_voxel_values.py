@@ -1,4 +1,4 @@
-"""Values of voxels in a frame: the printed rule loses what is far, the normalised one does not."""
+"""Voxel values of a frame: the paper's rule loses far voxels, the normalised one does not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frames get the pose of their own instant, or are dropped and counted with the reason."""
+"""Frames get the pose at their stamp, or are dropped and counted with the reason."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from shirube_geometry import PlanarPose
 
 
 def drive(trail, start, end):
-    """Poses from start to end, 20 a second, of a robot that drives along x at 1 m/s."""
+    """Poses at 20 Hz of a robot that drives along x at 1 m/s."""
     for k in range(round(20 * start), round(20 * end) + 1):
         trail.add(k / 20.0, PlanarPose(k / 20.0, 0.0, 0.0))
 

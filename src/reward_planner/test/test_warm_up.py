@@ -1,4 +1,4 @@
-"""What is warm does not compile while the robot drives."""
+"""No kernel is compiled while the robot drives."""
 
 from __future__ import annotations
 

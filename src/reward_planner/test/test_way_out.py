@@ -1,4 +1,4 @@
-"""A robot too near to an obstacle gains distance with each step."""
+"""On an escape path the clearance grows with each step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The robot heads for what it can go to straight, and knows how far it is free ahead."""
+"""The lookahead point is in line of sight, and the free distance ahead is known."""
 
 from __future__ import annotations
 

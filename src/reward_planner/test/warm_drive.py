@@ -1,4 +1,4 @@
-"""Warms up, drives a little, and writes the compiled loops that were compiled only while driving; for a fresh process.
+"""Compiles the kernels, drives, and prints kernels that were compiled only while driving; for a fresh process.
 
 A frame of a room, a goal, an obstacle in the way that appears and disappears: the robot maps, plans, replans and
 drives. Then three pictures become depth. The argument names the mode of the planner.
@@ -24,7 +24,7 @@ from shirube_geometry import PlanarPose
 
 
 def signatures():
-    """How many kinds of arguments each compiled loop of the package is ready for."""
+    """Number of compiled signatures of each kernel of the package."""
     return {
         f'{name}.{key}': len(value.signatures)
         for name, module in list(sys.modules.items())
@@ -53,7 +53,7 @@ def see():
 
 
 def main(mode):
-    """Write the loops that gained a kind of arguments."""
+    """Print the kernels that gained a signature."""
     settings = replace(SETTINGS, planner=PlannerSettings(mode))
     warm_up(MOUNT, settings)
     before = signatures()

@@ -23,7 +23,7 @@ class Ears:
     """Subscribers with a fused pose from the start, and no goal reached."""
 
     fused = (StampedPose(0.0, PlanarPose(0.0, 0.0, 0.0)),)
-    planner = (0.0, 'on the way')
+    planner = (0.0, 'driving to the goal')
 
 
 class Steps:

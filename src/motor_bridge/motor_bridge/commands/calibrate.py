@@ -1,4 +1,4 @@
-"""``calibrate``: radius and separation of the wheels from driven distances."""
+"""``calibrate``: wheel radius and separation from measured runs."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from motor_bridge.files.wheels_file import read_drive_settings, write_values
 from motor_bridge.node_settings import NodeSettings
 from motor_bridge.serial_port import SerialPort
 
-_GREETINGS = 20  # an Arduino boots for up to two seconds
+_GREETINGS = 20  # an Arduino boots for up to 2 s
 _DEFAULTS = NodeSettings()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 when a measure, a file or the port is bad."""
+    """Run the command; return 0, or 1 if a measurement, a file or the port is invalid."""
     options = make_parser().parse_args(arguments)
     try:
         calibration = calibrate(options, input)
@@ -34,10 +34,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'calibrate: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:
-        print(f'calibrate: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        print(f'calibrate: {fault.filename}: {fault.strerror}; choose a writable path', file=sys.stderr)
         return 1
     except (EOFError, KeyboardInterrupt):
-        print('calibrate: ended before the last measure; nothing is written', file=sys.stderr)
+        print('calibrate: aborted before the last measurement; nothing is written', file=sys.stderr)
         return 1
     print(_told(calibration))
     print(f'written to {out}')
@@ -45,19 +45,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def calibrate(options: argparse.Namespace, ask: Callable[[str], str]) -> WheelCalibration:
-    """Return what the runs say, given as numbers or made now.
+    """Calibrate from runs that are given as options or measured now.
 
     Args:
-        options: of the command.
-        ask: puts a question to the person who moves the robot.
+        options: options of the command.
+        ask: prompts the operator and returns the answer.
 
     Raises:
-        MotorBridgeError: bad measures, a bad file, or a port without a controller.
+        MotorBridgeError: invalid measurements, an invalid file, or a port without a controller.
     """
     settings = read_drive_settings(options.params)
     if options.port is not None:
         if options.straight or options.turn:
-            raise MotorBridgeError('--port measures anew; leave out --straight and --turn, or --port')
+            raise MotorBridgeError('--port measures new runs; omit --straight and --turn, or --port')
         return calibrate_wheels(*_runs_by_hand(options, ask), settings.ticks_per_revolution)
     base = WheelBase(settings)
     straights = [
@@ -76,7 +76,7 @@ def _turn(base: WheelBase, said: float, measured: float) -> MeasuredRun:
 def _runs_by_hand(
     options: argparse.Namespace, ask: Callable[[str], str]
 ) -> tuple[list[MeasuredRun], list[MeasuredRun]]:
-    """Let somebody push the robot and count what its wheels do."""
+    """Measure runs while an operator pushes the robot."""
     with SerialPort(options.port, options.baud, _DEFAULTS.reply_timeout) as line:
         link = ControllerLink(line, ControllerSetup(options.baud, _DEFAULTS.gains))
         _greet(link)
@@ -112,7 +112,7 @@ def _pushed(link: ControllerLink, ask: Callable[[str], str], order: str, questio
     try:
         measured = float(answer)
     except ValueError as fault:
-        raise MotorBridgeError(f'{answer!r} is no number; measure and type one') from fault
+        raise MotorBridgeError(f'{answer!r} is not a number; measure and type one') from fault
     return MeasuredRun(left, right, measured)
 
 
@@ -124,8 +124,8 @@ def _told(calibration: WheelCalibration) -> str:
     ]
     if abs(calibration.pull) > 0.01:
         lines.append(
-            f'on straights the left wheel counts {100.0 * calibration.pull:+.1f} % against the right one: '
-            'were they straight? Are the wheels alike?'
+            f'on straights the left wheel counts {100.0 * calibration.pull:+.1f} % more than the right one: '
+            'check that the runs were straight and the wheels are equal'
         )
     return '\n'.join(lines)
 
@@ -134,11 +134,11 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     parser = argparse.ArgumentParser(
         prog='calibrate',
-        description='Find wheel_radius and wheel_separation. Either drive with the node and give what odometry said '
-        'and what you measured, or give --port (end the node first) and push the robot when asked.',
+        description='Calibrate wheel_radius and wheel_separation. Either drive with the node and give the distances of '
+        'odometry and of a tape measure, or give --port (stop the node first) and push the robot when asked.',
     )
     add = parser.add_argument
-    add('--params', type=Path, required=True, metavar='FILE', help='parameter file of the robot')
+    add('--params', type=Path, required=True, metavar='FILE', help="the robot's parameter file")
     for name, meaning in (('--straight', 'a straight [m]'), ('--turn', 'turns on the spot [degrees]')):
         add(
             name,
@@ -146,13 +146,13 @@ def make_parser() -> argparse.ArgumentParser:
             type=float,
             action='append',
             default=[],
-            metavar=('SAID', 'MEASURED'),
+            metavar=('ODOMETRY', 'MEASURED'),
             help=f'{meaning}; may be repeated',
         )
-    add('--port', metavar='DEVICE', help='read the encoders there while the robot is pushed')
-    add('--baud', type=int, default=_DEFAULTS.baud, help='of that port (default: %(default)s)')
-    add('--runs', type=int, default=2, help='straights and turns that are pushed (default: %(default)s)')
-    add('--out', type=Path, metavar='FILE', help='where the result goes; by default into the parameter file')
+    add('--port', metavar='DEVICE', help='serial port: read the encoders while the robot is pushed')
+    add('--baud', type=int, default=_DEFAULTS.baud, help='baud rate of that port (default: %(default)s)')
+    add('--runs', type=int, default=2, help='number of straights and of turns to push (default: %(default)s)')
+    add('--out', type=Path, metavar='FILE', help='output file (default: the parameter file)')
     return parser
 
 

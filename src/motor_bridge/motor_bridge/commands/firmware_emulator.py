@@ -1,4 +1,4 @@
-"""``firmware_emulator``: a motor controller on a pseudo-terminal, with a robot around it."""
+"""``firmware_emulator``: a simulated motor controller and robot on a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _CHUNK = 4096
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run until SIGINT or SIGTERM; return 0, or 1 when an option is bad."""
+    """Run until SIGINT or SIGTERM; return 0, or 1 if an option is invalid."""
     options = make_parser().parse_args(arguments)
     is_over = Event()
 
@@ -44,24 +44,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'firmware_emulator: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:
-        print(
-            f'firmware_emulator: {options.link}: {fault.strerror}; choose a writable place', file=sys.stderr
-        )
+        print(f'firmware_emulator: {options.link}: {fault.strerror}; choose a writable path', file=sys.stderr)
         return 1
     return 0
 
 
 def emulate(options: argparse.Namespace, is_over: Event, orders: TextIO) -> None:
-    """Serve a controller until all is over; faults come as lines.
+    """Serve a controller until the stop event; inject faults from lines of text.
 
     Args:
-        options: of the command.
-        is_over: ends it.
-        orders: lines such as ``silence 1.5``.
+        options: options of the command.
+        stop_event: ends the emulation.
+        commands: lines such as ``silence 1.5``.
 
     Raises:
-        SettingsError: a bad option.
-        OSError: the link cannot be made.
+        SettingsError: an invalid option.
+        OSError: the symbolic link cannot be created.
     """
     given = {each.name: getattr(options, each.name) for each in describe_settings(EmulatorSettings)}
     settings = settings_from_values(EmulatorSettings, given)
@@ -78,14 +76,14 @@ def emulate(options: argparse.Namespace, is_over: Event, orders: TextIO) -> None
                 rest = _take_orders(orders, rest, faults)
         with lock:
             pose = controller.T_world_base
-    print(f'the robot stands at x {pose.x:.3f} m, y {pose.y:.3f} m, yaw {pose.yaw:.3f} rad')
+    print(f'final pose: x {pose.x:.3f} m, y {pose.y:.3f} m, yaw {pose.yaw:.3f} rad')
 
 
 def _take_orders(orders: TextIO, rest: bytes, faults: LineFaults) -> bytes | None:
-    """Take the orders that came; return the beginning of the next one, None where nobody orders any more."""
+    """Inject the faults of received lines; return the partial last line, None at the end of the input."""
     if orders.closed:
         return None
-    # Not through the file's own buffer, of which `select` does not know.
+    # Read past the file's own buffer, which `select` does not see.
     if not select.select([orders], [], [], _LOOK)[0]:
         return rest
     more = os.read(orders.fileno(), _CHUNK)
@@ -102,7 +100,7 @@ def _take_orders(orders: TextIO, rest: bytes, faults: LineFaults) -> bytes | Non
 
 def _seed(text: str) -> int:
     if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f'{text!r} is no number from 0 up')
+        raise argparse.ArgumentTypeError(f'{text!r} is not an integer of 0 or more')
     return int(text)
 
 
@@ -110,18 +108,24 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     parser = argparse.ArgumentParser(
         prog='firmware_emulator',
-        description='A motor controller with a robot on a pseudo-terminal, whose path is printed. Lines on the '
-        f'standard input order faults: {", ".join(FAULTS)}, with seconds or a number behind (silence 1.5).',
+        description='A simulated motor controller and robot on a pseudo-terminal, whose path is printed. Lines on '
+        f'standard input inject faults: {", ".join(FAULTS)}, followed by seconds or a number (silence 1.5).',
     )
     add = parser.add_argument
     add(
         '--link',
         type=Path,
         metavar='PATH',
-        help='make a link to the terminal there, renewed at each plugging in',
+        help='symbolic link to the terminal, renewed at each reconnection',
     )
-    add('--latency', type=float, default=0.002, metavar='S', help='of each reply (default: %(default)s)')
-    add('--seed', type=_seed, default=0, help='of slip and noise (default: %(default)s)')
+    add(
+        '--latency',
+        type=float,
+        default=0.002,
+        metavar='S',
+        help='latency of each reply (default: %(default)s)',
+    )
+    add('--seed', type=_seed, default=0, help='seed of slip and noise (default: %(default)s)')
     for each in describe_settings(EmulatorSettings):
         unit = f' [{each.unit}]' if each.unit else ''
         add(

@@ -1,1 +1,1 @@
-"""Protocol, kinematics, limits and odometry: no ROS, no files, no serial line."""
+"""Protocol, kinematics, velocity limits and odometry, without ROS, files or the serial port."""

@@ -1,4 +1,4 @@
-"""What the wheels are told: the wanted velocity, led through timeout, e-stop, limits and rounding."""
+"""Wheel speed commands from cmd_vel: timeout, emergency stop, velocity limits and rounding to ticks."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ _REST = Velocity()
 
 
 class BaseDrive:
-    """Velocities in, speeds of wheels out.
+    """Converts velocity commands to wheel speeds.
 
     Attributes:
-        is_stopped: whether the e-stop holds the robot.
+        is_stopped: whether the emergency stop is active.
     """
 
     def __init__(self, base: WheelBase, settings: DriveSettings, period: float) -> None:
-        """Stand.
+        """Start at rest.
 
         Args:
-            base: the wheels.
-            settings: the limits.
-            period: between two calls of `next_ticks` [s].
+            kinematics: kinematics of the wheels.
+            settings: velocity limits and timeout.
+            period: period of the calls of `next_ticks` [s].
         """
         self._base, self._timeout = base, settings.cmd_vel_timeout
         self._limiter = VelocityLimiter(settings)
@@ -37,35 +37,35 @@ class BaseDrive:
 
     @property
     def velocity(self) -> Velocity:
-        """What the wheels are told now."""
+        """Velocity that is commanded now."""
         return self._limiter.velocity
 
     def want(self, velocity: Velocity, now: float) -> None:
-        """Take a velocity that somebody wants; while the e-stop holds, it is dropped."""
+        """Set the target velocity; it is ignored during an emergency stop."""
         if not self.is_stopped:
             self._wanted, self._wanted_at = velocity, now
 
     def emergency(self, *, is_on: bool) -> None:
-        """Stop at once, or let velocities that come later be followed again."""
+        """Stop at once, or allow later target velocities again."""
         self.is_stopped = is_on
         if is_on:
             self.halt()
 
     def halt(self) -> None:
-        """Stand at once and want nothing."""
+        """Stop at once and drop the target velocity."""
         self._wanted, self._wanted_at = _REST, -math.inf
         self._limiter.halt()
         for rounding in self._roundings:
             rounding.clear()
 
     def is_silent(self, now: float) -> bool:
-        """Return whether nobody wants anything any more, or ever did."""
+        """Return whether the target velocity timed out or was never set."""
         return not 0.0 <= now - self._wanted_at <= self._timeout
 
     def next_ticks(self, now: float) -> tuple[int, int]:
-        """Return the speeds for the left and the right wheel from now on [ticks a frame].
+        """Return the speeds of the left and the right wheel [ticks per frame].
 
-        A clock that goes back is no time that passes.
+        A clock that jumps back counts as no elapsed time.
         """
         elapsed = 0.0 if self._latest is None else max(0.0, now - self._latest)
         self._latest = now

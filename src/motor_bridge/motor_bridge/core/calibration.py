@@ -1,4 +1,4 @@
-"""Radius and separation of the wheels from ways and turns that somebody measured."""
+"""Calibration of wheel radius and separation from measured straights and turns."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from dataclasses import dataclass
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 
-_TICKS_MIN = 100  # shorter runs tell nothing
-_RADIUS = 0.005, 1.0  # what a wheel can have [m]
-_SEPARATION = 0.02, 5.0  # what a robot can have [m]
+_TICKS_MIN = 100  # least length of a run [ticks]
+_RADIUS = 0.005, 1.0  # plausible wheel radii [m]
+_SEPARATION = 0.02, 5.0  # plausible wheel separations [m]
 
 
 @dataclass(frozen=True)
 class MeasuredRun:
-    """A straight or a turn on the spot, as the encoders counted it and as people measured it.
+    """A straight run or a turn in place: encoder counts and the measured motion.
 
     Attributes:
         left: counts of the left wheel [ticks].
         right: counts of the right wheel [ticks].
-        measured: the way forward [m], or the turn counterclockwise [rad].
+        measured: measured distance forward [m] or turn counterclockwise [rad].
     """
 
     left: float
@@ -30,14 +30,14 @@ class MeasuredRun:
 
 @dataclass(frozen=True)
 class WheelCalibration:
-    """What the runs say of the wheels.
+    """Calibrated wheels.
 
     Attributes:
-        radius: [m].
-        separation: [m].
-        radius_spread: greatest difference of a single straight from the radius [m].
-        separation_spread: greatest difference of a single turn from the separation [m].
-        pull: by how much the left wheel counts more than the right one on a straight, as a share.
+        radius: wheel radius [m].
+        separation: wheel separation [m].
+        radius_spread: greatest deviation of a single straight from the radius [m].
+        separation_spread: greatest deviation of a single turn from the separation [m].
+        wheel_asymmetry: counts of the left wheel over those of the right one on straights, minus 1.
     """
 
     radius: float
@@ -50,17 +50,17 @@ class WheelCalibration:
 def calibrate_wheels(
     straights: Sequence[MeasuredRun], turns: Sequence[MeasuredRun], ticks_per_revolution: int
 ) -> WheelCalibration:
-    """Return radius and separation by least squares of the measured ways and turns.
+    """Fit radius and separation to measured distances and turns by least squares.
 
     A straight of s metres and n ticks has s = 2π·r·n / N, a turn of a radians has a·b = 2π·r·(n_r - n_l) / N.
 
     Args:
-        straights: at least one.
-        turns: at least one.
-        ticks_per_revolution: N.
+        straights: straight runs, at least one.
+        turns: turns in place, at least one.
+        ticks_per_revolution: encoder counts per revolution of a wheel, N.
 
     Raises:
-        MotorBridgeError: no runs, runs that contradict themselves, or impossible wheels.
+        MotorBridgeError: no runs, contradictory runs, or implausible wheels.
     """
     if not straights or not turns:
         raise MotorBridgeError('give at least one straight and one turn')
@@ -101,12 +101,12 @@ def _check(run: MeasuredRun, ticks: float, name: str) -> None:
         )
     if (run.left * run.right > 0.0) != (name == 'straight'):
         raise MotorBridgeError(
-            f'in a {name} the wheels counted {run.left:.0f} and {run.right:.0f} ticks; drive anew or check the encoders'
+            f'in a {name} the wheels counted {run.left:.0f} and {run.right:.0f} ticks; repeat it or check the encoders'
         )
 
 
 def _refuse_impossible(name: str, value: float, allowed: tuple[float, float]) -> None:
     if not allowed[0] <= value <= allowed[1]:
         raise MotorBridgeError(
-            f'{name} comes out as {value:.4g} m, which no robot has; check the measures and ticks_per_revolution'
+            f'{name} is {value:.4g} m, which is implausible; check the measurements and ticks_per_revolution'
         )

@@ -1,4 +1,4 @@
-"""The conversation with the motor controller: one command in flight, every reply checked."""
+"""Protocol client of the motor controller: one command at a time, every reply is checked."""
 
 from __future__ import annotations
 
@@ -29,22 +29,22 @@ class Line(Protocol):
         """Send bytes."""
 
     def read_line(self, size_max: int) -> bytes:
-        """Return bytes up to a line feed, or fewer: those that came in the time of a reply, or ``size_max``."""
+        """Return bytes up to a line feed, at most ``size_max``, or fewer after the reply timeout."""
 
     def drain(self) -> int:
-        """Drop what came unasked and what still comes, until the line is quiet; return how much [bytes]."""
+        """Discard received bytes until the line is quiet; return their number."""
 
     def drop_received(self) -> int:
-        """Drop what came unasked, without waiting; return how much [bytes]."""
+        """Discard received bytes without waiting; return their number."""
 
 
 @dataclass(frozen=True)
 class ControllerSetup:
-    """What a controller is told at first.
+    """Settings that are checked or sent at the handshake.
 
     Attributes:
-        baud: rate of the line, which the controller must confirm.
-        gains: proportional, derivative, integral and divisor of its speed control.
+        baud: baud rate, which the controller must confirm.
+        gains: proportional, derivative and integral gain and divisor of the speed control.
     """
 
     baud: int
@@ -52,32 +52,32 @@ class ControllerSetup:
 
 
 class ControllerLink:
-    """Speaks with a controller.
+    """Sends commands to a controller and checks its replies.
 
     Attributes:
-        unasked: bytes that came without a question.
+        unsolicited_bytes: number of bytes received without a command.
     """
 
     def __init__(self, line: Line, setup: ControllerSetup) -> None:
-        """Speak to nobody yet."""
+        """Start before the handshake."""
         self._line, self._setup = line, setup
         self.unasked = 0
 
     def greet(self) -> WheelCounts:
-        """Find the controller, stop its motors, set it up and return its counts.
+        """Handshake: stop the motors, check the baud rate, set the gains and return the encoder counts.
 
-        A carriage return ends what noise began. A controller that hung still has a command before it: the stop is sent
-        along without waiting, so that it comes right behind.
+        A carriage return ends partial commands from noise. A hung controller may have a pending command, so the stop is
+        sent right behind it without waiting for a reply.
 
         Raises:
-            LinkError: it does not answer as it must.
+            LinkError: no reply or an invalid one.
         """
         self._line.write(END_OF_COMMAND + STOP)
         self._line.drain()
         baud = read_baud(self._ask(ASK_BAUD))
         if baud != self._setup.baud:
             raise BadReplyError(
-                f'the controller works at {baud} baud, parameter baud is {self._setup.baud}; make them the same'
+                f'the controller uses {baud} baud, parameter baud is {self._setup.baud}; make them equal'
             )
         check_done(self._ask(gains_request(*self._setup.gains)))
         counts = self.read_counts()
@@ -85,10 +85,10 @@ class ControllerLink:
         return counts
 
     def set_speeds(self, left: int, right: int) -> None:
-        """Set the wheels' speeds [ticks a frame].
+        """Set the wheel speeds [ticks per frame].
 
         Raises:
-            LinkError: the controller does not confirm it.
+            LinkError: no reply or an invalid one.
         """
         check_done(self._ask(speeds_request(left, right)))
 
@@ -96,30 +96,30 @@ class ControllerLink:
         """Stop the motors.
 
         Raises:
-            LinkError: the controller does not confirm it.
+            LinkError: no reply or an invalid one.
         """
         check_done(self._ask(STOP))
 
     def leave(self) -> None:
-        """Stop the motors for good, even if half a command is before the stop.
+        """End partial commands on the line, then stop the motors.
 
         Raises:
-            LinkError: the controller does not confirm it.
+            LinkError: no reply or an invalid one.
         """
         self._line.write(END_OF_COMMAND + STOP)
         self._line.drain()
         self.stop()
 
     def read_counts(self) -> WheelCounts:
-        """Return the encoders' counts.
+        """Read the encoder counts.
 
         Raises:
-            LinkError: the controller does not tell them.
+            LinkError: no reply or an invalid one.
         """
         return read_counts(self._ask(READ_ENCODERS))
 
     def find_step(self) -> None:
-        """After a bad reply: end what may be half a command, and drop what may be half a reply."""
+        """Resynchronize after an invalid reply: end partial commands and discard partial replies."""
         self._line.write(END_OF_COMMAND)
         self.unasked += self._line.drain()
 
@@ -129,5 +129,5 @@ class ControllerLink:
         reply = self._line.read_line(REPLY_MAX)
         if not reply.endswith(b'\n') and len(reply) < REPLY_MAX:
             name = request.decode().strip()
-            raise NoReplyError(f'the controller does not answer to {name!r}; check cable and power')
+            raise NoReplyError(f'the controller does not reply to {name!r}; check cable and power')
         return reply

@@ -1,4 +1,4 @@
-"""Tells counts that can be believed from counts that a line without checksums made up."""
+"""Plausibility check of encoder counts, since the serial line has no checksums."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from motor_bridge.core.serial_protocol import WheelCounts
 from motor_bridge.core.wheel_reach import NOISE, WheelReach, are_within
 
 RESTART_AFTER = 5
-"""So many refused counts in a row that continue one another are those of encoders that began anew."""
-_SPREAD = 1.5  # two counts of one moment differ by no more times what the wheel turns between them
+"""Consistent rejected counts in a row after which the encoders are taken as reset."""
+_SPREAD = 1.5  # two consistent counts differ by at most this multiple of the greatest turn between them
 
 
 class CountVerdict(Enum):
-    """What becomes of counts."""
+    """Outcome of the check of encoder counts."""
 
-    TAKEN = 'taken'
-    ASK_AGAIN = 'doubtful, asked a second time'
-    REFUSED = 'refused, the wheels cannot have turned so far'
-    RESTARTED = 'began anew, the encoders jumped'
+    TAKEN = 'accepted'
+    ASK_AGAIN = 'implausible, read again'
+    REFUSED = 'rejected, the wheels cannot have turned so far'
+    RESTARTED = 'restarted after a jump of the encoders'
 
 
 class CountWatch:
-    """Compares counts with what the wheels can have done since the last good ones."""
+    """Checks counts against the possible motion of the wheels since the last accepted ones."""
 
     def __init__(self, reach: WheelReach) -> None:
-        """Wait for the first counts."""
+        """Start without counts."""
         self._reach = reach
         self._good: tuple[WheelCounts, float] | None = None
         self._doubtful: tuple[WheelCounts, float] | None = None
@@ -34,22 +34,22 @@ class CountWatch:
 
     @property
     def good(self) -> tuple[WheelCounts, float] | None:
-        """The last good counts and their time [s], None before the first."""
+        """Last accepted counts and their time [s], None before the first."""
         return self._good
 
     def start(self, counts: WheelCounts, now: float) -> None:
-        """Take counts as good."""
+        """Accept counts."""
         self._good, self._doubtful, self._refused, self._row = (counts, now), None, None, 0
 
     def judge(self, counts: WheelCounts, now: float) -> CountVerdict:
-        """Judge counts; good ones are those to which the next are compared.
+        """Check counts against the last accepted ones.
 
-        A wheel that somebody pushes, or that is stuck, does not do what it is told: such counts are asked for a second
-        time at once, and taken if both say the same.
+        A wheel that is pushed or stuck does not follow its commands: such counts are read again at once, and accepted
+        if both reads are consistent.
 
         Args:
-            counts: as read.
-            now: when [s].
+            counts: counts as read.
+            now: time of the read [s].
         """
         if self._good is None:
             self.start(counts, now)
@@ -74,7 +74,7 @@ class CountWatch:
         return CountVerdict.RESTARTED if self._row >= RESTART_AFTER else CountVerdict.REFUSED
 
     def _continues(self, before: tuple[WheelCounts, float] | None, counts: WheelCounts, now: float) -> bool:
-        """Return whether counts are what comes a little after others."""
+        """Return whether counts are consistent with earlier ones."""
         if before is None:
             return False
         elapsed = max(0.0, now - before[1])
@@ -83,7 +83,7 @@ class CountWatch:
 
 
 def turns_between(before: WheelCounts, after: WheelCounts) -> tuple[int, int]:
-    """Return how far the wheels turned [ticks], across the wrap of 32 bits; the shorter way round is taken."""
+    """Return the differences of the counts [ticks], modulo 2^32 with the least absolute value."""
     half = 1 << 31
     left, right = (
         (new - old + half) % (2 * half) - half

@@ -1,4 +1,4 @@
-"""Counts of the encoders to odometry and joint states; counts that cannot be believed move nothing."""
+"""Odometry and joint states from checked encoder counts."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from motor_bridge.core.wheel_odometry import WheelOdometry, velocity_of_ways
 from motor_bridge.core.wheel_reach import NOISE, WheelReach, are_within, farthest
 from shirube_geometry import PlanarPose
 
-_SPEED_TIME_MIN = 0.02  # shorter ones make speeds of single ticks [s]
-_BOOT_MIN = 0.3  # no controller begins anew and answers again in less time [s]
+_SPEED_TIME_MIN = 0.02  # least time of a speed measurement [s]
+_BOOT_MIN = 0.3  # least time in which a controller resets and replies again [s]
 
 
 @dataclass(frozen=True)
 class OdometryState:
-    """What the encoders say.
+    """Odometry at one time.
 
     Attributes:
-        T_odom_base: the pose.
-        covariance: shape (3, 3), of (x, y, yaw) [m, m, rad].
-        velocity: of the base in itself.
-        velocity_covariance: shape (2, 2), of speed and turn rate.
-        angles: of the left and the right wheel since the start [rad].
-        speeds: of the left and the right wheel [rad/s].
+        T_odom_base: pose of the base in the odometry frame.
+        covariance: covariance of (x, y, yaw) [m, m, rad], shape (3, 3).
+        velocity: velocity of the base, in the base frame.
+        velocity_covariance: covariance of linear speed and turn rate, shape (2, 2).
+        angles: angles of the left and the right wheel since the start [rad].
+        speeds: speeds of the left and the right wheel [rad/s].
     """
 
     T_odom_base: PlanarPose
@@ -44,15 +44,15 @@ class OdometryState:
 
 
 class EncoderOdometry:
-    """Odometry of both encoders.
+    """Odometry from both encoders.
 
     Attributes:
-        verdicts: how often counts were taken, doubtful, refused or began anew.
-        reach: is told what is commanded.
+        status_counts: number of reads by status.
+        motion_bounds: possible wheel motion; set the commanded speeds there.
     """
 
     def __init__(self, base: WheelBase, settings: DriveSettings) -> None:
-        """Wait for the first counts."""
+        """Start without counts."""
         self._base, self._radius = base, settings.wheel_radius
         self._odometry = WheelOdometry(base.separation, settings.odometry_noise)
         self.reach = WheelReach(base, settings)
@@ -65,7 +65,7 @@ class EncoderOdometry:
 
     @property
     def state(self) -> OdometryState:
-        """What is known now."""
+        """Current odometry."""
         per_metre = 1.0 / self._radius
         left, right = self._speeds
         return OdometryState(
@@ -78,15 +78,15 @@ class EncoderOdometry:
         )
 
     def reset(self) -> None:
-        """Let the robot's present place be the origin."""
+        """Set the current pose to the origin."""
         self._odometry.reset()
 
     def take(self, counts: WheelCounts, now: float) -> CountVerdict:
-        """Judge counts that were read and move by them if they are good.
+        """Check counts and update the odometry if they are accepted.
 
         Args:
-            counts: as read.
-            now: when [s].
+            counts: counts as read.
+            now: time of the read [s].
         """
         before = self._watch.good
         verdict = self._watch.judge(counts, now)
@@ -98,14 +98,14 @@ class EncoderOdometry:
         return verdict
 
     def resume(self, counts: WheelCounts, now: float) -> CountVerdict:
-        """Go on after a time without counts.
+        """Continue after a gap without counts.
 
-        Counts that the wheels can have reached are moved by. If the controller may have begun at 0 meanwhile, or if the
-        counts fit neither, nothing is moved and the covariance grows by the way that is possible: never a jump.
+        Counts that the wheels can have reached update the pose. If the controller may have been reset, or if the counts
+        are inconsistent, the pose stays and the covariance grows by the possible motion: the pose never jumps.
 
         Args:
-            counts: the first that were read again.
-            now: when [s].
+            counts: first counts after the gap.
+            now: time of the read [s].
         """
         if self._watch.good is None:
             return self.take(counts, now)
@@ -115,7 +115,7 @@ class EncoderOdometry:
         may_be_reset = elapsed > _BOOT_MIN and are_within(
             (counts.left, counts.right), self.reach.after_reset()
         )
-        is_the_same = max(map(abs, turns)) <= 2.0 * NOISE  # then it does not matter which of both it is
+        is_the_same = max(map(abs, turns)) <= 2.0 * NOISE  # then both cases give the same pose
         if may_continue and (is_the_same or not may_be_reset):
             self._watch.start(counts, now)
             self._move(turns, elapsed)
@@ -126,7 +126,7 @@ class EncoderOdometry:
         return CountVerdict.RESTARTED
 
     def time_jumped(self) -> None:
-        """Take the next counts as the first: how long the wheels turned is not known any more."""
+        """Restart with the next counts after a jump of the clock, as the elapsed time is unknown."""
         good = self._watch.good
         if good is not None:
             self._watch = CountWatch(self.reach)
@@ -142,7 +142,7 @@ class EncoderOdometry:
         self._rest(elapsed)
 
     def _rest(self, elapsed: float) -> None:
-        """Take the wheels as standing: their speeds are not known."""
+        """Set the speeds to zero, as they are unknown."""
         self._speeds = (0.0, 0.0)
         time = max(elapsed, _SPEED_TIME_MIN)
         tick = self._base.metres_per_tick

@@ -1,7 +1,7 @@
-"""ROSArduinoBridge's protocol: a letter and its arguments, ended by a carriage return; one reply to each.
+"""ROSArduinoBridge's protocol: a command is a letter and its arguments, ended by a carriage return, with one reply.
 
-A line feed would become the letter of the next command, so none is ever sent. The protocol has no checksum: a reply is
-taken only if it has exactly the form that it must have.
+A line feed would become the letter of the next command, so none is sent. The protocol has no checksum: a reply is
+accepted only if it has exactly the expected format.
 """
 
 from __future__ import annotations
@@ -13,36 +13,36 @@ from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.core.wheel_base import TICKS_MAX
 
 END_OF_COMMAND = b'\r'
-"""Sent alone it ends what noise or a killed program began."""
+"""Sent alone, it ends a partial command from noise or a killed program."""
 READ_ENCODERS = b'e\r'
 ASK_BAUD = b'b\r'
 STOP = b'm 0 0\r'
 REPLY_MAX = 64
-"""Bytes; whoever sends more without an end is no motor controller."""
+"""Longest reply [bytes]."""
 _COUNTS = re.compile(rb'(-?\d{1,10}) (-?\d{1,10})\r\n')
 _COUNT_MIN, _COUNT_MAX = -(2**31), 2**31 - 1
 _SHOWN_MAX = 40
 
 
 class LinkError(MotorBridgeError):
-    """The controller does not answer as it must."""
+    """No reply or an invalid one."""
 
 
 class NoReplyError(LinkError):
-    """No whole reply came in time."""
+    """No complete reply within the timeout."""
 
 
 class BadReplyError(LinkError):
-    """A reply has another form than it must have."""
+    """A reply has an unexpected format."""
 
 
 @dataclass(frozen=True)
 class WheelCounts:
-    """Counts of both encoders, in 32 bits.
+    """Counts of both encoders, signed 32 bits.
 
     Attributes:
-        left: ticks.
-        right: ticks.
+        left: count of the left encoder [ticks].
+        right: count of the right encoder [ticks].
     """
 
     left: int
@@ -50,13 +50,13 @@ class WheelCounts:
 
 
 def speeds_request(left: int, right: int) -> bytes:
-    """Return the command that sets both wheels' speeds [ticks a frame].
+    """Return the command that sets both wheel speeds [ticks per frame].
 
     Raises:
-        MotorBridgeError: a number that does not fit into 16 bits, of which the controller would make full reverse.
+        MotorBridgeError: a speed does not fit into 16 bits; the controller would drive full reverse.
     """
     if max(abs(left), abs(right)) > TICKS_MAX:
-        raise MotorBridgeError(f'{left} and {right} ticks a frame are too many; at most {TICKS_MAX}')
+        raise MotorBridgeError(f'{left} and {right} ticks per frame are too many; at most {TICKS_MAX}')
     return f'm {left} {right}\r'.encode()
 
 
@@ -66,20 +66,20 @@ def gains_request(proportional: int, derivative: int, integral: int, divisor: in
 
 
 def check_done(reply: bytes) -> None:
-    """Check the reply to a command that asks for nothing.
+    """Check the reply to a command that returns no value.
 
     Raises:
-        BadReplyError: it is not ``OK``.
+        BadReplyError: the reply is not ``OK``.
     """
     if reply != b'OK\r\n':
         raise _bad(reply, 'OK')
 
 
 def read_baud(reply: bytes) -> int:
-    """Return the baud rate in the reply to ``b``.
+    """Parse the reply to ``b``, the baud rate.
 
     Raises:
-        BadReplyError: it is no number.
+        BadReplyError: the reply is not a number.
     """
     if not re.fullmatch(rb'\d{3,7}\r\n', reply):
         raise _bad(reply, 'a baud rate')
@@ -87,10 +87,10 @@ def read_baud(reply: bytes) -> int:
 
 
 def read_counts(reply: bytes) -> WheelCounts:
-    r"""Return the counts in the reply to ``e``, which is ``^-?\d+ -?\d+\r\n$``.
+    r"""Parse the reply to ``e``, the encoder counts: ``^-?\d+ -?\d+\r\n$``.
 
     Raises:
-        BadReplyError: it has another form, or a count that 32 bits do not hold.
+        BadReplyError: another format, or a count that does not fit into 32 bits.
     """
     match = _COUNTS.fullmatch(reply)
     if match is None:
@@ -105,5 +105,5 @@ def _bad(reply: bytes, wanted: str) -> BadReplyError:
     shown = reply[:_SHOWN_MAX].decode('ascii', 'backslashreplace').encode('unicode_escape').decode()
     remedy = 'check wiring and noise'
     if reply == b'Invalid Command\r\n':
-        remedy += ', and whether its firmware takes speeds of so many ticks a frame'
-    return BadReplyError(f"the controller answers '{shown}' instead of {wanted}; {remedy}")
+        remedy += ', and whether its firmware accepts speeds of so many ticks per frame'
+    return BadReplyError(f"the controller replies '{shown}' instead of {wanted}; {remedy}")

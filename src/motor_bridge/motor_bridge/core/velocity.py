@@ -1,4 +1,4 @@
-"""Velocities of the base frame in itself."""
+"""Velocity of the base, in the base frame."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 
-_FASTEST = 1e6  # far beyond all limits, and squares of it are still finite [m/s, rad/s]
+_FASTEST = 1e6  # far above all limits, with finite squares [m/s, rad/s]
 
 
 @dataclass(frozen=True)
 class Velocity:
-    """How fast a robot on two driven wheels moves.
+    """Velocity of a differential drive robot.
 
     Attributes:
-        forward: [m/s].
-        turn_rate: counterclockwise [rad/s].
+        forward: linear velocity along x [m/s].
+        turn_rate: angular velocity, counterclockwise [rad/s].
     """
 
     forward: float = 0.0
@@ -24,13 +24,13 @@ class Velocity:
 
 
 def finite_velocity(forward: float, turn_rate: float) -> Velocity:
-    """Return a velocity that somebody commands.
+    """Return a commanded velocity after checking it.
 
     Raises:
-        MotorBridgeError: a number that is not finite, or of no robot.
+        MotorBridgeError: a component is not finite or absurdly large.
     """
     if not (math.isfinite(forward) and math.isfinite(turn_rate)):
-        raise MotorBridgeError('cmd_vel holds a velocity that is not finite; check its publisher')
+        raise MotorBridgeError('cmd_vel has a velocity that is not finite; check its publisher')
     if max(abs(forward), abs(turn_rate)) > _FASTEST:
-        raise MotorBridgeError('cmd_vel holds a velocity that no robot has; check its publisher')
+        raise MotorBridgeError('cmd_vel has a velocity that is implausibly high; check its publisher')
     return Velocity(forward, turn_rate)

@@ -1,9 +1,9 @@
-"""Leads the velocity to the wanted one within the limits of speed, acceleration and jerk, and keeps the curvature.
+"""Moves the velocity towards a target within the limits of speed, acceleration and jerk, and keeps the curvature.
 
-Both components are measured by what the motors may change in a second, u = (v / a_v, ω / a_ω), so that the limit of
-acceleration is 1 and that of jerk J = j_v / a_v for both. The velocity moves along the straight line from u to the
-wanted one: the ratio ω / v, the curvature, is kept from rest and down to rest. Time goes in steps of fixed length, for
-which the stopping profile below is exact. Everything is a pair of floats: it runs 200 times a second.
+Both components are scaled by their maximum acceleration, u = (v / a_v, ω / a_ω), so that the acceleration limit is 1
+and the jerk limit J = j_v / a_v for both. The velocity moves along the straight line from u to the target: the ratio
+ω / v, the curvature, is kept from rest and down to rest. Time steps have a fixed length, for which the stopping profile
+below is exact. Plain pairs of floats are used for speed, since it runs 200 times a second.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.velocity import Velocity
 
 STEP = 0.005
-"""Of the limiter's own time [s]."""
-_ELAPSED_MAX = 0.2  # a longer pause is taken for this [s]
-_ROUNDING = 1e-12  # of floats [s]
+"""Time step of the limiter [s]."""
+_ELAPSED_MAX = 0.2  # upper bound of the time between two calls [s]
+_ROUNDING = 1e-12  # rounding error of floats [s]
 _Pair = tuple[float, float]
 
 
 class VelocityLimiter:
-    """A velocity that changes no faster than it may."""
+    """Velocity with limited speed, acceleration and jerk."""
 
     def __init__(self, settings: DriveSettings) -> None:
-        """Begin at rest."""
+        """Start at rest."""
         self._unit = settings.max_linear_acceleration, settings.max_angular_acceleration
         self._fastest = (
             settings.max_linear_velocity / self._unit[0],
@@ -35,21 +35,21 @@ class VelocityLimiter:
 
     @property
     def velocity(self) -> Velocity:
-        """The latest velocity."""
+        """Latest velocity."""
         return Velocity(self._u[0] * self._unit[0], self._u[1] * self._unit[1])
 
     def halt(self) -> None:
-        """Stand at once, whatever the limits are."""
+        """Stop at once, without limits."""
         self._u: _Pair = (0.0, 0.0)
         self._acceleration: _Pair = (0.0, 0.0)
         self._left_over = 0.0
 
     def toward(self, wanted: Velocity, elapsed: float) -> Velocity:
-        """Return the velocity after some more time.
+        """Return the next velocity towards the target.
 
         Args:
-            wanted: finite; made smaller by one factor where it is too fast.
-            elapsed: since the last call [s]; what is no whole step is kept for the next call.
+            target_velocity: finite target velocity; it is scaled down by one factor if it is too fast.
+            elapsed: time since the last call [s]; the remainder of a step is kept for the next call.
         """
         aim = self._within_speed(wanted.forward / self._unit[0], wanted.turn_rate / self._unit[1])
         self._left_over += min(max(elapsed, 0.0), _ELAPSED_MAX)
@@ -81,8 +81,8 @@ class VelocityLimiter:
     def _bent(self, axis: int, missing: float, change: float) -> float:
         """Return the next acceleration of one component.
 
-        Where the line bends, a component alone may have to brake earlier than both together would: before its aim, and
-        before its greatest speed.
+        After a change of the target, one component may have to brake earlier than both together: before its target and
+        before its maximum speed.
         """
         before, speed, fastest = self._acceleration[axis], self._u[axis], self._fastest[axis]
         most = min(1.0, self._stopping(max(0.0, fastest - speed)))
@@ -96,7 +96,7 @@ class VelocityLimiter:
         return max(before - reach, min(wanted, before + reach))
 
     def _stopping(self, distance: float) -> float:
-        """Return the greatest acceleration from which 0 is reached, by J·STEP less each step, within a distance.
+        """Return the greatest acceleration that can drop to 0, by J·STEP per step, within a distance.
 
         With steps of length h, A = n·J·h + r (r < J·h) makes A·h + (A - J·h)·h + … = (n + 1)·A·h - J·h²·n·(n + 1)/2.
         """

@@ -1,4 +1,4 @@
-"""Where the robot is by the way of its wheels, and how sure that is."""
+"""Wheel odometry: pose and covariance from wheel distances."""
 
 from __future__ import annotations
 
@@ -10,34 +10,34 @@ from numpy.typing import NDArray
 from motor_bridge.core.velocity import Velocity
 from shirube_geometry import PlanarPose
 
-_SIGMA_START = 1e-4  # [m] and [rad]; a covariance of zeros is refused by most readers
+_SIGMA_START = 1e-4  # [m] and [rad]; many programs reject a zero covariance
 
 
 class WheelOdometry:
-    """Sums the ways of both wheels.
+    """Integrates the distances of both wheels.
 
     Attributes:
-        T_odom_base: the pose.
-        covariance: shape (3, 3), of (x, y, yaw) [m, m, rad].
+        T_odom_base: pose of the base in the odometry frame.
+        covariance: covariance of (x, y, yaw) [m, m, rad], shape (3, 3).
     """
 
     def __init__(self, separation: float, noise: float) -> None:
-        """Begin at the origin.
+        """Start at the origin.
 
         Args:
-            separation: of the wheels [m].
-            noise: standard deviation of a wheel's way after one metre [m].
+            separation: wheel separation [m].
+            noise: standard deviation of a wheel distance after one metre [m].
         """
         self._separation, self._noise = separation, noise
         self.reset()
 
     def reset(self) -> None:
-        """Go back to the origin."""
+        """Reset the pose to the origin."""
         self.T_odom_base = PlanarPose(0.0, 0.0, 0.0)
         self.covariance: NDArray[np.float64] = _SIGMA_START**2 * np.eye(3)
 
     def move(self, left: float, right: float) -> None:
-        """Add the ways of the wheels [m]: an arc of length (l + r)/2 that turns by (r - l)/b."""
+        """Add wheel distances [m]: an arc of length (l + r)/2 that turns by (r - l)/b."""
         self._grow(left, right, (self._noise**2 * abs(left), self._noise**2 * abs(right)))
         turn = (right - left) / self._separation
         chord = 0.5 * (left + right) * (math.sin(0.5 * turn) / (0.5 * turn) if turn else 1.0)
@@ -45,34 +45,34 @@ class WheelOdometry:
         self.T_odom_base = self.T_odom_base @ step
 
     def may_have_moved(self, left: float, right: float) -> None:
-        """Grow less sure by ways of the wheels that nobody counted; the pose stays.
+        """Inflate the covariance by wheel motion that was not counted; the pose stays.
 
         Args:
-            left: farthest way of the left wheel, taken for one standard deviation [m].
-            right: the same of the right wheel [m].
+            left: greatest distance of the left wheel, used as one standard deviation [m].
+            right: greatest distance of the right wheel, used as one standard deviation [m].
         """
         self._grow(0.0, 0.0, (left**2, right**2))
-        # A turn on the way carries the robot sideways, which the first order does not tell.
+        # Turns during the motion move the robot sideways, which the first order neglects.
         way = 0.5 * (abs(left) + abs(right))
         self.covariance[:2, :2] += way**2 * np.eye(2)
 
     def velocity_covariance(
         self, left: float, right: float, elapsed: float, tick: float
     ) -> NDArray[np.float64]:
-        """Return the covariance, shape (2, 2), of speed and turn rate over some time.
+        """Return the covariance of linear speed and turn rate, shape (2, 2).
 
         Args:
-            left: way of the left wheel in it [m].
-            right: way of the right wheel in it [m].
-            elapsed: the time [s], above 0.
-            tick: way of one count [m]; each way begins and ends with a rounded count.
+            left: distance of the left wheel [m].
+            right: distance of the right wheel [m].
+            elapsed: elapsed time [s], above 0.
+            tick: distance per tick [m]; each distance has two rounded counts.
         """
         variances = [(self._noise**2 * abs(way) + tick**2 / 6.0) / elapsed**2 for way in (left, right)]
         G = np.array([[0.5, 0.5], [-1.0 / self._separation, 1.0 / self._separation]])
         return G @ np.diag(variances) @ G.T
 
     def _grow(self, left: float, right: float, variances: tuple[float, float]) -> None:
-        """Carry the covariance over a step: F Σ Fᵀ + G diag(σ_l², σ_r²) Gᵀ."""
+        """Propagate the covariance over a step: F Σ Fᵀ + G diag(σ_l², σ_r²) Gᵀ."""
         forward, turn = 0.5 * (left + right), (right - left) / self._separation
         middle = self.T_odom_base.yaw + 0.5 * turn
         cos, sin = math.cos(middle), math.sin(middle)
@@ -90,5 +90,5 @@ class WheelOdometry:
 
 
 def velocity_of_ways(left: float, right: float, elapsed: float, separation: float) -> Velocity:
-    """Return the mean velocity of ways of the wheels [m] in some time [s]."""
+    """Return the mean velocity of wheel distances [m] in some time [s]."""
     return Velocity(0.5 * (left + right) / elapsed, (right - left) / (separation * elapsed))

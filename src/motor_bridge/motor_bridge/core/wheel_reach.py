@@ -1,4 +1,4 @@
-"""How far the wheels can have turned since the last good counts, by what was commanded and what they did before."""
+"""Bounds of the wheel motion since the last accepted counts, from commanded and measured speeds."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from motor_bridge.core.velocity import Velocity
 from motor_bridge.core.wheel_base import WheelBase
 
 NOISE = 4.0
-"""Two counts of a good encoder differ by so much more or less than the wheel turned at most [ticks]."""
-_OVERSHOOT = 0.25  # the speed control exceeds speeds by this share at most
-_RIPPLE = 3.0  # and by so much, where it counts single ticks [ticks a frame]
-_HASTE = 2.0  # nothing but a push turns wheels so many times faster than they may
-_COAST = 0.5  # motors without voltage come to rest in this time [s]
-_ROLL = 0.25  # and roll meanwhile as far as at full speed in this time [s]
+"""Noise of the difference of two counts [ticks]."""
+_OVERSHOOT = 0.25  # greatest overshoot of the speed control, fraction
+_RIPPLE = 3.0  # greatest ripple of the speed control [ticks per frame]
+_HASTE = 2.0  # greatest speed of a pushed wheel, multiple of the maximum speed
+_COAST = 0.5  # time in which motors without voltage come to rest [s]
+_ROLL = 0.25  # their coasting distance, as time at full speed [s]
 
 
 class WheelReach:
-    """Bounds of the turn of the left and the right wheel, in ticks since the last good counts.
+    """Bounds of the turns of both wheels since the last accepted counts [ticks].
 
-    Every bound is an array, shape (2, 2): the least and the greatest turn (rows) of the left and the right wheel.
+    Bounds are arrays of shape (2, 2): least and greatest turn (rows) of the left and the right wheel (columns).
     """
 
     _low: NDArray[np.float64]
     _high: NDArray[np.float64]
 
     def __init__(self, base: WheelBase, settings: DriveSettings) -> None:
-        """Take wheels that stand."""
+        """Start with stopped wheels."""
         self._frame, self._auto_stop = base.frame, settings.auto_stop
         fastest = base.ticks_of(Velocity(settings.max_linear_velocity, -settings.max_angular_velocity))[0]
         self._haste = _HASTE * fastest / base.frame
@@ -39,39 +39,39 @@ class WheelReach:
         self.start((0.0, 0.0))
 
     def command(self, left: int, right: int) -> None:
-        """Take speeds that were sent to the controller [ticks a frame]."""
+        """Set the commanded speeds [ticks per frame]."""
         self._commanded = np.array([left, right]) / self._frame
         self._low = np.minimum(self._low, self._commanded)
         self._high = np.maximum(self._high, self._commanded)
 
     def start(self, speeds: tuple[float, float]) -> None:
-        """Begin anew at good counts.
+        """Restart at accepted counts.
 
         Args:
-            speeds: of the wheels there, as measured [ticks/s].
+            speeds: measured speeds of the wheels [ticks/s].
         """
         self._low = np.minimum(speeds, self._commanded)
         self._high = np.maximum(speeds, self._commanded)
 
     def usual(self, elapsed: float) -> NDArray[np.float64]:
-        """Return the bounds while the controller does what it is told.
+        """Return the bounds while the controller follows the commands.
 
         Args:
-            elapsed: since the last good counts [s].
+            elapsed: time since the last accepted counts [s].
         """
         return self._bounds(self._low, self._high, elapsed)
 
     def without_word(self, elapsed: float) -> NDArray[np.float64]:
-        """Return the bounds if nobody knows when the controller stopped: its auto-stop ends every motion."""
+        """Return the bounds without a link: the auto-stop ends every motion at an unknown time."""
         time = min(elapsed, self._auto_stop + _COAST)
         return self._bounds(np.minimum(self._low, 0.0), np.maximum(self._high, 0.0), time)
 
     def after_reset(self) -> NDArray[np.float64]:
-        """Return the bounds of the counts themselves if the controller began again: its wheels roll out from 0."""
+        """Return the bounds of the counts after a reset of the controller: the wheels coast from count 0."""
         return self._bounds(np.minimum(self._low, 0.0), np.maximum(self._high, 0.0), _ROLL)
 
     def pushed(self, elapsed: float) -> float:
-        """Return how far a wheel turns at most, whoever turns it [ticks]."""
+        """Return the greatest turn of a wheel, even if it is pushed [ticks]."""
         return self._haste * elapsed + NOISE
 
     def _bounds(
@@ -84,11 +84,11 @@ class WheelReach:
 
 
 def are_within(turns: tuple[int, int], bounds: NDArray[np.float64]) -> bool:
-    """Return whether both wheels' turns [ticks] lie within their bounds."""
+    """Return whether the turns of both wheels [ticks] are within their bounds."""
     return bool((bounds[0] <= turns).all() and (turns <= bounds[1]).all())
 
 
 def farthest(bounds: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the greatest turn of the left and the right wheel in either direction [ticks]."""
+    """Return the greatest absolute turn of the left and the right wheel [ticks]."""
     left, right = np.max(np.abs(bounds), axis=0)
     return math.ceil(left), math.ceil(right)

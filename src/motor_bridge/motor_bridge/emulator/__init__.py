@@ -1,1 +1,1 @@
-"""A motor controller and the robot around it, as software."""
+"""Emulated motor controller and robot."""

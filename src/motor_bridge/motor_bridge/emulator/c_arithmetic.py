@@ -1,16 +1,16 @@
-"""Whole numbers as the controller's C compiler has them: 16 and 32 bits, division towards zero."""
+"""Integer arithmetic of C: 16 and 32 bits, division truncated towards zero."""
 
 from __future__ import annotations
 
 
 def wrapped(value: int, bits: int) -> int:
-    """Return a number as a signed one of so many bits holds it."""
+    """Wrap an integer to a signed one of ``bits`` bits."""
     half = 1 << (bits - 1)
     return (value + half) % (2 * half) - half
 
 
 def divided(numerator: int, denominator: int) -> int:
-    """Return the quotient, cut towards zero; 0 for a division by zero, as avr-libc's gives no fault."""
+    """Return the quotient truncated towards zero; 0 for a division by zero, which raises no error on AVR."""
     if denominator == 0:
         return 0
     quotient = abs(numerator) // abs(denominator)
@@ -18,7 +18,7 @@ def divided(numerator: int, denominator: int) -> int:
 
 
 def atoi(text: str) -> int:
-    """Return the 16-bit number at the beginning of a text, 0 where there is none: ``nan`` is 0, ``1e3`` is 1."""
+    """Return the 16-bit integer at the start of a text, 0 if there is none: ``nan`` is 0, ``1e3`` is 1."""
     stripped = text.lstrip(' \t\n\v\f\r')
     sign = -1 if stripped.startswith('-') else 1
     value = 0

@@ -1,21 +1,21 @@
-"""The firmware's reader of commands, byte for byte: what a lost or a strange byte makes of a command."""
+"""The firmware's command parser, byte by byte, to emulate lost and corrupted bytes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 ARGUMENT_MAX = 16
-"""Bytes of an argument that are kept; what more do on the microcontroller is undefined."""
+"""Longest argument [bytes]; longer ones are undefined behaviour on the microcontroller."""
 
 
 @dataclass(frozen=True)
 class ReceivedCommand:
-    """A command as the firmware understood it.
+    """A command as the firmware parses it.
 
     Attributes:
-        letter: empty if nothing stood before the carriage return.
-        first: its first argument as it came.
-        second: its second argument as it came.
+        letter: letter of the command, empty for an empty line.
+        first: first argument as received.
+        second: second argument as received.
     """
 
     letter: str
@@ -24,21 +24,21 @@ class ReceivedCommand:
 
 
 class CommandReader:
-    """Takes bytes until a carriage return ends a command.
+    """Collects bytes until a carriage return ends a command.
 
-    A space begins an argument, the third one and those after it are passed over; outside of an argument the last byte
-    is the letter. So ``m 1`` without its end, followed by ``m 10 10``, is understood as ``m 1 1010``.
+    A space starts an argument; spaces after the second argument are ignored. Before an argument, the last byte is the
+    letter. So ``m 1`` without its carriage return, followed by ``m 10 10``, is parsed as ``m 1 1010``.
     """
 
     _letter: str
     _arguments: list[str]
 
     def __init__(self) -> None:
-        """Wait for a command."""
+        """Start with an empty line."""
         self._clear()
 
     def take(self, byte: int) -> ReceivedCommand | None:
-        """Take a byte; return the command that it ends, None if it ends none."""
+        """Add a byte; return the command if it is complete, else None."""
         character = chr(byte)
         if character == '\r':
             first, second, *_ = [*self._arguments, '', '']

@@ -1,4 +1,4 @@
-"""Motors, wheels and the floor: where the robot really goes."""
+"""Robot model: motors, wheels and slip."""
 
 from __future__ import annotations
 
@@ -10,31 +10,31 @@ from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.wheel_pid import PWM_MAX
 from shirube_geometry import PlanarPose
 
-_STILL = 1e-3  # a wheel without voltage that is slower stands [rad/s]
+_STILL = 1e-3  # below this a wheel without voltage stops [rad/s]
 
 
 class DrivenBody:
-    """A robot on two driven wheels.
+    """A differential drive robot.
 
     Attributes:
-        T_world_base: its true pose.
-        wheel_speeds: of the left and the right wheel [rad/s].
-        wheel_angles: turned so far [rad].
+        T_world_base: true pose of the robot.
+        wheel_speeds: speeds of the left and the right wheel [rad/s].
+        wheel_angles: angles of the left and the right wheel since the start [rad].
     """
 
     def __init__(self, settings: EmulatorSettings, rng: np.random.Generator, start: PlanarPose) -> None:
-        """Put the robot at rest."""
+        """Start at rest."""
         self._settings, self._rng = settings, rng
         self.T_world_base = start
         self.wheel_speeds = (0.0, 0.0)
         self.wheel_angles = (0.0, 0.0)
 
     def move(self, pwm: tuple[int, int], elapsed: float) -> None:
-        """Drive for a short time.
+        """Simulate a short time step.
 
         Args:
-            pwm: of the motors, left and right, -255 to 255.
-            elapsed: [s].
+            pwm: PWM of the left and the right motor, -255 to 255.
+            elapsed: length of the step [s].
         """
         before = self.wheel_speeds
         left, right = (self._next_speed(s, p, elapsed) for s, p in zip(before, pwm, strict=True))
@@ -45,7 +45,7 @@ class DrivenBody:
             self._roll(*(self._settings.wheel_radius * angle for angle in turned))
 
     def read_counts(self) -> tuple[int, int]:
-        """Return what the encoders show since the start, with their noise."""
+        """Return the noisy encoder counts since the start."""
         per_radian = self._settings.ticks_per_revolution / math.tau
         sigma = self._settings.encoder_noise
         noise = self._rng.normal(0.0, sigma, 2) if sigma else (0.0, 0.0)
@@ -59,7 +59,7 @@ class DrivenBody:
         return 0.0 if aim == 0.0 and abs(after) < _STILL else after
 
     def _roll(self, *ways: float) -> None:
-        """Move the body by the ways of its wheels [m], less what they slip."""
+        """Move the robot by the distances of its wheels [m], minus slip."""
         settings, sigma = self._settings, self._settings.slip_sigma
         left, right = (
             (1.0 - settings.slip) * way + (sigma * math.sqrt(abs(way)) * self._rng.normal() if sigma else 0.0)

@@ -1,4 +1,4 @@
-"""A motor controller with a robot around it, in a time that it is given."""
+"""Emulated motor controller and robot, in externally driven time."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.firmware import Firmware
 from shirube_geometry import PlanarPose
 
-_STEP = 0.005  # longest time in which the motors' voltages are held [s]
-_HISTORY_MAX = 120_000  # steps; ten minutes
-_STOPPED = 1e-2  # wheels that are slower stand [rad/s]
+_STEP = 0.005  # longest simulation step [s]
+_HISTORY_MAX = 120_000  # poses to keep: ten minutes
+_STOPPED = 1e-2  # below this a wheel counts as stopped [rad/s]
 _ORIGIN = PlanarPose(0.0, 0.0, 0.0)
 
 
 class EmulatedController:
-    """Speaks the firmware's protocol and drives a robot.
+    """Executes the firmware's protocol and simulates the robot.
 
     Attributes:
-        time: until when the robot has been driven [s].
+        time: simulated time [s].
     """
 
     def __init__(
         self, settings: EmulatorSettings, rng: np.random.Generator, start: PlanarPose = _ORIGIN
     ) -> None:
-        """Put the robot at rest at time 0.
+        """Start at rest at time 0.
 
         Args:
-            settings: of the controller and the robot.
-            rng: source of slip and noise.
+            settings: settings of the controller and the robot.
+            rng: random generator of slip and noise.
             start: ``T_world_base`` at time 0.
         """
         self._settings = settings
@@ -43,12 +43,12 @@ class EmulatedController:
 
     @property
     def time(self) -> float:
-        """Until when the robot has been driven [s]."""
+        """Simulated time [s]."""
         return self._times[-1]
 
     @property
     def T_world_base(self) -> PlanarPose:  # noqa: N802 the field's name for it
-        """The true pose now."""
+        """True pose now."""
         return self._poses[-1]
 
     @property
@@ -58,20 +58,20 @@ class EmulatedController:
 
     @property
     def is_stopped(self) -> bool:
-        """Whether both motors are without voltage and both wheels stand."""
+        """Whether both motors are without voltage and both wheels are stopped."""
         return self._firmware.pwm == (0, 0) and max(map(abs, self.wheel_speeds)) < _STOPPED
 
     def receive(self, data: bytes) -> bytes:
-        """Take what came over the line now; return the replies."""
+        """Receive bytes; return the replies."""
         return self._firmware.receive(data) if self.time >= self._hears_from else b''
 
     def reset(self) -> None:
-        """Start the controller again, as its button does: the motors are off, the counts zero, it is deaf at first."""
+        """Reset the controller: motors off, counts zero, no input until it has booted."""
         self._firmware.reset()
         self._hears_from = self.time + self._settings.boot_time
 
     def advance(self, until: float) -> None:
-        """Let time pass [s]; a time in the past changes nothing."""
+        """Simulate until a time [s]; a time in the past changes nothing."""
         while self.time < until - 1e-12:
             step_end = min(until, self.time + _STEP, max(self._firmware.next_event, self.time + 1e-6))
             self._body.move(self._firmware.pwm, step_end - self.time)
@@ -82,13 +82,13 @@ class EmulatedController:
             del self._times[:_HISTORY_MAX], self._poses[:_HISTORY_MAX]
 
     def pose_at(self, time: float) -> PlanarPose:
-        """Return ``T_world_base`` at a time [s]; before the start it is that of the start.
+        """Return ``T_world_base`` at a time [s], at the earliest that of the start.
 
         Raises:
-            MotorBridgeError: a time up to which the robot has not been driven.
+            MotorBridgeError: the time is after the simulated time.
         """
         if time > self.time + 1e-9:
-            raise MotorBridgeError(f'the robot has been driven until {self.time} s, not until {time} s')
+            raise MotorBridgeError(f'the robot is simulated until {self.time} s, not until {time} s')
         after = bisect_right(self._times, time)
         if after == 0 or after == len(self._times):
             return self._poses[min(after, len(self._poses) - 1)]

@@ -1,4 +1,4 @@
-"""ROSArduinoBridge's firmware: its protocol, its speed control and its auto-stop, in a time that it is given."""
+"""ROSArduinoBridge's firmware: protocol, speed control and auto-stop, in externally driven time."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ _END = '\r\n'
 
 
 class Firmware:
-    """What runs on the microcontroller.
+    """Firmware of the microcontroller.
 
     Attributes:
-        time: of the controller [s].
+        time: time of the controller [s].
     """
 
     def __init__(self, settings: EmulatorSettings, read_counts: Callable[[], tuple[int, int]]) -> None:
-        """Start with the wheels at rest.
+        """Start with stopped wheels.
 
         Args:
-            settings: what is answered to ``b``, the frame of the speed control, the auto-stop.
-            read_counts: tells the encoders' counts since power on, left and right.
+            settings: baud rate, period of the speed control and auto-stop.
+            read_counts: returns the encoder counts since power on, left and right.
         """
         self._settings, self._read_counts = settings, read_counts
         self.time = 0.0
@@ -33,7 +33,7 @@ class Firmware:
         self.reset()
 
     def reset(self) -> None:
-        """Begin as after power on, with counts of zero."""
+        """Restart as after power on, with counts of zero."""
         self._reader = CommandReader()
         self._gains = PidGains()
         self._wheels = (WheelPid(), WheelPid())
@@ -42,22 +42,22 @@ class Firmware:
 
     @property
     def pwm(self) -> tuple[int, int]:
-        """What the motors get, left and right, -255 to 255."""
+        """PWM of the left and the right motor, -255 to 255."""
         left, right = self._wheels
         return left.pwm, right.pwm
 
     @property
     def next_event(self) -> float:
-        """When speed control works next [s]."""
+        """Time of the next step of the speed control [s]."""
         return self._next_frame
 
     def receive(self, data: bytes) -> bytes:
-        """Take bytes of the line and return the replies."""
+        """Receive bytes and return the replies."""
         commands = filter(None, map(self._reader.take, data))
         return ''.join(self._answer(command) + _END for command in commands).encode()
 
     def run_to(self, time: float) -> None:
-        """Let time pass up to the next event or less [s]."""
+        """Advance to a time not after the next event [s]."""
         self.time = time
         if time >= self._next_frame - 1e-9:
             self._next_frame += self._settings.pid_frame
@@ -93,7 +93,7 @@ class Firmware:
         if left == 0 and right == 0:
             self._stop()
             return
-        if not self._is_moving:  # speed control begins from here, not from where it stopped
+        if not self._is_moving:  # speed control restarts from the present counts
             self._restart_wheels()
         self._is_moving = True
         for wheel, target in zip(self._wheels, (left, right), strict=True):

@@ -1,4 +1,4 @@
-"""Serves an emulated controller on a pseudo-terminal, whose other end looks like a serial port."""
+"""Serves an emulated controller on a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.line_faults import LineFaults
 
-_LOOK = 0.02  # longest time between two looks at the faults [s]
+_LOOK = 0.02  # polling period [s]
 _CHUNK = 4096
 
 
 class PseudoTerminal:
-    """A serial port with a controller behind it, to be used in a `with` statement.
+    """A virtual serial port with a controller, a context manager.
 
     Attributes:
-        path: of the port; another one each time the controller is plugged in again.
+        path: path of the port; it changes with each reconnection.
     """
 
     path: str
@@ -38,14 +38,14 @@ class PseudoTerminal:
         latency: float = 0.0,
         link: Path | None = None,
     ) -> None:
-        """Prepare; the port is there inside of the `with` statement.
+        """Prepare; the port exists inside of the `with` statement.
 
         Args:
-            controller: answers.
-            lock: held while it does; whoever lets its time pass holds it, too.
-            faults: spoil the line.
-            latency: from the last byte of a command to its reply [s].
-            link: a link to the port, made and renewed under this name.
+            controller: controller that replies.
+            lock: protects the controller; hold it to advance its time.
+            faults: faults to inject.
+            latency: time from the last byte of a command to its reply [s].
+            link: symbolic link to the port, renewed at each reconnection.
         """
         self._controller, self._lock, self._latency, self._link = controller, lock, latency, link
         self._faults = faults
@@ -53,7 +53,7 @@ class PseudoTerminal:
         self._thread = Thread(target=self._serve, daemon=True)
 
     def __enter__(self) -> Self:
-        """Plug in."""
+        """Connect."""
         self._plug()
         self._thread.start()
         return self
@@ -61,19 +61,19 @@ class PseudoTerminal:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Unplug."""
+        """Disconnect."""
         self._is_over.set()
         self._thread.join()
         self._unplug()
 
     def _plug(self) -> None:
-        # The port's end stays open here, too: a terminal that nobody has open takes no bytes.
+        # Keep the port's end open here, too: a terminal that no process has open accepts no bytes.
         self._master, self._port = pty.openpty()
         tty.setraw(self._port)
         self.path = os.ttyname(self._port)
         if self._link is not None:
             if self._link.exists() and not self._link.is_symlink():
-                raise MotorBridgeError(f'{self._link} is there already and is no link; choose another one')
+                raise MotorBridgeError(f'{self._link} exists and is not a symbolic link; choose another path')
             beside = self._link.with_name(f'.{self._link.name}.new')
             beside.unlink(missing_ok=True)
             beside.symlink_to(self.path)
@@ -115,7 +115,7 @@ class PseudoTerminal:
             os.write(self._master, reply)
 
     def _strike(self, faults: LineFaults, elapsed: float) -> None:
-        """Let the faults happen that are no matter of single bytes."""
+        """Apply the faults that do not concern single bytes."""
         if faults.take('reset'):
             with self._lock:
                 self._controller.reset()

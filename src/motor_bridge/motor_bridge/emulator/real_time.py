@@ -1,4 +1,4 @@
-"""Lets an emulated controller live in the time of the wall clock."""
+"""Advances an emulated controller in real time."""
 
 from __future__ import annotations
 
@@ -10,32 +10,32 @@ from typing import Self
 from motor_bridge.emulator.emulated_controller import EmulatedController
 
 _PERIOD = 0.002  # [s]
-_STEP_MAX = 0.05  # a process that was held for longer stood still, and its controller with it [s]
+_STEP_MAX = 0.05  # longest step, so that time stops while the process is suspended [s]
 
 
 class RealTime:
-    """Advances a controller from a thread, to be used in a `with` statement."""
+    """Advances a controller from a thread; a context manager."""
 
     def __init__(self, controller: EmulatedController, lock: Lock) -> None:
-        """Begin at the controller's present time.
+        """Start at the controller's present time.
 
         Args:
-            controller: to be advanced.
-            lock: held while it is.
+            controller: controller to advance.
+            lock: protects the controller.
         """
         self._controller, self._lock = controller, lock
         self._is_over = Event()
         self._thread = Thread(target=self._run, daemon=True)
 
     def __enter__(self) -> Self:
-        """Let time pass."""
+        """Start the thread."""
         self._thread.start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Hold it."""
+        """Stop the thread."""
         self._is_over.set()
         self._thread.join()
 

@@ -1,7 +1,7 @@
-"""The firmware's speed controller of one wheel, in whole numbers as on the microcontroller.
+"""The firmware's speed controller of one wheel, in integers as on the microcontroller.
 
-The division by ``output_divisor`` cuts off what is less than one, so that a wheel comes to rest below its aim: with the
-usual gains by two ticks a frame, which is 9 % of 22.
+The division by ``output_divisor`` truncates, so that a wheel settles below its target: with the usual gains by two
+ticks per frame, which is 9 % of 22.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ PWM_MAX = 255
 
 @dataclass(frozen=True)
 class PidGains:
-    """Gains as the command ``u P:D:I:O`` sets them."""
+    """Gains of the command ``u P:D:I:O``."""
 
     proportional: int = 20
     derivative: int = 12
@@ -24,19 +24,19 @@ class PidGains:
 
 
 class WheelPid:
-    """Holds one wheel at a number of ticks a frame.
+    """Controls the speed of one wheel.
 
     Attributes:
-        target: aim [ticks a frame].
-        pwm: given to the motor, -255 to 255.
+        target: target speed [ticks per frame].
+        pwm: PWM of the motor, -255 to 255.
     """
 
     def __init__(self) -> None:
-        """Start at rest at count 0."""
+        """Start stopped at count 0."""
         self.restart(0)
 
     def restart(self, count: int) -> None:
-        """Forget everything, with the wheel at a count."""
+        """Reset the controller with the wheel at a count."""
         self.target = 0
         self.pwm = 0
         self._previous_count = count
@@ -44,11 +44,11 @@ class WheelPid:
         self._integral_term = 0
 
     def update(self, count: int, gains: PidGains) -> None:
-        """Work for one frame.
+        """Run one control period.
 
         Args:
-            count: of the encoder now.
-            gains: in use.
+            count: current encoder count [ticks].
+            gains: gains of the control law.
         """
         moved = wrapped(count - self._previous_count, 16)
         error = self.target - moved

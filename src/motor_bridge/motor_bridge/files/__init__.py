@@ -1,1 +1,1 @@
-"""Files of parameters."""
+"""Parameter files."""

@@ -1,4 +1,4 @@
-"""The wheels in a parameter file: read from it, and written into it without touching the rest."""
+"""Reads and updates the wheel parameters in a parameter file."""
 
 from __future__ import annotations
 
@@ -16,42 +16,42 @@ _NODE = 'motor_bridge'
 
 
 def read_drive_settings(path: Path) -> DriveSettings:
-    """Return the settings of the wheels in a parameter file.
+    """Read the drive settings from a parameter file.
 
     Raises:
-        MotorBridgeError: it is missing or damaged, or holds values that are not allowed.
+        MotorBridgeError: it is missing or corrupted, or has invalid values.
     """
     try:
         node = read_yaml(path).get(_NODE)
         parameters = node.get('ros__parameters') if isinstance(node, dict) else None
         if not isinstance(parameters, dict):
             raise MotorBridgeError(
-                f'{path}: holds no {_NODE}: ros__parameters:; take config/motor_bridge.yaml'
+                f'{path}: has no {_NODE}: ros__parameters:; start from config/motor_bridge.yaml'
             )
         names = {field.name for field in fields(DriveSettings)}
         return settings_from_values(DriveSettings, {k: v for k, v in parameters.items() if k in names})
     except YamlFileError as fault:
-        raise MotorBridgeError(f'{fault}; take config/motor_bridge.yaml') from fault
+        raise MotorBridgeError(f'{fault}; start from config/motor_bridge.yaml') from fault
     except SettingsError as fault:
         raise MotorBridgeError(f'{path}: {fault}') from fault
 
 
 def write_values(source: Path, path: Path, values: Mapping[str, float]) -> None:
-    """Write a parameter file with some values of the bridge changed; comments and everything else stay.
+    """Write a parameter file with some changed values; comments and everything else stay.
 
     Args:
-        source: what is changed; it was read before.
-        path: where the result goes, whole or not at all.
-        values: by name.
+        source: input file.
+        path: output file, written atomically.
+        values: new values by name of the parameter.
 
     Raises:
-        OSError: the place cannot be written to.
-        MotorBridgeError: the file is not written line by line, as parameter files are.
+        OSError: the file cannot be written.
+        MotorBridgeError: the file does not have one parameter per line.
     """
     text = source.read_text(encoding='utf-8')
     section = re.search(rf'(?m)^{_NODE}:.*(?:\n[ \t#].*|\n)*', text)
     if section is None:
-        raise MotorBridgeError(f'{source}: holds no {_NODE}:; take config/motor_bridge.yaml')
+        raise MotorBridgeError(f'{source}: has no {_NODE}:; start from config/motor_bridge.yaml')
     own = section[0]
     for name, value in values.items():
         own, count = re.subn(rf'(?m)^(\s+{name}:)[^#\n]*?(\s*#.*)?$', rf'\g<1> {value:.6g}\g<2>', own)
@@ -61,6 +61,6 @@ def write_values(source: Path, path: Path, values: Mapping[str, float]) -> None:
             )
         if count == 0:
             raise MotorBridgeError(
-                f'{source}: write {name} and its like on lines of their own, as config/motor_bridge.yaml does'
+                f'{source}: {name} needs its own line; write one parameter per line, as config/motor_bridge.yaml does'
             )
     write_text(path, text[: section.start()] + own + text[section.end() :])

@@ -1,1 +1,1 @@
-"""The commands of the package."""
+"""Commands of the package."""

@@ -1,4 +1,4 @@
-"""``plan``: the route on a map of map_server, as CSV and PNG, without ROS running."""
+"""``plan``: plans a route on a map_server map and writes CSV and PNG, without ROS running."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ _PLANNER, _REWARD = PlannerSettings(), RewardSettings()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 when there is no route or a file is bad."""
+    """Run the command; return 0, or 1 if there is no route or a file is invalid."""
     options = make_parser().parse_args(arguments)
     try:
         return plan(options)
     except (RewardPlannerError, SettingsError) as fault:
         print(f'plan: {fault}', file=sys.stderr)
     except OSError as fault:
-        print(f'plan: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        print(f'plan: {fault.filename}: {fault.strerror}; choose a writable path', file=sys.stderr)
     return 1
 
 
 def plan(options: argparse.Namespace) -> int:
-    """Plan, write what is asked for, and return the exit code."""
+    """Plan, write the requested files, and return the exit code."""
     settings = PlannerSettings(options.mode, options.robot_radius)
     reward = RewardSettings(visits=options.visits)
     check_settings(settings)
     check_settings(reward)
     if options.explain is not None and settings.mode != 'reward':
-        raise RewardPlannerError('--explain goes with --mode reward; the shortest route has no rewards')
+        raise RewardPlannerError('--explain needs --mode reward; the shortest route has no rewards')
     grid = load_occupancy_map(options.map, options.resolution)
     route = plan_on_map(grid, options.start, options.goal, settings, reward)
     cells = np.empty((0, 2), dtype=np.int64) if isinstance(route, NoRoute) else route.cells
@@ -68,21 +68,28 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     parser = argparse.ArgumentParser(
         prog='plan',
-        description='Find the way on a map of map_server; writes it as CSV (x,y [m]) and PNG.',
+        description='Plan a route on a map_server map; writes it as CSV (x,y [m]) and PNG.',
     )
     add = parser.add_argument
-    add('map', type=Path, metavar='MAP.yaml', help='the YAML file of the map')
-    add('--start', type=float, nargs=2, required=True, metavar=('X', 'Y'), help='in the map frame [m]')
-    add('--goal', type=float, nargs=2, required=True, metavar=('X', 'Y'), help='in the map frame [m]')
-    add('--mode', default=_PLANNER.mode, help='optimal or reward (default: %(default)s)')
-    add('--visits', default=_REWARD.visits, help='in mode reward: once or counted (default: %(default)s)')
-    add('--robot-radius', type=float, default=_PLANNER.robot_radius, metavar='R',
-        help='the centre of the robot keeps farther from obstacles [m] (default: %(default)s)')  # fmt: skip
-    add('--resolution', type=float, metavar='M', help='refuse a map with other cells [m] (default: any)')
-    add('--csv', type=Path, metavar='FILE', help='the route')
-    add('--png', type=Path, metavar='FILE', help='a picture of it')
+    add('map', type=Path, metavar='MAP.yaml', help='YAML file of the map')
+    add('--start', type=float, nargs=2, required=True, metavar=('X', 'Y'), help='start in the map frame [m]')
+    add('--goal', type=float, nargs=2, required=True, metavar=('X', 'Y'), help='goal in the map frame [m]')
+    add('--mode', default=_PLANNER.mode, help='planning mode: optimal or reward (default: %(default)s)')
     add(
-        '--explain', type=Path, metavar='FILE', help='in mode reward: the rewards of all steps along it (CSV)'
+        '--visits',
+        default=_REWARD.visits,
+        help='penalty of visited cells in mode reward: once or counted (default: %(default)s)',
+    )
+    add('--robot-radius', type=float, default=_PLANNER.robot_radius, metavar='R',
+        help='robot radius; its centre keeps farther from obstacles [m] (default: %(default)s)')  # fmt: skip
+    add('--resolution', type=float, metavar='M', help='required resolution of the map [m] (default: any)')
+    add('--csv', type=Path, metavar='FILE', help='output file of the route')
+    add('--png', type=Path, metavar='FILE', help='output file of a picture of the route')
+    add(
+        '--explain',
+        type=Path,
+        metavar='FILE',
+        help='output file of the rewards of all steps along the route, in mode reward (CSV)',
     )
     return parser
 

@@ -1,4 +1,4 @@
-"""``save_map``: asks a running node to write its map, for where there is no ``ros2 service call``."""
+"""``save_map``: calls the service ``~/save_map`` of a running node, without the ros2 command line."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from collections.abc import Sequence
 import rclpy
 from std_srvs.srv import Trigger
 
-_WAIT = 5.0  # for the node, and for its answer [s]
+_WAIT = 5.0  # timeout of the service and of its response [s]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 when nobody answers or the map was not saved."""
+    """Run the command; return 0, or 1 if the node does not respond or the map was not saved."""
     parser = argparse.ArgumentParser(
         prog='save_map',
-        description='Ask a running reward_planner to write its map where its parameter save_file says.',
+        description='Save the map of a running reward_planner to the file of its parameter save_file.',
     )
-    parser.add_argument('--node', default='/reward_planner', help='its name (default: %(default)s)')
+    parser.add_argument('--node', default='/reward_planner', help='name of the node (default: %(default)s)')
     given = rclpy.utilities.remove_ros_args(sys.argv if arguments is None else ['save_map', *arguments])
     options = parser.parse_args(given[1:])
     answer = call(f'{options.node}/save_map')
     if answer is None:
-        print(f'save_map: {options.node} does not answer; start it first', file=sys.stderr)
+        print(f'save_map: {options.node} does not respond; start it first', file=sys.stderr)
         return 1
     print(answer.message if answer.success else f'save_map: {answer.message}',
           file=sys.stdout if answer.success else sys.stderr)  # fmt: skip
@@ -31,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def call(service: str) -> Trigger.Response | None:
-    """Return the answer of a service, None where there is none in time."""
+    """Call a service; return its response, None after a timeout."""
     rclpy.init()
     try:
         node = rclpy.create_node('save_map')

@@ -1,1 +1,1 @@
-"""The method without ROS and without files: what was seen in, maps and routes out."""
+"""Mapping, planning and control without ROS and without files."""

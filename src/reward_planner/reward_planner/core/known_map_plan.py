@@ -1,4 +1,4 @@
-"""A route on a map that is known."""
+"""Planning on a static map."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ def plan_on_map(
     settings: PlannerSettings,
     reward: RewardSettings,
 ) -> Route | NoRoute:
-    """Return a route between two points; what is unknown is taken for free.
+    """Plan a route between two points; unknown cells are free.
 
     Args:
-        grid: the map.
-        start_map: shape (2,), x and y in the map frame [m].
-        goal_map: shape (2,), likewise.
-        settings: of the planner.
-        reward: of the reward rule, for mode reward.
+        grid: occupancy grid to plan on.
+        start_map: start in the map frame [m], shape (2,).
+        goal_map: goal in the map frame [m], shape (2,).
+        settings: planning mode and robot radius.
+        reward: settings of the reward rule, for mode reward.
 
     Raises:
         RewardPlannerError: a coordinate is not finite.

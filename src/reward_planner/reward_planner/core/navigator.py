@@ -1,4 +1,4 @@
-"""From frames, poses and a goal to a map, a route and velocities: what the node does, without messages."""
+"""Mapping, planning and control of one robot: the node's logic without ROS messages."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from shirube_geometry import CameraMount, PlanarPose
 
 @dataclass(frozen=True)
 class NavigatorSettings:
-    """All settings of the method, part by part."""
+    """Settings of mapping, planning and control."""
 
     voxels: VoxelSettings = field(default_factory=VoxelSettings)
     mapping: MappingSettings = field(default_factory=MappingSettings)
@@ -43,10 +43,10 @@ class NavigatorSettings:
 
 @dataclass(frozen=True)
 class SensorFrame:
-    """Points that a sensor saw at once.
+    """Points of one sensor frame.
 
     Attributes:
-        points: shape (n, 3), in the sensor's optical frame [m].
+        points: points in the sensor's optical frame [m], shape (n, 3).
         focal_length: density of the points, see `SensorView`.
     """
 
@@ -56,12 +56,12 @@ class SensorFrame:
 
 @dataclass(frozen=True)
 class MappedFrame:
-    """A frame that is in the map.
+    """A frame that was added to the map.
 
     Attributes:
-        stamp: of the frame [s].
-        local: the map around the robot.
-        tally: what became of the points.
+        stamp: stamp of the frame [s].
+        local: local map around the robot.
+        point_counts: number of points by outcome.
     """
 
     stamp: float
@@ -70,24 +70,24 @@ class MappedFrame:
 
 
 class Navigator:
-    """Maps, plans and drives.
+    """Maps obstacles, plans routes and controls the robot.
 
     Attributes:
-        mapper: of what the sensor sees.
-        pilot: who drives.
-        frames: that wait for their poses.
-        verdicts: number of poses by what became of them.
+        mapper: obstacle map.
+        controller: drive controller.
+        message_filter: frames that wait for the pose at their stamp.
+        pose_status_counts: number of poses by status.
     """
 
     def __init__(self, mount: CameraMount, settings: NavigatorSettings) -> None:
-        """Begin with nothing known.
+        """Start with an empty map.
 
         Args:
             mount: pose of the sensor's optical frame in the base frame.
-            settings: of all parts.
+            settings: settings of mapping, planning and control.
 
         Raises:
-            VoxelError: settings that leave no voxels.
+            VoxelError: the settings give no voxels.
         """
         self._settings = settings
         self.mapper = ObstacleMapper(mount, settings.voxels, settings.mapping)
@@ -98,10 +98,10 @@ class Navigator:
         self._known_frame: GridFrame | None = None
 
     def use_map(self, known: OccupancyMap) -> None:
-        """Go on with a map that was made before; from now on goals must be on it, or where something was seen since.
+        """Load a static map; goals must be on it or on cells observed since.
 
         Raises:
-            MappingError: its cells have another size, or there is no room for it and the strip around it.
+            MappingError: its resolution differs, or it is too large with its margin.
         """
         observed = known.occupancy != UNKNOWN
         self.mapper.map.write(LocalMap(known.frame, known.occupancy, observed))
@@ -109,21 +109,21 @@ class Navigator:
         self._known_frame = known.frame
 
     def _refuse_too_large(self, frame: GridFrame) -> None:
-        """Refuse a known map that was cut off, or on which no route could be sought."""
+        """Check that a static map and a costmap around it fit into cells_max."""
         settings, kept = self._settings, self.mapper.map
         keep_away = settings.planner.robot_radius + settings.driving.clearance_margin
         area = needed_frame(kept, frame.centre_of([(0, 0)]), keep_away)
         if kept.refused or area.columns * area.rows > kept.cells_max:
             raise MappingError(
-                f'the known map has {frame.columns} x {frame.rows} cells, with the room around it more than cells_max '
-                f'{kept.cells_max}; raise cells_max, cut the map or take a larger resolution'
+                f'map_file has {frame.columns} x {frame.rows} cells, with its margin more than cells_max '
+                f'{kept.cells_max}; raise cells_max, crop the map or use a larger resolution'
             )
 
     def set_goal(self, T_map_goal: PlanarPose) -> None:
-        """Take a goal; the one before is forgotten, also if this one is refused.
+        """Set a goal; the previous one is cancelled even if this one is rejected.
 
         Raises:
-            DrivingError: a number that is not finite, or a goal outside of the known map.
+            DrivingError: the goal is not finite or outside of the static map.
         """
         self.pilot.forget_goal()
         self.pilot.set_goal(T_map_goal)
@@ -133,12 +133,12 @@ class Navigator:
             end_x = frame.origin_x + frame.columns * frame.resolution
             end_y = frame.origin_y + frame.rows * frame.resolution
             raise DrivingError(
-                f'the goal at x {T_map_goal.x:.2f} m, y {T_map_goal.y:.2f} m is outside of the map, which reaches from '
+                f'the goal at x {T_map_goal.x:.2f} m, y {T_map_goal.y:.2f} m is outside of the map, which extends from '
                 f'x {frame.origin_x:.2f} to {end_x:.2f} m and y {frame.origin_y:.2f} to {end_y:.2f} m; give one on it'
             )
 
     def _is_outside(self, frame: GridFrame, place: PlanarPose) -> bool:
-        """Return whether a place is neither on the known map nor where something was seen since."""
+        """Return whether a pose is neither on the static map nor on a cell observed since."""
         point = (place.x, place.y)
         if bool(frame.contains(frame.cell_of(point))):
             return False
@@ -148,7 +148,7 @@ class Navigator:
         return bool(cell[0, 0] == UNKNOWN)
 
     def add_pose(self, stamp: float, T_map_base: PlanarPose) -> PoseVerdict:
-        """Take the robot's pose at a time [s], and say what became of it; while poses jump the robot stands."""
+        """Add the robot's pose at a stamp [s] and return its status; the robot stops while poses jump."""
         verdict = self._trail.add(stamp, T_map_base)
         self.verdicts[verdict] += 1
         if verdict in (PoseVerdict.TAKEN, PoseVerdict.RELOCATED):
@@ -158,14 +158,14 @@ class Navigator:
         return verdict
 
     def add_frame(self, stamp: float, now: float, frame: SensorFrame) -> None:
-        """Take a frame, with its stamp and the time at which it came [s]; `work` maps it when its pose is there."""
+        """Queue a frame with its stamp and time of receipt [s] for `process_frames`."""
         self.frames.put(stamp, now, frame)
 
     def work(self, now: float) -> list[MappedFrame]:
-        """Map the frames whose poses are known by now [s]; a blind one, see `PointTally.is_blind`, is none.
+        """Map the queued frames whose pose is known at a time [s]; occluded frames are skipped.
 
         Raises:
-            MappingError: a frame is blind, and no other came with it.
+            MappingError: all frames are occluded.
         """
         mapped, is_blind = [], False
         for stamp, frame, T_map_base in self.frames.take(now, self._trail):
@@ -177,30 +177,30 @@ class Navigator:
             mapped.append(MappedFrame(stamp, local, tally))
         if is_blind and not mapped:
             raise MappingError(
-                'a frame has no finite point, or nearly all are nearer than range_min; check that nothing covers the '
-                'camera, the robot stands meanwhile'
+                'a frame has no finite point, or nearly all are nearer than range_min; the robot stops; check that '
+                'nothing covers the camera'
             )
         return mapped
 
     def route_between(
         self, start: PlanarPose | None, goal: PlanarPose, now: float
     ) -> NDArray[np.float64] | NoRouteReason:
-        """Return the shortest route on the map as it is known, whatever the mode, or why there is none.
+        """Plan the shortest route on the current map in any mode; return it or why there is none.
 
         Args:
-            start: where it begins; None where the robot is.
-            goal: where it ends.
-            now: the time [s].
+            start: start pose; None for the robot's pose.
+            goal: goal pose.
+            now: current time [s].
 
         Returns:
-            shape (n, 2) [m].
+            points of the route [m], shape (n, 2), or the reason.
 
         Raises:
-            DrivingError: the robot's pose is asked for and not known, or the goal is too far away.
+            DrivingError: the robot's pose is needed and not known, or the goal is too far away.
         """
         begin = start or self.pilot.fresh_robot(now)
         if begin is None:
-            raise DrivingError("the robot's pose is not known or too old; give a start")
+            raise DrivingError("the robot's pose is unknown or too old; give a start")
         frame = self._known_frame
         if frame is not None:
             for place, reason in ((goal, NoRouteReason.GOAL_OUTSIDE), (begin, NoRouteReason.START_OUTSIDE)):
@@ -213,13 +213,13 @@ class Navigator:
         return keeper.points_map if keeper.problem is None else keeper.problem
 
     def clear_map(self) -> None:
-        """Forget the map, the known one too; the goal stays."""
+        """Clear the map, including the static map; the goal stays."""
         self.mapper.clear()
         self._known_frame = None
         self.pilot.map_cleared()
 
     def time_jumped(self) -> None:
-        """Forget poses, frames and the goal; to be called by whoever watches the stamps; the map stays."""
+        """Reset poses, queued frames and goal after a jump of the clock; the map stays."""
         self._trail = PoseTrail(self._settings.mapping)
         dropped = self.frames.dropped
         dropped[DropReason.TIME_BACK] += len(self.frames)

@@ -1,4 +1,4 @@
-"""How routes are planned."""
+"""Settings of the planner."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from shirube_settings import setting
 
 @dataclass(frozen=True)
 class PlannerSettings:
-    """Routes for a robot of some size."""
+    """Planning mode and robot radius."""
 
     mode: str = setting(
-        'optimal', "the shortest route, or the way of the paper's reward rule", choices=('optimal', 'reward')
+        'optimal',
+        "planning mode: the shortest route, or the paper's reward rule",
+        choices=('optimal', 'reward'),
     )
     robot_radius: float = setting(
         0.2,
-        'of the circle around the robot; its centre keeps farther from obstacles',
+        'radius of the circle around the robot; its centre keeps farther from obstacles',
         unit='m',
         minimum=0.0,
         maximum=10.0,

@@ -1,5 +1,5 @@
-"""The root of this package's exceptions."""
+"""Base class of this package's exceptions."""
 
 
 class RewardPlannerError(ValueError):
-    """Input that the package cannot use; the message is one line that names the field and the remedy."""
+    """Invalid input; the message is one line that names the field and the remedy."""

@@ -1,4 +1,4 @@
-"""Lets the compiled loops be ready before the first frame comes."""
+"""Compiles the numba kernels before the first frame."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _GOAL = PlanarPose(-1.0, 0.3, 0.0)
 
 
 def warm_up(mount: CameraMount, settings: NavigatorSettings) -> None:
-    """Map a frame, plan a route, and mend it, with these settings, for nothing; join the depths of two pairs.
+    """Compile the kernels: map a frame, plan and replan a route with these settings, and fuse two disparity images.
 
     Raises:
-        VoxelError: settings that leave no voxels.
+        VoxelError: the settings give no voxels.
     """
     navigator = Navigator(mount, settings)
     middle = 0.5 * (settings.voxels.range_min + settings.voxels.range_max)
@@ -43,12 +43,12 @@ def warm_up(mount: CameraMount, settings: NavigatorSettings) -> None:
 
 
 def warm_up_defaults() -> None:
-    """Compile all loops, as they are used with the default settings."""
+    """Compile the kernels for the default settings."""
     warm_up(CameraMount(), NavigatorSettings())
 
 
 def _on_the_way(resolution: float) -> GridFrame:
-    """Return a cell half way to the goal."""
+    """Return a cell halfway to the goal."""
     column, row = (round(0.5 * number / resolution) for number in (_GOAL.x, _GOAL.y))
     return GridFrame(column * resolution, row * resolution, resolution, 1, 1)
 

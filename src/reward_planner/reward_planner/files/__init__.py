@@ -1,1 +1,1 @@
-"""Files that are read and written: maps of map_server, routes."""
+"""Files: map_server maps, routes, reward tables and pictures."""

@@ -1,4 +1,4 @@
-"""Maps of map_server: a YAML file and beside it an image, PGM or PNG, whose first line is the map's highest row."""
+"""map_server maps: a YAML file and an image (PGM or PNG), whose first line is the map's highest row."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from reward_planner.core.grid.occupancy_map import (
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from shirube_files import YamlFileError, is_number, read_yaml, shown, write_text, written_beside
 
-# Free, unknown and occupied. map_saver's 205 for what is unknown would be read as free with its threshold of 0.25.
+# Free, unknown and occupied. map_saver's 205 for unknown would be read as free with its threshold of 0.25.
 _WHITE, _GREY, _BLACK = 254, 128, 0
-_NAME_MAX = 1000  # of an image, with its folders
-_FAR_MAX = 1e8  # of an origin; no place on Earth is farther [m]
+_NAME_MAX = 1000  # longest path of an image
+_FAR_MAX = 1e8  # largest coordinate of an origin [m]
 _NEEDED = ('image', 'resolution', 'origin', 'occupied_thresh', 'free_thresh')
 _GAP = rb'(?:\s|#[^\n]*\n)+'
 _PGM_HEADER = re.compile(rb'P5' + _GAP + rb'(\d+)' + _GAP + rb'(\d+)' + _GAP + rb'(\d+)\s')
@@ -38,17 +38,17 @@ def load_occupancy_map(path: Path, resolution: float | None = None) -> Occupancy
     """Load a map.
 
     Args:
-        path: the YAML file.
-        resolution: what the side of a cell must be [m]; None takes any.
+        path: YAML file.
+        resolution: required resolution [m]; None for any.
 
     Raises:
-        RewardPlannerError: a file is missing or damaged, a field is missing or wrong, or the resolution is another.
+        RewardPlannerError: a file is missing or corrupted, a field is missing or invalid, or the resolution differs.
     """
     fields = _read_fields(path)
     side = _number(path, fields, 'resolution', 1e-6, 1e3)
     if resolution is not None and not math.isclose(side, resolution, rel_tol=1e-6):
         raise RewardPlannerError(
-            f'{path}: resolution is {side:g} m, {resolution:g} m is asked for; give such a map'
+            f'{path}: resolution is {side:g} m, it must be {resolution:g} m; give a map of that resolution'
         )
     origin_x, origin_y = _read_origin(path, fields['origin'])
     shades = _read_image(path.parent / fields['image'])
@@ -58,11 +58,11 @@ def load_occupancy_map(path: Path, resolution: float | None = None) -> Occupancy
 
 
 def save_occupancy_map(path: Path, grid: OccupancyMap) -> None:
-    """Write a map as a YAML file and a PGM file of the same name, each whole or not at all.
+    """Write a map as a YAML file and a PGM file of the same name, each atomically.
 
     Raises:
-        RewardPlannerError: the name has another ending than that of a YAML file.
-        OSError: the place cannot be written to.
+        RewardPlannerError: the name does not end with .yaml or .yml.
+        OSError: the file cannot be written.
     """
     refuse_other_endings(path)
     image = path.with_suffix('.pgm')
@@ -84,13 +84,13 @@ def save_occupancy_map(path: Path, grid: OccupancyMap) -> None:
 
 
 def refuse_other_endings(path: Path) -> None:
-    """Refuse to write a map's YAML under a name that may be that of its image.
+    """Check that a map's file name ends with .yaml or .yml, so that it differs from its image's.
 
     Raises:
         RewardPlannerError: the name does not end with .yaml or .yml.
     """
     if path.suffix not in _YAML:
-        raise RewardPlannerError(f'{path}: is no name for the YAML of a map; let it end with .yaml')
+        raise RewardPlannerError(f'{path}: is not a name for the YAML file of a map; it must end with .yaml')
 
 
 def _read_fields(path: Path) -> dict[str, Any]:
@@ -102,7 +102,9 @@ def _read_fields(path: Path) -> dict[str, Any]:
     if missing:
         raise RewardPlannerError(f'{path}: {missing[0]} is missing; a map has {", ".join(_NEEDED)}')
     if fields.get('mode', 'trinary') != 'trinary':
-        raise RewardPlannerError(f'{path}: mode is {shown(fields["mode"])}; save the map with mode trinary')
+        raise RewardPlannerError(
+            f'{path}: mode is {shown(fields["mode"])}, it must be trinary; save the map with mode trinary'
+        )
     if fields.get('negate', 0) not in (0, 1):
         raise RewardPlannerError(f'{path}: negate is {shown(fields["negate"])}, it must be 0 or 1')
     image = fields['image']
@@ -115,7 +117,9 @@ def _read_origin(path: Path, origin: object) -> tuple[float, float]:
     if not isinstance(origin, list) or len(origin) != 3 or not all(is_number(value) for value in origin):
         raise RewardPlannerError(f'{path}: origin is {shown(origin)}, it must be [x, y, yaw]')
     if origin[2] != 0:
-        raise RewardPlannerError(f'{path}: origin is turned by {origin[2]} rad; save the map with a yaw of 0')
+        raise RewardPlannerError(
+            f'{path}: origin has a yaw of {origin[2]} rad, it must be 0; save the map with a yaw of 0'
+        )
     if max(abs(origin[0]), abs(origin[1])) > _FAR_MAX:
         raise RewardPlannerError(f'{path}: origin is {shown(origin)}, it must be within {_FAR_MAX:g} m')
     return float(origin[0]), float(origin[1])
@@ -131,7 +135,7 @@ def _number(path: Path, fields: dict[str, Any], name: str, low: float, high: flo
 
 
 def _occupancy_of(path: Path, fields: dict[str, Any], shades: NDArray[np.uint8]) -> NDArray[np.int8]:
-    """Return the map's cells, the lowest row first."""
+    """Return the map's cells, lowest row first."""
     occupied_from = _number(path, fields, 'occupied_thresh', 0.0, 1.0)
     free_below = _number(path, fields, 'free_thresh', 0.0, occupied_from)
     dark = shades[::-1] / 255.0
@@ -141,12 +145,12 @@ def _occupancy_of(path: Path, fields: dict[str, Any], shades: NDArray[np.uint8])
 
 
 def _read_image(path: Path) -> NDArray[np.uint8]:
-    """Return the shades of an image, shape (rows, columns), its first line first."""
+    """Return the grey values of an image, shape (rows, columns), first line first."""
     try:
         data = path.read_bytes()
     except OSError as fault:
         raise RewardPlannerError(
-            f'{path}: cannot be read ({fault.strerror}); put the image beside its YAML'
+            f'{path}: cannot be read ({fault.strerror}); put the image into the folder of its YAML file'
         ) from fault
     header = _PGM_HEADER.match(data)
     if header:
@@ -156,15 +160,15 @@ def _read_image(path: Path) -> NDArray[np.uint8]:
     except cv2.error:
         shades = None
     if shades is None:
-        raise RewardPlannerError(f'{path}: is no image, or damaged; give a PGM or PNG file')
+        raise RewardPlannerError(f'{path}: is not an image or is corrupted; give a PGM or PNG file')
     return np.asarray(shades, dtype=np.uint8)
 
 
 def _check_size(path: Path, data: bytes, header: re.Match[bytes]) -> None:
-    """Refuse a PGM that holds fewer or more cells than it says; readers fill up what is missing."""
+    """Check that a PGM is not truncated; readers would fill up missing cells."""
     columns, rows, white = (int(number) for number in header.groups())
     there, needed = len(data) - header.end(), rows * columns * (2 if white > 255 else 1)
-    if not needed <= there <= needed + 1:  # some writers end with a line feed
+    if not needed <= there <= needed + 1:  # some writers append a line feed
         raise RewardPlannerError(
-            f'{path}: holds {there} bytes, {columns} x {rows} cells need {needed}; save the map again'
+            f'{path}: has {there} bytes, {columns} x {rows} cells need {needed}; save the map again'
         )

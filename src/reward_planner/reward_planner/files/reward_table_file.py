@@ -1,4 +1,4 @@
-"""The rewards along a way as a CSV: eight lines a cell, one for each step that could be taken there."""
+"""Rewards along a path as CSV: eight lines per cell, one for each step."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ _HEAD = ('number', 'x', 'y', 'to_x', 'to_y', *TERM_NAMES, 'total', 'can_enter', 
 
 
 def save_reward_table(path: Path, cells: Iterable[ExplainedCell], frame: GridFrame) -> None:
-    """Write the rewards, places in metres in the map frame; the file is whole or not there.
+    """Write the rewards atomically, with positions in the map frame [m].
 
     Args:
-        path: of the file.
-        cells: of the way, in their order.
-        frame: of the map.
+        path: output file.
+        cells: cells of the path in order.
+        frame: geometry of the map.
 
     Raises:
-        OSError: the place cannot be written to.
+        OSError: the file cannot be written.
     """
     lines = [','.join(_HEAD)]
     for number, at in enumerate(cells):

@@ -1,4 +1,4 @@
-"""A picture of a route on its map, one pixel a cell or more, north up."""
+"""Picture of a route on its map, at least one pixel per cell, north up."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from numpy.typing import NDArray
 from reward_planner.core.grid.occupancy_map import FREE_BELOW, OccupancyMap
 from shirube_files import written_beside
 
-_LONG_SIDE_LEAST = 800  # of the picture [px]
+_LONG_SIDE_LEAST = 800  # least size of the long side of the picture [px]
 _FREE, _UNKNOWN, _OCCUPIED, _TOO_NEAR = (255, 255, 255), (205, 205, 205), (0, 0, 0), (200, 215, 250)
-_ROUTE, _START, _GOAL = (200, 60, 0), (0, 150, 0), (0, 0, 220)  # blue, green, red, in OpenCV's order
+_ROUTE, _START, _GOAL = (200, 60, 0), (0, 150, 0), (0, 0, 220)  # BGR
 
 
 def draw_route(grid: OccupancyMap, blocked: NDArray[np.bool_], cells: NDArray[np.int64]) -> NDArray[np.uint8]:
-    """Return a picture in OpenCV's order of colours, shape (h, w, 3), its first line the map's highest row.
+    """Return a BGR picture, shape (h, w, 3); its first line is the map's highest row.
 
     Args:
-        grid: the map.
-        blocked: shape (rows, columns), the cells that the robot cannot enter; those near obstacles are tinted.
-        cells: shape (n, 2), the route, row and column; n may be 0.
+        grid: occupancy grid.
+        blocked: inflated obstacles, tinted, shape (rows, columns).
+        cells: rows and columns of the route, shape (n, 2), n may be 0.
     """
     picture = np.full((*grid.frame.shape, 3), _UNKNOWN, dtype=np.uint8)
     picture[(grid.occupancy >= 0) & (grid.occupancy < FREE_BELOW)] = _FREE
@@ -42,10 +42,10 @@ def draw_route(grid: OccupancyMap, blocked: NDArray[np.bool_], cells: NDArray[np
 
 
 def save_picture(path: Path, pixels: NDArray[np.uint8]) -> None:
-    """Write a PNG, whole or not at all.
+    """Write a PNG atomically.
 
     Raises:
-        OSError: the place cannot be written to.
+        OSError: the file cannot be written.
     """
     data = cv2.imencode('.png', pixels)[1]
     with written_beside(path) as file:

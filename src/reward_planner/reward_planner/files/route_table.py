@@ -1,4 +1,4 @@
-"""A route as a CSV: one line a cell, ``x,y`` in metres in the map frame."""
+"""Route as CSV: one line ``x,y`` per cell, in the map frame [m]."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from shirube_files import write_text
 
 
 def save_route_table(path: Path, points_map: NDArray[np.float64]) -> None:
-    """Write the points of a route, shape (n, 2) [m]; the file is whole or not there.
+    """Write the points of a route [m], shape (n, 2), atomically.
 
     Raises:
-        OSError: the place cannot be written to.
+        OSError: the file cannot be written.
     """
     lines = [f'{x:.4f},{y:.4f}\n' for x, y in points_map.tolist()]
     write_text(path, ''.join(['x,y\n', *lines]))

@@ -1,1 +1,1 @@
-"""The ways in: point clouds, depth images, three cameras; each hands on points in the optical frame."""
+"""Subscriptions to point clouds, depth images or three cameras; each passes on points in the optical frame."""

@@ -1,4 +1,4 @@
-"""Depth images."""
+"""Subscription to depth images."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ _IMAGE, _INFO = 'depth/image', 'depth/camera_info'
 
 
 class DepthInput:
-    """Takes ``depth/image`` (Image, 32FC1 or 16UC1) with ``depth/camera_info`` (CameraInfo)."""
+    """Subscribes to ``depth/image`` (Image, 32FC1 or 16UC1) and ``depth/camera_info`` (CameraInfo)."""
 
     def __init__(self, node: Node, guard: MessageGuard, on_frame: FrameCallback) -> None:
         """Subscribe.
 
         Args:
-            node: the node that subscribes.
+            node: node that subscribes.
             guard: counts the messages and catches their errors.
-            on_frame: called for each good image.
+            on_frame: called for each valid image.
         """
         self._camera: PinholeCamera | None = None
         self._on_frame = on_frame
@@ -44,12 +44,12 @@ class DepthInput:
             )
 
     def _take_info(self, message: CameraInfo) -> None:
-        self._camera = None  # a broken calibration must not be replaced by an old one in silence
+        self._camera = None  # after an invalid calibration the old one must not be used
         self._camera = rectified_camera(message, _INFO)
 
     def _take_image(self, message: Image) -> None:
         depth = depth_from_image(message, _IMAGE)
         if self._camera is None:
-            raise CameraInfoError(f'{_IMAGE} came without a usable {_INFO}; publish the calibration')
+            raise CameraInfoError(f'{_IMAGE} was received without a valid {_INFO}; publish the calibration')
         points = points_from_depth_image(depth, self._camera)
         self._on_frame(message.header, SensorFrame(points, self._camera.fx))

@@ -1,4 +1,4 @@
-"""What inputs call."""
+"""Type of the inputs' callback."""
 
 from __future__ import annotations
 

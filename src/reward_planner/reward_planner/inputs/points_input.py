@@ -1,4 +1,4 @@
-"""Point clouds."""
+"""Subscription to point clouds."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _OPTICAL = '_optical_frame'
 
 
 class PointsInput:
-    """Takes ``points`` (PointCloud2) in the camera's optical frame or in ``base_frame``."""
+    """Subscribes to ``points`` (PointCloud2) in the camera's optical frame or in ``base_frame``."""
 
     def __init__(
         self,
@@ -33,11 +33,11 @@ class PointsInput:
         """Subscribe.
 
         Args:
-            node: the node that subscribes.
+            node: node that subscribes.
             guard: counts the messages and catches their errors.
-            mount: where the camera sits; what it sees starts there also if points are in the base frame.
-            frames: name of the robot's frame, and of the camera's optical frame; empty is the first one that comes.
-            on_frame: called for each good cloud.
+            mount: pose of the camera, the origin of rays also for points in the base frame.
+            frames: name of the robot's frame, and of the camera's optical frame; empty takes the first one received.
+            on_frame: called for each valid cloud.
         """
         self._mount, self._on_frame = mount, on_frame
         self._base_frame, self._camera_frame = frames
@@ -54,23 +54,23 @@ class PointsInput:
         self._check_frame(frame)
         points = points_from_cloud(message, _TOPIC)
         if frame != self._base_frame:
-            self._camera_frame = frame  # the mount is that of one camera
+            self._camera_frame = frame  # the mount belongs to one camera
         else:
             shifted = points - np.asarray(self._mount.xyz, dtype=np.float32)
             points = shifted @ self._mount.rotation.astype(np.float32)
         self._on_frame(message.header, SensorFrame(points, focal_length_of_cloud(points)))
 
     def _check_frame(self, frame: str) -> None:
-        """Refuse a cloud of another camera than the one whose mount is known."""
+        """Reject clouds of other cameras than the one of the mount."""
         if frame and frame in (self._base_frame, self._camera_frame):
             return
         if self._camera_frame:
             raise PointCloudError(
                 f'{_TOPIC} is in the frame {frame!r}, the camera with this mount is {self._camera_frame!r}; '
-                f'send one camera only, or transform the others to {self._base_frame!r}'
+                f'publish one camera only, or transform the others to {self._base_frame!r}'
             )
         if not frame.endswith(_OPTICAL):
             raise PointCloudError(
-                f'{_TOPIC} is in the frame {frame!r}, which is not known; '
-                f'send it in {self._base_frame!r} or in the camera\'s frame, whose name ends with "{_OPTICAL}"'
+                f'{_TOPIC} is in the unknown frame {frame!r}; '
+                f'publish it in {self._base_frame!r} or in the camera\'s frame, whose name ends with "{_OPTICAL}"'
             )

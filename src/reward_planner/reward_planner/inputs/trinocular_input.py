@@ -1,4 +1,4 @@
-"""Three rectified cameras in an L."""
+"""Subscription to three rectified cameras in an L."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from shirube_ros.rectified_camera import RigCamera, rig_camera
 from shirube_ros.stamp_groups import StampGroups
 
 _CAMERAS = ('left', 'right', 'top')
-_SAME_TIME = 0.005  # cameras that are triggered together differ by no more [s]
+_SAME_TIME = 0.005  # largest difference of stamps of one trigger [s]
 
 
 class TrinocularInput:
-    """Takes ``left/``, ``right/`` and ``top/`` with ``image_rect`` and ``camera_info`` of the same instant.
+    """Subscribes to ``image_rect`` and ``camera_info`` of ``left/``, ``right/`` and ``top/`` and synchronizes them.
 
     Attributes:
-        groups: what waits for its partners, and how much was dropped.
+        groups: images that wait for others of the same stamp, and the number of dropped ones.
     """
 
     def __init__(
@@ -42,11 +42,11 @@ class TrinocularInput:
         """Subscribe.
 
         Args:
-            node: the node that subscribes.
+            node: node that subscribes.
             guard: counts the messages and catches their errors.
             transport: ``raw``, ``compressed`` or ``auto``.
-            settings: of the matching.
-            on_frame: called for each three good images.
+            settings: settings of stereo matching.
+            on_frame: called for each three valid images.
         """
         self._settings, self._on_frame = settings, on_frame
         self.groups: StampGroups[tuple[Header, NDArray[np.uint8]]] = StampGroups(_CAMERAS, _SAME_TIME)
@@ -77,14 +77,14 @@ class TrinocularInput:
         depth = rig.compute(images[0], images[1], images[2]).depth
         if rig.is_mirrored and not was_mirrored:
             self._logger.warning(
-                'P[1, 3] of top/camera_info says that the camera is on the other side of the left one than the images '
-                'show; taken as the images show'
+                'P[1, 3] of top/camera_info has the wrong sign: the images show the camera on the other side of the '
+                'left one; the images are used'
             )
         left = self._cameras['left'].camera
         self._on_frame(group[0][0], SensorFrame(points_from_depth_image(depth, left), left.fx))
 
     def _rig_of(self, projections: NDArray[np.float64]) -> TrinocularRig:
-        """Return the rig of matrices P, shape (3, 3, 4); a new one only when the calibration changes."""
+        """Return the rig for projection matrices P, shape (3, 3, 4); a new one if the calibration changed."""
         is_same = self._projections is not None and np.array_equal(self._projections, projections)
         if self._rig is None or not is_same:
             self._rig = TrinocularRig(projections, self._settings)

@@ -1,1 +1,1 @@
-"""Depth from two or three rectified cameras, and points from depth images."""
+"""Stereo depth from two or three rectified cameras, and points from depth images."""

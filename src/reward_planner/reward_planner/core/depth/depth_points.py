@@ -1,4 +1,4 @@
-"""Points of a depth image, by whichever camera it came."""
+"""Points from a depth image."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from shirube_geometry import PinholeCamera
 
 
 def points_from_depth_image(depth: NDArray[np.float32], camera: PinholeCamera) -> NDArray[np.float32]:
-    """Return the points of the pixels that have a depth, shape (n, 3), in the optical frame [m].
+    """Return the points of the pixels with a depth in the optical frame [m], shape (n, 3).
 
     Args:
-        depth: shape (height, width), along the optical axis [m]; NaN, infinite and not positive ones are left out.
-        camera: of the image, rectified.
+        depth: depth along the optical axis [m], shape (height, width); NaN, infinite and non-positive ones are skipped.
+        camera: rectified camera of the image.
 
     Raises:
-        DepthError: an image of another size than the camera's, or a camera with distortion.
+        DepthError: the sizes of image and camera differ, or the camera has distortion.
     """
     if depth.shape != (camera.height, camera.width):
         raise DepthError(
-            f'the depth image has {depth.shape[::-1]} pixels, camera_info says {camera.width} x {camera.height}; '
+            f'the depth image has {depth.shape[::-1]} pixels, camera_info {camera.width} x {camera.height}; '
             'they must be equal'
         )
     if any(camera.distortion):

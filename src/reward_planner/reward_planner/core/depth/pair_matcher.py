@@ -1,4 +1,4 @@
-"""Disparities of one pair of cameras, by OpenCV's matchers."""
+"""Disparities of one stereo pair, by OpenCV's matchers."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from reward_planner.core.depth.stereo_pair import StereoPair
 _SMOOTH = (
     8,
     32,
-)  # costs of a step of one and of more disparities, for each pixel of a block (Hirschmüller 2008)
+)  # penalties P1 and P2 for each pixel of a block (Hirschmüller 2008)
 _PREFILTER_CAP = 31
-_LEFT_RIGHT = 1  # matches from right to left differ by no more [px]
+_LEFT_RIGHT = 1  # tolerance of the left-right check [px]
 _BLOCK_BM = 15
-_FRACTION = 16.0  # OpenCV counts in sixteenths of a pixel
-_SPECKLE_STEP = 1.0  # within an island, disparities differ by no more from pixel to pixel [px]
+_FRACTION = 16.0  # OpenCV's disparities are in 1/16 px
+_SPECKLE_STEP = 1.0  # largest difference of neighbouring disparities within a speckle [px]
 
 
 class PairMatcher:
-    """Matches the images of one pair; a pair one above the other is turned, so that columns become rows."""
+    """Matches the images of one pair; those of a vertical pair are transposed."""
 
     def __init__(self, pair: StereoPair, settings: DepthSettings) -> None:
         """Prepare the matcher.
 
         Raises:
-            DepthError: disparities or block that OpenCV has no matcher for.
+            DepthError: OpenCV does not support disparities or block.
         """
         refuse_unmatchable(settings)
         self._pair = pair
@@ -36,11 +36,11 @@ class PairMatcher:
         self._matcher = _matcher_of(settings)
 
     def match(self, left: NDArray[np.uint8], other: NDArray[np.uint8]) -> NDArray[np.float32]:
-        """Return the disparity of each pixel of the left image, shape (height, width), positive [px]; NaN for none.
+        """Return the disparity of each pixel of the left image [px], positive, NaN for none; shape (height, width).
 
         Args:
-            left: shape (height, width), grey, rectified.
-            other: the same of the other camera.
+            left: rectified grey image of the left camera, shape (height, width).
+            other: rectified grey image of the other camera, same shape.
 
         Raises:
             DepthError: images that are not grey or not of the same size.
@@ -61,7 +61,7 @@ class PairMatcher:
         return disparity
 
     def _turned(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Lay the baseline along the rows, with the other camera to the right."""
+        """Transpose or mirror an image so that the other camera is to the right."""
         along = image.T if self._pair.axis == 1 else image
         return np.ascontiguousarray(along if self._pair.sign > 0 else along[:, ::-1])
 

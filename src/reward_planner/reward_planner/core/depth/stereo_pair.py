@@ -1,4 +1,4 @@
-"""Two cameras that are rectified to each other, side by side or one above the other."""
+"""Geometry of a rectified stereo pair, horizontal or vertical."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ _SAME_WITHIN = 0.01  # [px]
 
 @dataclass(frozen=True)
 class StereoPair:
-    """How the other camera lies to the left one, whose image the depth is for.
+    """Geometry of the other camera relative to the left one, for whose image the depth is computed.
 
     Attributes:
-        axis: 0 if the other camera lies along x (rows are matched), 1 if along y (columns are matched).
-        baseline: where it lies along that axis, in the left camera's optical frame [m]; x goes right and y down, so
-            that a camera to the right or below has a positive one.
-        focal_length: along the axis [px].
-        offset: principal point of the left camera less that of the other, along the axis [px].
+        axis: 0 for a horizontal pair (rows are matched), 1 for a vertical pair (columns are matched).
+        baseline: position of the other camera along that axis in the left camera's optical frame (x right, y down) [m];
+            positive for a camera to the right or below.
+        focal_length: focal length along the axis [px].
+        offset: principal point of the left camera minus that of the other, along the axis [px].
     """
 
     axis: int
@@ -31,7 +31,7 @@ class StereoPair:
 
     @property
     def sign(self) -> int:
-        """The sign of the baseline."""
+        """Sign of the baseline."""
         return 1 if self.baseline > 0.0 else -1
 
     def mirrored(self) -> StereoPair:
@@ -40,21 +40,21 @@ class StereoPair:
 
     @property
     def focal_baseline(self) -> float:
-        """The depth of what has a disparity of one pixel, f b [px m]; always positive."""
+        """Depth at a disparity of one pixel, f b [px m]; always positive."""
         return self.focal_length * abs(self.baseline)
 
 
 def pair_from_projections(P_left: ArrayLike, P_other: ArrayLike) -> StereoPair:
-    """Return the pair of two projection matrices, as CameraInfo gives them.
+    """Return the stereo pair of two projection matrices of CameraInfo.
 
-    The other camera lies at -P[0, 3] / fx along x or at -P[1, 3] / fy along y.
+    The other camera is at -P[0, 3] / fx along x or at -P[1, 3] / fy along y.
 
     Args:
-        P_left: array-like, shape (3, 4), of the left camera.
-        P_other: array-like, shape (3, 4), of the right or of the top camera.
+        P_left: projection matrix of the left camera, array-like, shape (3, 4).
+        P_other: projection matrix of the right or top camera, array-like, shape (3, 4).
 
     Raises:
-        DepthError: matrices that are not those of rectified cameras, or no baseline.
+        DepthError: the cameras are not rectified to each other, or have no baseline.
     """
     left, other = _checked(P_left, 'left'), _checked(P_other, 'other')
     shift = left[:2, 3] - other[:2, 3]
@@ -64,9 +64,7 @@ def pair_from_projections(P_left: ArrayLike, P_other: ArrayLike) -> StereoPair:
             'P[0, 3] and P[1, 3] of both cameras are equal, there is no baseline; calibrate the pair'
         )
     if abs(shift[1 - axis]) > _SAME_WITHIN * abs(shift[axis]):
-        raise DepthError(
-            'the cameras lie neither side by side nor one above the other; rectify them as pairs'
-        )
+        raise DepthError('the cameras are neither a horizontal nor a vertical pair; rectify them as pairs')
     across = abs(left[1 - axis, 2] - other[1 - axis, 2])
     focal = np.abs(np.diag(left)[:2] - np.diag(other)[:2]).max()
     if max(across, focal) > _SAME_WITHIN:
@@ -82,6 +80,6 @@ def _checked(P: ArrayLike, name: str) -> NDArray[np.float64]:
     matrix = np.asarray(P, dtype=np.float64)
     if matrix.shape != (3, 4) or not np.isfinite(matrix).all() or matrix[0, 0] <= 0.0 or matrix[1, 1] <= 0.0:
         raise DepthError(
-            f'P of the {name} camera is no projection matrix; give the 3 x 4 one of its calibration'
+            f'P of the {name} camera is not a projection matrix; give the 3 x 4 one of its calibration'
         )
     return matrix

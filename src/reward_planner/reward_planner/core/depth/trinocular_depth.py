@@ -1,4 +1,4 @@
-"""Depth of an L of three cameras: a horizontal and a vertical pair, their agreement and union (2.2.1)."""
+"""Trinocular depth: a horizontal and a vertical pair, fused by agreement or union (2.2.1)."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from reward_planner.core.depth.pair_matcher import PairMatcher
 from reward_planner.core.depth.stereo_pair import StereoPair
 
 NOWHERE, FIRST, SECOND, BOTH, CONTRADICTED = range(5)
-"""Which pairs a depth is from; where both see another one there is none."""
+"""Source of a depth: the pairs that measured it; inconsistent pairs give no depth."""
 
-_TELLING_SHARE = 0.01  # of all pixels both pairs must see, to tell whether they contradict each other
+_TELLING_SHARE = 0.01  # least fraction of pixels that both pairs see for a consistency check
 
 
 @dataclass(frozen=True)
 class DepthImage:
-    """Depths for the pixels of the left camera.
+    """Depth image of the left camera.
 
     Attributes:
-        depth: shape (height, width), along the optical axis [m], NaN where there is none.
-        source: shape (height, width), NOWHERE, FIRST, SECOND, BOTH or CONTRADICTED.
+        depth: depth along the optical axis [m], NaN for none, shape (height, width).
+        source: NO_DEPTH, FIRST, SECOND, BOTH or INCONSISTENT, shape (height, width).
     """
 
     depth: NDArray[np.float32]
@@ -32,14 +32,14 @@ class DepthImage:
 
     @property
     def contradiction(self) -> float | None:
-        """In which share of the pixels that both pairs see they contradict each other; None where these are too few."""
+        """Fraction of the pixels seen by both pairs that are inconsistent; None if these are too few."""
         agreed, contradicted = (np.count_nonzero(self.source == kind) for kind in (BOTH, CONTRADICTED))
         if agreed + contradicted < _TELLING_SHARE * self.source.size:
             return None
         return contradicted / (agreed + contradicted)
 
     def agreed(self) -> DepthImage:
-        """Return only what both pairs see alike."""
+        """Return only the depths that both pairs confirm."""
         alike = self.source == BOTH
         depth = np.where(alike, self.depth, np.float32(np.nan))
         return DepthImage(
@@ -54,12 +54,12 @@ class TrinocularDepth:
         """Prepare the matchers of both pairs.
 
         Args:
-            first: the left camera and the right one.
-            second: the left camera and the top one.
-            settings: of the matching.
+            first: pair of the left and the right camera.
+            second: pair of the left and the top camera.
+            settings: settings of stereo matching.
 
         Raises:
-            DepthError: settings that OpenCV has no matcher for.
+            DepthError: settings that OpenCV does not support.
         """
         self._pairs = (first, second)
         self._matchers = (PairMatcher(first, settings), PairMatcher(second, settings))
@@ -68,12 +68,12 @@ class TrinocularDepth:
     def compute(
         self, left: NDArray[np.uint8], right: NDArray[np.uint8], top: NDArray[np.uint8]
     ) -> DepthImage:
-        """Return the depth by both pairs.
+        """Return the fused depth of both pairs.
 
         Args:
-            left: shape (height, width), grey, rectified.
-            right: the same of the first pair's other camera.
-            top: the same of the second pair's.
+            left: rectified grey image of the left camera, shape (height, width).
+            right: rectified grey image of the first pair's other camera, same shape.
+            top: rectified grey image of the second pair's other camera, same shape.
 
         Raises:
             DepthError: images that are not grey or not of the same size.
@@ -85,7 +85,7 @@ class TrinocularDepth:
 
 
 def depth_of_pair(disparity: NDArray[np.float32], pair: StereoPair) -> NDArray[np.float32]:
-    """Return Z = b f / d, shape as the disparities (eq. 2) [m]; NaN stays NaN."""
+    """Return Z = b f / d (eq. 2) [m], same shape; NaN stays NaN."""
     return np.float32(pair.focal_baseline) / disparity
 
 
@@ -99,15 +99,15 @@ def fuse_disparities(
 ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
     """Return depth and source of each pixel.
 
-    Pairs that agree are averaged as 1 / Z = d / (b f), weighted by its accuracy, which grows with (b f)^2; then the sum
-    of the weighted ones is that of d b f over the sum of (b f)^2. Agreement is measured in pixels of the coarser pair.
+    Pairs that agree are averaged as 1 / Z = d / (b f), with weights (b f)^2: the inverse variance. So the weighted mean
+    is the sum of d b f over the sum of (b f)^2. Agreement is measured in pixels of the coarser pair.
 
     Args:
-        first: disparities of the first pair, shape (height, width) [px], NaN for none.
-        second: those of the second pair.
+        first: disparities of the first pair [px], NaN for none, shape (height, width).
+        second: disparities of the second pair [px], NaN for none, same shape.
         scales: b f of both pairs [px m].
-        agreement: largest difference [px].
-        union: whether to keep what only one pair has.
+        agreement: largest difference of disparities of agreeing pairs [px].
+        union: whether to keep depths of one pair alone.
     """
     depth = np.full(first.shape, np.nan, dtype=np.float32)
     source = np.zeros(first.shape, dtype=np.uint8)

@@ -1,4 +1,4 @@
-"""Three calibrated cameras in an L; the images tell on which side the third one is."""
+"""Three calibrated cameras in an L; the side of the top camera is found from the images."""
 
 from __future__ import annotations
 
@@ -10,47 +10,47 @@ from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.stereo_pair import pair_from_projections
 from reward_planner.core.depth.trinocular_depth import DepthImage, TrinocularDepth
 
-_CONTRADICTION_MAX = 0.5  # pairs that belong together contradict each other in a few pixels of a hundred
+_CONTRADICTION_MAX = 0.5  # consistent pairs differ in a few percent of the pixels
 
 
 class TrinocularRig:
     """Depth of three cameras.
 
     Calibrations differ in the sign of the vertical baseline: P[1, 3] is -fy B with B along y, which points down, but
-    B is written as a positive number for a camera above as well. Only one of both makes the pairs see the same.
+    some tools write a positive B for a camera above as well. Only the right sign makes the pairs consistent.
 
-    Where too few pixels are seen by both pairs to tell whether these belong together (a covered camera, noise, swapped
-    images), only what both see alike is believed.
+    If both pairs see too few common pixels for this check (a covered camera, noise, swapped images), only depths that
+    both confirm are returned.
 
     Attributes:
-        is_mirrored: whether the images show the top camera on the other side than its calibration says.
+        is_mirrored: whether the top camera is on the opposite side of what its calibration says.
     """
 
     def __init__(self, projections: NDArray[np.float64], settings: DepthSettings) -> None:
         """Prepare the matchers.
 
         Args:
-            projections: shape (3, 3, 4), the matrices P of the left, right and top camera.
-            settings: of the matching.
+            projections: projection matrices P of the left, right and top camera, shape (3, 3, 4).
+            settings: settings of stereo matching.
 
         Raises:
-            DepthError: cameras that are not rectified to each other, or settings that OpenCV has no matcher for.
+            DepthError: cameras that are not rectified to each other, or settings that OpenCV does not support.
         """
         left, right, top = projections
         beside, above = pair_from_projections(left, right), pair_from_projections(left, top)
         self.is_mirrored = False
-        self._is_confirmed: bool | None = None  # by the latest frame that told
+        self._is_confirmed: bool | None = None  # by the latest frame with enough common pixels
         self._as_told = TrinocularDepth(beside, above, settings)
         self._mirrored = TrinocularDepth(beside, above.mirrored(), settings)
 
     def compute(
         self, left: NDArray[np.uint8], right: NDArray[np.uint8], top: NDArray[np.uint8]
     ) -> DepthImage:
-        """Return the depth; arguments as of `TrinocularDepth.compute`.
+        """Return the depth; arguments as for `TrinocularDepth.compute`.
 
         Raises:
-            DepthError: images that do not fit, pairs that contradict each other on either side, or that did in the
-                latest frame that told.
+            DepthError: images of a wrong type or shape, or pairs that are inconsistent with either sign, now or in the
+                latest frame with enough common pixels.
         """
         seen = self._pairs(self.is_mirrored).compute(left, right, top)
         if _belong_together(seen):
@@ -65,7 +65,7 @@ class TrinocularRig:
             self._is_confirmed = False
         if self._is_confirmed is False:
             raise DepthError(
-                'the depths of left-right and left-top contradict each other; check that the topics are those of these '
+                'the depths of left-right and left-top are inconsistent; check that the topics are those of these '
                 'cameras, and calibrate them together'
             )
         return seen.agreed()

@@ -1,1 +1,1 @@
-"""From the map and the goal to velocities: the route is kept, followed and left again as the world demands."""
+"""Replanning, path following and velocity control on the global map."""

@@ -1,4 +1,4 @@
-"""The part of the map in which routes are sought: how far its cells are from obstacles, and which are blocked."""
+"""The costmap of the route search: distance of each cell to the nearest obstacle, and the inflated obstacles."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ from reward_planner.core.grid.occupancy_map import OCCUPIED_FROM
 from reward_planner.core.mapping.global_map import GlobalMap
 
 _STEP = 64
-"""The area grows by so many cells, so that it does not change with each cell that is seen."""
+"""Size steps of the costmap [cells], so that it is not resized with each new cell."""
 _WINDOW_STRIP = 5.0
-"""Of a map that is too large the area covers at least this much around robot and goal [m]."""
+"""On a map that is too large the costmap covers at least this margin around robot and goal [m]."""
 
 
 class DrivableArea:
-    """A rectangle around all that is known, the robot and the goal; what is unknown is free.
+    """A rectangle around all known cells, the robot and the goal; unknown cells are free.
 
-    Around it lies a strip that a robot can drive along, so no route is missed that leads outside around what is known;
-    but for maps with more than cells_max cells, of which routes use a part only.
+    It has a margin that a robot can drive along, so that routes around the known cells are found. On maps of more than
+    cells_max cells it covers a part.
 
     Attributes:
-        frame: where the cells are.
-        clearance: shape (rows, columns), distance to the nearest obstacle, up to ``reach`` [m].
-        blocked: shape (rows, columns), cells that are no farther than ``keep_away`` from an obstacle.
-        keep_away: [m].
-        reach: [m].
+        frame: origin, resolution and size of the grid.
+        clearance: distance to the nearest obstacle, at most ``clearance_max`` [m], shape (rows, columns).
+        blocked: cells within ``inflation_radius`` of an obstacle, shape (rows, columns).
+        inflation_radius: least distance of a route from obstacles [m].
+        clearance_max: largest clearance that is computed [m].
     """
 
     def __init__(self, keep_away: float, reach: float) -> None:
-        """Begin with one cell.
+        """Start with one cell.
 
         Args:
-            keep_away: least distance from obstacles on a route [m].
-            reach: up to which clearance is told, at least keep_away [m].
+            inflation_radius: least distance of a route from obstacles [m].
+            clearance_max: largest clearance that is computed, at least inflation_radius [m].
         """
         self.keep_away, self.reach = keep_away, reach
         self.frame = GridFrame(0.0, 0.0, 1.0, 1, 1)
@@ -46,24 +46,24 @@ class DrivableArea:
         self.blocked = np.zeros((1, 1), dtype=np.bool_)
 
     def cover(self, known: GlobalMap, points_map: ArrayLike) -> bool:
-        """Make the area large enough for a map and some points, and return whether it had to change.
+        """Resize the costmap to cover a map and some points; return whether it was resized.
 
-        It keeps what it covered before as long as cells_max of the map allows. Of a map that is larger than that it
-        covers a part around the points.
+        It keeps what it covered before while cells_max allows that. On a larger map it covers a part around the
+        points.
 
         Args:
-            known: the map.
-            points_map: array-like, shape (n, 2), n at least 1 [m].
+            global_map: obstacles.
+            points_map: points to cover [m], array-like, shape (n, 2), n at least 1.
 
         Raises:
-            DrivingError: the points lie too far apart.
+            DrivingError: the points are too far apart.
         """
         frame = needed_frame(known, points_map, self.keep_away)
         if _count(frame) > known.cells_max:
             least = _frame_around(*_ends(points_map), _WINDOW_STRIP, known.resolution)
             if _count(least) > known.cells_max:
                 raise DrivingError(
-                    f'the way to the goal needs {least.columns} x {least.rows} cells, cells_max is {known.cells_max}; '
+                    f'the route needs {least.columns} x {least.rows} cells, cells_max is {known.cells_max}; '
                     'give a nearer goal or a larger resolution'
                 )
             if _contains(self.frame, least):
@@ -81,14 +81,14 @@ class DrivableArea:
         return True
 
     def refresh(self, known: GlobalMap, changed: GridFrame) -> NDArray[np.int64]:
-        """Take over what changed in a part of the map.
+        """Update the costmap where the map changed.
 
         Args:
-            known: the map.
-            changed: the part.
+            global_map: obstacles.
+            changed: part of the map that changed.
 
         Returns:
-            shape (n, 2), cells that are blocked now and were not, or the opposite.
+            cells that became blocked or free, shape (n, 2).
         """
         resolution = self.frame.resolution
         pad = math.ceil(self.reach / resolution) + 1
@@ -107,7 +107,7 @@ class DrivableArea:
         return cells
 
     def clearance_at(self, points_map: ArrayLike) -> NDArray[np.float32]:
-        """Return the clearance at points of shape (..., 2), shape (...) [m]; outside it is ``reach``."""
+        """Return the clearance at points of shape (..., 2), shape (...) [m]; ``clearance_max`` outside."""
         cells = self.frame.cell_of(points_map)
         inside = self.frame.contains(cells)
         rows, columns = np.where(inside[..., None], cells, 0).T
@@ -120,7 +120,7 @@ class DrivableArea:
     def _distances(
         self, known: GlobalMap, first: NDArray[np.int64], last: NDArray[np.int64], pad: int
     ) -> NDArray[np.float32]:
-        """Return the clearance of cells from ``first`` to before ``last``, by obstacles up to ``pad`` cells outside."""
+        """Return the clearance of the cells [first, last), from obstacles up to ``pad`` cells outside of them."""
         resolution = self.frame.resolution
         rows, columns = (int(n) for n in last - first + 2 * pad)
         origin_y, origin_x = self._origin + resolution * (first - pad)
@@ -131,7 +131,7 @@ class DrivableArea:
 
 
 def needed_frame(known: GlobalMap, points_map: ArrayLike, keep_away: float) -> GridFrame:
-    """Return the smallest frame for an area around a map and some points, arguments as of `DrivableArea`."""
+    """Return the smallest frame around a map and some points; arguments as for `DrivableArea`."""
     low, high = _ends(points_map)
     known_frame = known.frame()
     if known_frame is not None:
@@ -148,14 +148,14 @@ def _ends(points_map: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float6
 def _frame_around(
     low: NDArray[np.float64], high: NDArray[np.float64], strip: float, resolution: float
 ) -> GridFrame:
-    """Return the frame between two corners [m] with a strip around them [m], in steps of the area."""
+    """Return the frame between two corners [m] with a margin [m], aligned to the growth steps."""
     step = _STEP * resolution
     return _frame_of_steps(np.floor((low - strip) / step), np.ceil((high + strip) / step), resolution)
 
 
 def _grown(frame: GridFrame, cells_max: int) -> GridFrame:
-    """Return a frame grown on all sides to about half of the cells that are allowed."""
-    # (columns + 2 g) (rows + 2 g) = cells_max / 2
+    """Return a frame grown on all sides to about half of cells_max."""
+    # Solve (columns + 2 g) (rows + 2 g) = cells_max / 2 for g.
     columns, rows = frame.columns, frame.rows
     half = 0.25 * (columns + rows)
     grow = math.sqrt(max(half**2 - 0.25 * (columns * rows - 0.5 * cells_max), half**2)) - half
@@ -168,7 +168,7 @@ def _count(frame: GridFrame) -> int:
 
 
 def _union(frame: GridFrame, other: GridFrame) -> GridFrame:
-    """Return the smallest frame around both; the other one alone where their cells differ in size."""
+    """Return the smallest frame around both, or the other one if their resolutions differ."""
     if frame.resolution != other.resolution:
         return other
     step = _STEP * frame.resolution
@@ -178,7 +178,7 @@ def _union(frame: GridFrame, other: GridFrame) -> GridFrame:
 
 
 def _frame_of_steps(first: NDArray[np.float64], last: NDArray[np.float64], resolution: float) -> GridFrame:
-    """Return the frame between corners that are counted in steps of the area."""
+    """Return the frame between two corners [growth steps]."""
     step = _STEP * resolution
     columns, rows = (_STEP * int(n) for n in last - first)
     return GridFrame(float(first[0] * step), float(first[1] * step), resolution, columns, rows)

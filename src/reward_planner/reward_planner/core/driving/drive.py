@@ -1,4 +1,4 @@
-"""What the robot does, and why."""
+"""State and velocity command of the robot."""
 
 from __future__ import annotations
 
@@ -9,33 +9,33 @@ from reward_planner.core.driving.velocity_ramp import Velocity
 
 
 class DriveState(Enum):
-    """What the robot does."""
+    """State of the drive controller."""
 
     IDLE = 'no goal'
-    DRIVING = 'on the way'
-    TURNING = 'turning as a lamp said'
-    HELD = 'a lamp said stop'
+    DRIVING = 'driving to the goal'
+    TURNING = 'turning on command of a lamp'
+    HELD = 'stopped on command of a lamp'
     REACHED = 'goal reached'
-    UNREACHABLE = 'no way to the goal'
-    LOST = 'the pose is not known'
-    BLIND = 'the map is not up to date'
-    STUCK = 'cannot go on'
+    UNREACHABLE = 'no path to the goal'
+    LOST = 'no valid pose'
+    BLIND = 'the map is out of date'
+    STUCK = 'stuck'
 
     @property
     def needs_people(self) -> bool:
-        """Whether the robot stands although it should not."""
+        """Whether the robot is stopped by a problem that somebody must look at."""
         return self in (DriveState.UNREACHABLE, DriveState.LOST, DriveState.BLIND, DriveState.STUCK)
 
 
 @dataclass(frozen=True)
 class Drive:
-    """What is to be done now.
+    """Output of one control cycle.
 
     Attributes:
-        state: what the robot does.
-        detail: one line for people.
-        velocity: to be sent to the motors; None leaves them to others.
-        waypoint_map: shape (2,) as a tuple, the point it heads for [m]; None where there is none.
+        state: state of the controller.
+        detail: reason, one line for logs and diagnostics.
+        velocity: velocity command; None leaves cmd_vel to other nodes.
+        waypoint_map: lookahead point (x, y) [m], None if there is none.
     """
 
     state: DriveState

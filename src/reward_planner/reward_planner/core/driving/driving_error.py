@@ -1,7 +1,7 @@
-"""Commands that cannot be obeyed."""
+"""Rejected goals and commands."""
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
 
 
 class DrivingError(RewardPlannerError):
-    """A command that cannot be read, a goal that is not finite, off the map or too far away."""
+    """A malformed command, or a goal that is not finite, outside of the map or too far away."""

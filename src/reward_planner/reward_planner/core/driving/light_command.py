@@ -1,4 +1,4 @@
-"""Commands that lamps give, as `vlc_beacon` publishes them."""
+"""Commands of lamps, as `vlc_beacon` publishes them."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _TURN_MAX = math.tau + 1e-6
 
 @dataclass(frozen=True)
 class LightCommand:
-    """What a lamp asks for.
+    """Command of a lamp.
 
     Attributes:
         operation: one of OPERATIONS.
-        value: a speed [m/s] of slow and speed_up, an angle [rad] of turn, counterclockwise; else without meaning.
+        value: speed of slow and speed_up [m/s], counterclockwise angle of turn [rad]; unused otherwise.
     """
 
     operation: str
@@ -29,23 +29,23 @@ class LightCommand:
 
 
 def read_light_command(text: str) -> LightCommand:
-    """Return the command that a JSON text holds.
+    """Parse a JSON command.
 
     Raises:
-        DrivingError: no JSON object, an operation that does not exist, or a value that is none.
+        DrivingError: not a JSON object, an unknown operation or an invalid value.
     """
     try:
         fields = json.loads(text)
     except (ValueError, RecursionError) as fault:
-        raise DrivingError('command is no JSON; send beacon, counter, op and value') from fault
+        raise DrivingError('command is not valid JSON; send beacon, counter, op and value') from fault
     operation = fields.get('op') if isinstance(fields, dict) else None
     if operation not in OPERATIONS:
-        raise DrivingError(f'command has no known op; it must be one of {", ".join(OPERATIONS)}')
+        raise DrivingError(f'command has an unknown op; it must be one of {", ".join(OPERATIONS)}')
     value = fields.get('value', None if operation in _WITH_VALUE else 0.0)
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= _LARGEST:
-        raise DrivingError('command has a value that is no finite number of a sensible size; send one')
+        raise DrivingError(f'command has a value that is not a number of at most {_LARGEST:g}; send one')
     if operation in _WITH_SPEED and value < 0.0:
         raise DrivingError(f'command {operation} has a negative speed; send 0 or more')
     if operation == 'turn' and abs(value) > _TURN_MAX:
-        raise DrivingError(f'command turn asks for {value:g} rad; send a whole turn at most')
+        raise DrivingError(f'command turn has an angle of {value:g} rad; send at most one full turn')
     return LightCommand(operation, float(value))

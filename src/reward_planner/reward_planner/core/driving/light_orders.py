@@ -1,4 +1,4 @@
-"""What lamps have said that still holds: whether to stand, how fast to drive, how far to turn."""
+"""State of the lamps' commands: stop, speed limit and turn."""
 
 from __future__ import annotations
 
@@ -9,17 +9,16 @@ from shirube_geometry import wrap_angle
 
 
 class LightOrders:
-    """The standing orders of the lamps.
+    """Commands of lamps that are in effect.
 
     Attributes:
-        is_stopped: a lamp said stop, and none resume since.
-        speed: no faster than this [m/s].
-        left_to_turn: angle that is still to be turned on the spot [rad], 0 for none; more than half a turn goes the
-            long way round.
+        is_stopped: whether a stop command is in effect.
+        speed_limit: maximum speed [m/s].
+        remaining_turn: remaining angle to turn in place, counterclockwise [rad], 0 for none; may exceed half a turn.
     """
 
     def __init__(self, speed_max: float) -> None:
-        """Begin without orders, at the robot's greatest speed [m/s]."""
+        """Start without commands, with the robot's maximum speed [m/s]."""
         self.is_stopped = False
         self.speed = speed_max
         self.left_to_turn = 0.0
@@ -27,7 +26,7 @@ class LightOrders:
         self._yaw = math.nan
 
     def obey(self, command: LightCommand) -> None:
-        """Take a command."""
+        """Apply a command."""
         match command.operation:
             case 'stop':
                 self.is_stopped = True
@@ -41,11 +40,11 @@ class LightOrders:
                 self.left_to_turn = max(-math.tau, min(self.left_to_turn + command.value, math.tau))
 
     def robot_heads(self, yaw: float) -> None:
-        """Take the robot's heading in the map [rad]."""
+        """Update the remaining turn with the robot's heading in the map [rad]."""
         if self.left_to_turn != 0.0 and math.isfinite(self._yaw):
             self.left_to_turn -= wrap_angle(yaw - self._yaw)
         self._yaw = yaw
 
     def end_turn(self) -> None:
-        """The turn is done, or given up; the next heading may be any other."""
+        """End the turn; the next heading may be unrelated to the last."""
         self.left_to_turn, self._yaw = 0.0, math.nan

@@ -1,4 +1,4 @@
-"""Keeps a route while the map grows: another is taken where it is blocked or clearly beaten, not at every tick."""
+"""Replans the route when it is blocked, left by the robot or clearly longer than a new one."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from reward_planner.core.route.route import NoRoute, NoRouteReason, refuse_ends
 from shirube_geometry import PlanarPose
 
 _ROUNDING = 1e-5  # clearances are computed in single precision [m]
-CELLS_ASIDE = 1.5  # half diagonals of two cells, and a little more [cells]
-_OFF_ROUTE = 0.5  # farther from its route the robot needs a new one [m]
+CELLS_ASIDE = 1.5  # half diagonals of two cells, rounded up [cells]
+_OFF_ROUTE = 0.5  # distance from the route at which the robot replans [m]
 
 
 class RouteKeeper:
-    """The route to one goal.
+    """The current route to one goal.
 
     Attributes:
-        points_map: shape (n, 2), the rest of the route from about where the robot is to the goal [m]; n may be 0.
-        problem: why there is no route; None where there is one.
-        plans: how often a new route was taken.
+        points_map: remaining route from near the robot to the goal [m], shape (n, 2), n may be 0.
+        no_route_reason: why there is no route; None if there is one.
+        replan_count: number of routes taken so far.
     """
 
     def __init__(
@@ -41,14 +41,14 @@ class RouteKeeper:
         reward: RewardSettings,
         driving: DrivingSettings,
     ) -> None:
-        """Begin without a route.
+        """Start without a route.
 
         Args:
-            known: the map; it is read, and `map_changed` says where.
-            goal_map: x and y [m].
-            planner: mode and robot.
-            reward: of the reward rule.
-            driving: distances, and when a route is beaten.
+            global_map: map to plan on; it is only read, call `map_changed` after changes.
+            goal_map: x and y of the goal [m].
+            planner: planning mode and robot radius.
+            reward: settings of the reward rule.
+            driving: clearances, lookahead and replanning thresholds.
         """
         self.plans = 0
         self._known, self._goal, self._settings = known, goal_map, driving
@@ -56,7 +56,7 @@ class RouteKeeper:
         self.forget()
 
     def map_changed(self, part: GridFrame) -> None:
-        """Take over what changed in a part of the map."""
+        """Update costmap and planner where the map changed."""
         if self._planner is None:
             return
         cells = self.area.refresh(self._known, part)
@@ -65,7 +65,7 @@ class RouteKeeper:
             self._has_changed = True
 
     def forget(self) -> None:
-        """Begin again, for instance after the map was cleared; the goal stays."""
+        """Discard route and costmap, for instance after the map was cleared; the goal stays."""
         self.points_map = np.empty((0, 2))
         self.problem: NoRouteReason | None = None
         self.area = self._new_area()
@@ -75,11 +75,11 @@ class RouteKeeper:
         self._compared_at = -math.inf
 
     def update(self, now: float, robot: PlanarPose) -> None:
-        """Bring the route up to date.
+        """Update the route, and replan if needed.
 
         Args:
-            now: the time [s].
-            robot: where the robot is.
+            now: current time [s].
+            robot: pose of the robot in the map.
 
         Raises:
             DrivingError: the goal is too far away.
@@ -98,12 +98,12 @@ class RouteKeeper:
 
     def _new_area(self) -> DrivableArea:
         radius, driving = self._modes[0].robot_radius, self._settings
-        # Distances go from the centre of a cell to that of another; the robot and the obstacle's edge lie beside them.
+        # Distances are between cell centres; the robot and the obstacle's edge are off them.
         keep_away = radius + max(driving.clearance_margin, CELLS_ASIDE * self._known.resolution)
         return DrivableArea(keep_away, max(keep_away, radius + driving.slow_distance) + 0.1)
 
     def _cover(self, robot: PlanarPose) -> RoutePlanner:
-        """Return the planner, another one where the area had to grow."""
+        """Return the planner; a new one if the costmap was resized."""
         changed = self.area.cover(self._known, [self._goal, (robot.x, robot.y)])
         if not changed and self._planner is not None:
             return self._planner
@@ -116,7 +116,7 @@ class RouteKeeper:
 
     @property
     def _stretch(self) -> int:
-        """Steps of a piece of the way that is twice as long as the robot looks ahead."""
+        """Steps along twice the lookahead distance."""
         return 2 + int(2.0 * self._settings.lookahead / self._known.resolution)
 
     def _take(self, now: float, robot: PlanarPose, planner: RoutePlanner) -> None:
@@ -129,7 +129,7 @@ class RouteKeeper:
         self.plans += 1
 
     def _compare(self, now: float, robot: PlanarPose, planner: RoutePlanner) -> None:
-        """Take another route if it is shorter by a clear share and by more than the robot looks ahead."""
+        """Take a new route if it is shorter by replan_gain and by more than the lookahead distance."""
         answer = self._plan(robot, planner)
         self._compared_at, self._has_changed = now, False
         if isinstance(answer, NoRoute):
@@ -141,7 +141,7 @@ class RouteKeeper:
             self.plans += 1
 
     def _plan(self, robot: PlanarPose, planner: RoutePlanner) -> NDArray[np.float64] | NoRoute:
-        """Return the points of a route from the robot, out of the zone around obstacles if it is there."""
+        """Return the points of a route from the robot; it first leaves the inflated obstacles if it is in them."""
         area = self.area
         ends = area.frame.cell_of([(robot.x, robot.y), self._goal])
         start, goal = ((int(row), int(column)) for row, column in ends)
@@ -163,14 +163,14 @@ class RouteKeeper:
         return points
 
     def _drop_driven(self, robot: PlanarPose) -> None:
-        """Leave out the points before the nearest one within the next stretch of the route."""
+        """Drop the points before the nearest one within the horizon."""
         if len(self.points_map) == 0:
             return
         distances = np.hypot(*(self.points_map[: self._stretch] - (robot.x, robot.y)).T)
         self.points_map = self.points_map[int(distances.argmin()) :]
 
     def _note(self, robot: PlanarPose) -> None:
-        """Remember where the robot was, every radius of the way; only the reward rule asks for it."""
+        """Record visited positions, one per robot radius; only the reward rule uses them."""
         planner = self._modes[0]
         if planner.mode != 'reward':
             return
@@ -178,7 +178,7 @@ class RouteKeeper:
             self._driven.append((robot.x, robot.y))
 
     def _is_short(self) -> bool:
-        """Return whether the route ends before the goal, as those of the reward rule do, and the end is near."""
+        """Return whether the robot is near the end of a partial route, as the reward rule plans them."""
         ends_before = bool((self.points_map[-1] != self._goal).any())
         return ends_before and length_of(self.points_map) < self._settings.lookahead
 
@@ -186,7 +186,7 @@ class RouteKeeper:
         return math.hypot(*(self.points_map[0] - (robot.x, robot.y))) > _OFF_ROUTE
 
     def _is_blocked(self) -> bool:
-        """Return whether the route enters what is blocked; where it begins there it must lead away from it."""
+        """Return whether the route enters blocked cells; where it starts in them, clearance must grow along it."""
         rows, columns = self.area.frame.cell_of(self.points_map).T
         blocked, clearance = self.area.blocked[rows, columns], self.area.clearance[rows, columns]
         enters = blocked[1:] & (~blocked[:-1] | (np.diff(clearance) < -_ROUNDING))
@@ -194,5 +194,5 @@ class RouteKeeper:
 
 
 def length_of(points: NDArray[np.float64]) -> float:
-    """Return the length of a line through points of shape (n, 2) [m]."""
+    """Return the length of a path through points of shape (n, 2) [m]."""
     return float(np.hypot(*np.diff(points, axis=0).T).sum())

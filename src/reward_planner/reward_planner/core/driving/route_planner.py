@@ -1,4 +1,4 @@
-"""Routes in an area that changes, by the planner's mode."""
+"""Route planners on a changing costmap, one for each planning mode."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from reward_planner.core.route.route import NoRoute, Route
 
 
 class RoutePlanner(Protocol):
-    """Finds routes to one goal in one area."""
+    """Plans routes to one goal on one costmap."""
 
     def change(self, cells: NDArray[np.int64], blocked: NDArray[np.bool_]) -> None:
-        """Take which cells, shape (n, 2), are blocked now, shape (n,)."""
+        """Set cells, shape (n, 2), blocked or free, shape (n,)."""
 
     def route_from(self, start: tuple[int, int]) -> Route | NoRoute:
-        """Return a route from a cell, row and column."""
+        """Plan a route from a cell, row and column."""
 
 
 class RewardPlanner:
-    """Routes by the paper's rule, which remembers where the robot has been.
+    """Plans by the paper's reward rule, which penalises visited cells.
 
     Args:
-        area: in which routes are sought; it is read whenever a route is asked for.
-        goal: row and column.
-        settings: of the rule.
-        driven: shape (n, 2), where the robot was before [m]; places from which it would stand on the same ground again
+        costmap: costmap to plan on; it is read at each call.
+        goal: row and column of the goal.
+        settings: settings of the reward rule.
+        visited_points: earlier positions of the robot [m], shape (n, 2); cells within twice the robot's radius of them
             count as visited.
-        radius: of the robot [m].
-        steps_max: so many steps are decided at a time; what is seen meanwhile counts for the next ones.
+        radius: robot radius [m].
+        steps_max: number of steps per plan.
     """
 
     def __init__(
@@ -51,10 +51,10 @@ class RewardPlanner:
         self._radius, self._steps_max = radius, steps_max
 
     def change(self, cells: NDArray[np.int64], blocked: NDArray[np.bool_]) -> None:
-        """Nothing is kept that changes could touch."""
+        """Do nothing: the costmap is read at each plan."""
 
     def route_from(self, start: tuple[int, int]) -> Route | NoRoute:
-        """Return the way by the rule from a cell, row and column."""
+        """Plan by the reward rule from a cell, row and column."""
         frame = self._area.frame
         offsets = disc(2.0 * self._radius, frame.resolution)
         places = np.array(self._driven).reshape(-1, 1, 2) + offsets
@@ -71,14 +71,14 @@ def make_planner(
     driven: list[tuple[float, float]],
     steps_max: int,
 ) -> RoutePlanner:
-    """Return a planner of the mode that is set, see `RewardPlanner`; ``driven`` may grow while the robot drives."""
+    """Return the planner of the configured mode, see `RewardPlanner`; ``visited_points`` may grow."""
     if planner.mode == 'reward':
         return RewardPlanner(area, goal, reward, driven, planner.robot_radius, steps_max)
     return IncrementalRoute(area.blocked, goal)
 
 
 def disc(radius: float, resolution: float) -> NDArray[np.float64]:
-    """Return the offsets of cells under a disc, shape (n, 2) [m]."""
+    """Return the offsets of the cells of a disc, shape (n, 2) [m]."""
     reach = int(radius / resolution)
     steps = resolution * np.arange(-reach, reach + 1)
     offsets = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""Velocities that lead a robot with two driven wheels to a point or a heading."""
+"""Steering and speed limits of a differential drive robot."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import math
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.velocity_ramp import Velocity
 
-_STEER_TIME = 0.4  # deviations of the heading are made up for in about this time [s]
-_BRAKE_SHARE = 0.5  # of the acceleration is used to stop in time
-_RESPONSE = 0.15  # from a pose, a little old, until the wheels do what was made of it [s]
-_DRIVE_WITHIN = 0.6  # with a larger deviation the robot turns on the spot [rad]
-_SLOWEST_SHARE = 0.25  # of the greatest speed, close to obstacles
-_SLOWEST = 0.1  # fast enough there for any robot [m/s]
+_STEER_TIME = 0.4  # time constant of the heading error [s]
+_BRAKE_SHARE = 0.5  # fraction of the maximum acceleration that is planned for braking
+_RESPONSE = 0.15  # latency from a pose to the motion of the wheels [s]
+_DRIVE_WITHIN = 0.6  # above this bearing the robot turns in place [rad]
+_SLOWEST_SHARE = 0.25  # minimum speed near obstacles, fraction of the maximum speed
+_SLOWEST = 0.1  # upper bound of the minimum speed near obstacles [m/s]
 
 
 def turn_by(angle: float, settings: DrivingSettings) -> float:
-    """Return the turn rate for a turn that is left [rad/s]; it ends without overshoot."""
+    """Return the turn rate for a remaining angle [rad/s]; it decelerates without overshoot."""
     brake = math.sqrt(2.0 * _BRAKE_SHARE * settings.max_angular_acceleration * abs(angle))
     rate = min(brake, abs(angle) / _STEER_TIME, settings.max_angular_velocity)
     return math.copysign(rate, angle)
@@ -26,28 +26,28 @@ def drive_towards(bearing: float, speed: float, settings: DrivingSettings) -> Ve
     """Return the velocity towards a point.
 
     Args:
-        bearing: of the point, from straight ahead, counterclockwise [rad].
-        speed: to be used on a straight way [m/s].
-        settings: limits.
+        bearing: bearing of the point, counterclockwise from straight ahead [rad].
+        speed: speed at zero bearing [m/s].
+        settings: velocity and acceleration limits.
     """
     forward = speed * max(0.0, 1.0 - abs(bearing) / _DRIVE_WITHIN)
     return Velocity(forward, turn_by(bearing, settings))
 
 
 def speed_for_stop(distance: float, settings: DrivingSettings) -> float:
-    """Return the speed from which the robot can stop within a distance [m]: [m/s]."""
+    """Return the maximum speed from which the robot can stop within a distance [m]: [m/s]."""
     acceleration = _BRAKE_SHARE * settings.max_linear_acceleration
     delay = settings.max_linear_acceleration / settings.max_linear_jerk + _RESPONSE
-    # v delay + v^2 / (2 a) = distance
+    # Solve v delay + v^2 / (2 a) = distance for v.
     return acceleration * (math.sqrt(delay**2 + 2.0 * max(distance, 0.0) / acceleration) - delay)
 
 
 def speed_near_obstacles(gap: float, settings: DrivingSettings) -> float:
-    """Return the speed that is allowed so near to obstacles [m/s].
+    """Return the maximum speed near obstacles [m/s].
 
     Args:
-        gap: from the rim of the robot to the nearest obstacle [m]; from ``slow_distance`` on the robot may go fast.
-        settings: limits.
+        gap: distance from the robot's edge to the nearest obstacle [m]; no limit from ``slow_distance`` on.
+        settings: velocity and acceleration limits.
     """
     fastest = settings.max_linear_velocity
     slowest = min(_SLOWEST, _SLOWEST_SHARE * fastest)

@@ -1,4 +1,4 @@
-"""Velocities of a robot with two driven wheels, and how fast they may change."""
+"""Velocity smoother of a differential drive robot: limits of speed, acceleration and jerk."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 from reward_planner.core.driving.driving_settings import DrivingSettings
 
-_STEP_MAX = 0.2  # a longer pause between two velocities is taken for this [s]
+_STEP_MAX = 0.2  # upper bound of the time between two velocities [s]
 
 
 @dataclass(frozen=True)
 class Velocity:
-    """Velocity of the base frame in itself.
+    """Velocity of the base, in the base frame.
 
     Attributes:
-        forward: [m/s].
-        turn_rate: counterclockwise [rad/s].
+        forward: linear velocity along x [m/s].
+        turn_rate: angular velocity, counterclockwise [rad/s].
     """
 
     forward: float = 0.0
@@ -24,24 +24,24 @@ class Velocity:
 
 
 class VelocityRamp:
-    """Leads the velocity to the wanted one within the limits of speed, acceleration and jerk.
+    """Moves the velocity towards a target within the limits of speed, acceleration and jerk.
 
     Attributes:
-        velocity: the latest that was given.
+        velocity: latest velocity command.
     """
 
     def __init__(self, settings: DrivingSettings) -> None:
-        """Begin at rest."""
+        """Start at rest."""
         self.velocity = Velocity()
         self._settings = settings
         self._acceleration = 0.0
 
     def toward(self, wanted: Velocity, elapsed: float) -> Velocity:
-        """Return the next velocity on the way to the wanted one.
+        """Return the next velocity towards the target.
 
         Args:
-            wanted: cut to the limits.
-            elapsed: since the last call [s].
+            target: target velocity; it is clamped to the limits.
+            elapsed: time since the last call [s].
         """
         settings = self._settings
         step = min(max(elapsed, 0.0), _STEP_MAX)
@@ -55,16 +55,16 @@ class VelocityRamp:
         return self.velocity
 
     def braking_distance(self) -> float:
-        """Return the way until the robot stands if it begins to brake now [m]."""
+        """Return the stopping distance if braking starts now [m]."""
         acceleration, jerk = self._settings.max_linear_acceleration, self._settings.max_linear_jerk
-        # The brake takes hold after the acceleration has been taken back, the speed grows meanwhile.
+        # The speed still grows until the acceleration has dropped to zero.
         delay = (acceleration + max(self._acceleration, 0.0)) / jerk
         speed = max(self.velocity.forward, 0.0)
         top = speed + 0.5 * max(self._acceleration, 0.0) * delay
         return top * delay + 0.5 * top**2 / acceleration
 
     def _next_speed(self, wanted: float, step: float) -> float:
-        """Change the acceleration so that it is back at 0 when the wanted speed is there."""
+        """Change the acceleration so that it reaches 0 together with the target speed."""
         speed, settings = self.velocity.forward, self._settings
         missing = wanted - speed
         most = min(settings.max_linear_acceleration, math.sqrt(2.0 * settings.max_linear_jerk * abs(missing)))
@@ -74,7 +74,7 @@ class VelocityRamp:
         if abs(change) >= abs(missing) and change * missing >= 0.0:
             self._acceleration = 0.0
             return wanted
-        return max(speed + change, 0.0)  # taking back a brake must not drive the robot backwards
+        return max(speed + change, 0.0)  # the end of braking must not drive the robot backwards
 
 
 def _cut(value: float, most: float) -> float:

@@ -1,4 +1,4 @@
-"""The way out for a robot that stands too near to an obstacle."""
+"""Escape path (recovery) of a robot that is too near to an obstacle."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ _NEIGHBOURS = np.array([(0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, 
 def way_out(
     clearance: NDArray[np.float32], blocked: NDArray[np.bool_], start: tuple[int, int]
 ) -> NDArray[np.int64] | None:
-    """Return the cells from a start to the first that is not blocked, each farther from obstacles than the one before.
+    """Return the path of steepest clearance ascent from a start to the first free cell.
 
     Args:
-        clearance: shape (rows, columns), distance to the nearest obstacle [m].
-        blocked: shape (rows, columns).
-        start: row and column, in the grid.
+        clearance: distance to the nearest obstacle [m], shape (rows, columns).
+        blocked: blocked cells, shape (rows, columns).
+        start: row and column of the start, inside of the grid.
 
     Returns:
-        shape (n, 2), row and column, only the start where it is not blocked; None where clearance stops growing before.
+        rows and columns, shape (n, 2), only the start if it is free; None if clearance stops growing before.
     """
     cells = [start]
     while blocked[cells[-1]]:

@@ -1,4 +1,4 @@
-"""The point of the route for which the robot heads, and what lies free on the way to it."""
+"""The lookahead point on the route, and the free distance ahead of the robot."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from reward_planner.core.driving.drivable_area import DrivableArea
 from shirube_geometry import PlanarPose
 
 _SAMPLES_A_CELL = 2.0
-_OUT_WITHIN = 1.5  # a robot that stands on an obstacle may go on if it is off it so soon [cells]
+_OUT_WITHIN = 1.5  # a robot on an occupied cell may drive on if it leaves it within this distance [cells]
 
 
 def next_waypoint(
     area: DrivableArea, robot: PlanarPose, points_map: NDArray[np.float64], lookahead: float
 ) -> NDArray[np.float64]:
-    """Return the farthest point of the route within reach to which the robot can go straight, shape (2,) [m].
+    """Return the farthest point of the route within the lookahead distance in line of sight, shape (2,) [m].
 
-    So the corners of a route of cells are cut where they may be. On the straight line the robot comes no nearer to
-    obstacles than a route does, or than it is now. Where no point can be seen it is the route's next one.
+    This cuts the corners of a grid route where there is room. The line of sight keeps the costmap's inflation radius,
+    or the robot's present clearance if that is less. If no point is in line of sight, it is the route's next point.
 
     Args:
-        area: which knows how near obstacles are.
-        robot: where the robot is.
-        points_map: shape (n, 2), the route from about the robot on, n at least 1 [m].
-        lookahead: how far along the route [m].
+        costmap: clearance around the robot.
+        robot: pose of the robot in the map.
+        points_map: route from near the robot on [m], shape (n, 2), n at least 1.
+        lookahead: lookahead distance along the route [m].
     """
     along = np.cumsum(np.hypot(*np.diff(points_map, axis=0, prepend=points_map[:1]).T))
     near = points_map[: max(1, int(np.searchsorted(along, lookahead)) + 1)]
@@ -34,7 +34,7 @@ def next_waypoint(
     share = np.linspace(0.0, 1.0, _samples(area, lookahead + float(np.hypot(*(near[0] - start)))))
     lines = start + share[:, None] * (near - start)[:, None]
     least = min(area.keep_away, float(area.clearance_at(start)))
-    # A point where the robot is gives no direction: a route that comes back there would let it spin.
+    # A point at the robot gives no direction: on a route that returns there the robot would spin.
     is_apart = np.hypot(*(near - start).T) >= area.frame.resolution
     seen = is_apart & (area.clearance_at(lines).min(axis=1) >= least)
     nearest = min(1, len(near) - 1)
@@ -42,13 +42,13 @@ def next_waypoint(
 
 
 def free_ahead(area: DrivableArea, robot: PlanarPose, keep_away: float, reach: float) -> tuple[float, float]:
-    """Return how far the robot can go straight ahead, and the least clearance on that way [m].
+    """Return the free distance straight ahead of the robot, and the least clearance along it [m].
 
     Args:
-        area: which knows how near obstacles are.
-        robot: where the robot is.
-        keep_away: distance from obstacles at which the way ends, or that of now where it is less [m].
-        reach: no farther than this [m].
+        costmap: clearance around the robot.
+        robot: pose of the robot in the map.
+        inflation_radius: clearance at which the path ends, or the present clearance if that is less [m].
+        distance_max: largest distance to check [m].
     """
     distances = np.linspace(0.0, reach, _samples(area, reach))
     ahead = np.array([math.cos(robot.yaw), math.sin(robot.yaw)])

@@ -1,1 +1,1 @@
-"""Grids: where their cells lie, and which of them the robot may enter."""
+"""Occupancy grids: geometry, cell values and obstacle inflation."""

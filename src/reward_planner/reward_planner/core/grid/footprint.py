@@ -1,4 +1,4 @@
-"""What the size of the robot makes of a map: how far obstacles are, and cells that it cannot enter."""
+"""Distance transform and inflation of obstacles by the robot's radius."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ def clearance(occupied: NDArray[np.bool_], resolution: float) -> NDArray[np.floa
     """Return the distance from the centre of each cell to that of the nearest occupied one [m].
 
     Args:
-        occupied: shape (rows, columns).
+        occupied: occupied cells, shape (rows, columns).
         resolution: side of a cell [m].
 
     Returns:
-        shape (rows, columns); infinite where nothing is occupied.
+        distances [m], shape (rows, columns); infinite if no cell is occupied.
     """
     if not occupied.any():
         return np.full(occupied.shape, np.inf, dtype=np.float32)
@@ -27,12 +27,12 @@ def clearance(occupied: NDArray[np.bool_], resolution: float) -> NDArray[np.floa
 
 
 def blocked_cells(occupied: NDArray[np.bool_], resolution: float, robot_radius: float) -> NDArray[np.bool_]:
-    """Return the cells that the centre of a robot cannot enter: occupied ones, and all within its radius of one.
+    """Return the occupied cells inflated by the robot's radius: cells that its centre cannot enter.
 
     Args:
-        occupied: shape (rows, columns).
+        occupied: occupied cells, shape (rows, columns).
         resolution: side of a cell [m].
-        robot_radius: of the circle around the robot [m].
+        robot_radius: radius of the circle around the robot [m].
     """
     if robot_radius < resolution:
         return occupied.copy()

@@ -1,4 +1,4 @@
-"""Where the cells of a grid lie in the map frame."""
+"""Geometry of a grid: origin, resolution and size in the map frame."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
 
-_CELL_MAX = 2.0**40  # farther cells have no exact number; they are outside of every map
+_CELL_MAX = 2.0**40  # cell indices are clipped here; such cells are outside of every map
 
 
 @dataclass(frozen=True)
 class GridFrame:
-    """A grid in the map frame, its axes along x and y; row 0 is the lowest (smallest y), as in OccupancyGrid.
+    """Geometry of a grid along x and y of the map; row 0 has the smallest y, as in OccupancyGrid.
 
     Attributes:
         origin_x: x of the lower left corner of cell (0, 0) [m].
-        origin_y: its y [m].
+        origin_y: y of the lower left corner of cell (0, 0) [m].
         resolution: side of a cell [m].
         columns: number of cells along x.
         rows: number of cells along y.
 
     Raises:
-        RewardPlannerError: the resolution is not above 0, a number is not finite, or there is no cell.
+        RewardPlannerError: the resolution is not above 0, a number is not finite, or the grid is empty.
     """
 
     origin_x: float
@@ -42,7 +42,9 @@ class GridFrame:
                 f'origin is {self.origin_x}, {self.origin_y}, it must be two finite numbers'
             )
         if self.columns < 1 or self.rows < 1:
-            raise RewardPlannerError(f'the grid has {self.columns} x {self.rows} cells, it must have some')
+            raise RewardPlannerError(
+                f'the grid has {self.columns} x {self.rows} cells, it must have at least one'
+            )
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -50,13 +52,13 @@ class GridFrame:
         return self.rows, self.columns
 
     def cell_of(self, xy: ArrayLike) -> NDArray[np.int64]:
-        """Return the cells in which points lie; points outside of the grid get cells outside of it.
+        """Return the cells of points; points outside of the grid get cells outside of it.
 
         Args:
-            xy: shape (..., 2), points in the map frame [m].
+            xy: points in the map frame [m], shape (..., 2).
 
         Returns:
-            shape (..., 2), row and column.
+            rows and columns, shape (..., 2).
 
         Raises:
             RewardPlannerError: a coordinate is not finite.
@@ -71,15 +73,15 @@ class GridFrame:
         """Return the centres of cells.
 
         Args:
-            cells: shape (..., 2), row and column.
+            cells: rows and columns, shape (..., 2).
 
         Returns:
-            shape (..., 2), points in the map frame [m].
+            points in the map frame [m], shape (..., 2).
         """
         column_row = np.asarray(cells, dtype=np.float64)[..., ::-1]
         return (column_row + 0.5) * self.resolution + (self.origin_x, self.origin_y)
 
     def contains(self, cells: ArrayLike) -> NDArray[np.bool_]:
-        """Return which cells lie in the grid: shape (...) for cells of shape (..., 2)."""
+        """Return which cells are inside of the grid: shape (...) for cells of shape (..., 2)."""
         inside = np.asarray(cells)
         return np.asarray(((inside >= 0) & (inside < self.shape)).all(axis=-1))

@@ -1,4 +1,4 @@
-"""A map of what is occupied, free and unknown, as OccupancyGrid has it."""
+"""Occupancy grid with its geometry."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ UNKNOWN = -1
 FREE = 0
 OCCUPIED = 100
 
-OCCUPIED_FROM = 65  # as map_server's occupied_thresh of 0.65 [%]
-FREE_BELOW = 25  # as its free_thresh of 0.25 [%]
+OCCUPIED_FROM = 65  # map_server's default occupied_thresh, 0.65 [%]
+FREE_BELOW = 25  # map_server's default free_thresh, 0.25 [%]
 
 
 @dataclass(frozen=True)
 class OccupancyMap:
-    """A map.
+    """An occupancy grid.
 
     Attributes:
-        frame: where its cells lie.
-        occupancy: int8, shape (rows, columns): how probably a cell is occupied, 0 to 100 %; -1 where nothing is known.
+        frame: origin, resolution and size of the grid.
+        occupancy: probability of occupancy, 0 to 100 %, -1 for unknown; int8, shape (rows, columns).
 
     Raises:
-        RewardPlannerError: the array has another shape than the frame.
+        RewardPlannerError: the shapes of array and frame differ.
     """
 
     frame: GridFrame
@@ -36,9 +36,9 @@ class OccupancyMap:
     def __post_init__(self) -> None:
         if self.occupancy.shape != self.frame.shape:
             raise RewardPlannerError(
-                f'the map has {self.occupancy.shape} rows and columns, its frame {self.frame.shape}; give both alike'
+                f'the map has {self.occupancy.shape} rows and columns, its frame {self.frame.shape}; they must be equal'
             )
 
     def occupied(self) -> NDArray[np.bool_]:
-        """Return the cells that are occupied, shape (rows, columns); what is unknown is not."""
+        """Return the occupied cells, shape (rows, columns); unknown cells are not occupied."""
         return self.occupancy >= OCCUPIED_FROM

@@ -1,1 +1,1 @@
-"""Voxels projected to the floor, and what they leave in the map of the whole area."""
+"""Local maps from voxels, the global map, and poses for sensor frames."""

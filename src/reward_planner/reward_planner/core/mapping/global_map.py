@@ -1,4 +1,4 @@
-"""The map of the whole area, into which the local maps are written (2.2.3, step 2)."""
+"""The global occupancy grid, updated from local maps (2.2.3, step 2)."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ _Part = tuple[slice, slice]
 
 
 class GlobalMap:
-    """Cells in the map frame, in blocks where something is known; memory grows with the ground that was seen.
+    """Occupancy grid in the map frame, stored in blocks; memory grows with the observed area.
 
     Attributes:
-        resolution: side of a cell [m]; cell borders lie at its multiples.
-        cells_max: so many cells are kept at most, and no part in which routes are sought may have more.
-        refused: cells that were not written because the map would have become too large.
+        resolution: side of a cell [m]; cell borders are at its multiples.
+        cells_max: maximum number of cells of the map and of a costmap.
+        rejected_cells: number of cells that were not written because the map is full.
     """
 
     def __init__(self, resolution: float, cells_max: int) -> None:
-        """Begin with nothing known.
+        """Start with an empty map.
 
         Args:
             resolution: side of a cell [m].
-            cells_max: so many cells are kept at most.
+            cells_max: maximum number of cells.
         """
         self.resolution = resolution
         self.refused = 0
@@ -41,16 +41,16 @@ class GlobalMap:
 
     @property
     def bytes(self) -> int:
-        """Memory of the cells."""
+        """Memory of the cells [bytes]."""
         return len(self._blocks) * _BLOCK**2
 
     def write(self, local: LocalMap) -> None:
-        """Overwrite the cells that a local map observed; all others stay what they were, whatever the time.
+        """Overwrite the cells that a local map observed; all others stay unchanged.
 
-        Cells of a known map that are not in step with this map's cells go to the nearest ones.
+        Cells of a static map that are not aligned with this map's cells are moved to the nearest ones.
 
         Raises:
-            MappingError: cells of another size, or arrays that do not fit their frame.
+            MappingError: another resolution, or arrays that do not fit their frame.
         """
         if local.occupancy.shape != local.frame.shape or local.observed.shape != local.frame.shape:
             raise MappingError(
@@ -66,7 +66,7 @@ class GlobalMap:
             self._blocks[place][block][observed] = local.occupancy[part][observed]
 
     def frame(self) -> GridFrame | None:
-        """Return the smallest rectangle of blocks around all that is known, None while nothing is."""
+        """Return the smallest rectangle of blocks around all known cells, None if there are none."""
         if not self._blocks:
             return None
         metres = _BLOCK * self.resolution
@@ -74,26 +74,26 @@ class GlobalMap:
         return GridFrame(self._low[1] * metres, self._low[0] * metres, self.resolution, columns, rows)
 
     def occupancy(self) -> tuple[GridFrame, NDArray[np.int8]] | None:
-        """Return all cells as an array of shape (rows, columns) and their frame, None while nothing is known.
+        """Return frame and cells of the whole map, shape (rows, columns), None if the map is empty.
 
         Raises:
-            MappingError: the rectangle around all that is known has more than cells_max cells.
+            MappingError: the rectangle around all known cells has more than cells_max cells.
         """
         frame = self.frame()
         if frame is None:
             return None
         if frame.rows * frame.columns > self.cells_max:
             raise MappingError(
-                f'the map is {frame.columns} x {frame.rows} cells large, cells_max is {self.cells_max}; '
-                'raise it or take a part of the map'
+                f'the map has {frame.columns} x {frame.rows} cells, cells_max is {self.cells_max}; '
+                'raise it or use a part of the map'
             )
         return frame, self.occupancy_in(frame)
 
     def occupancy_in(self, frame: GridFrame) -> NDArray[np.int8]:
-        """Return the cells of a frame, shape (rows, columns), UNKNOWN where nothing is known.
+        """Return the cells of a frame, shape (rows, columns), UNKNOWN by default.
 
         Raises:
-            MappingError: cells of another size.
+            MappingError: another resolution.
         """
         cells = np.full(frame.shape, UNKNOWN, dtype=np.int8)
         for place, block, part in self._parts(frame):
@@ -102,14 +102,14 @@ class GlobalMap:
         return cells
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Clear the map."""
         self._blocks.clear()
 
     def _parts(self, frame: GridFrame) -> Iterator[tuple[tuple[int, int], _Part, _Part]]:
-        """Yield the blocks that a frame touches: place, which of the block's cells, and which of the frame's."""
+        """Yield the blocks that overlap a frame: block index, cells of the block, cells of the frame."""
         if not math.isclose(frame.resolution, self.resolution, rel_tol=1e-6):
             raise MappingError(
-                f'the cells are {frame.resolution} m wide and those of the map {self.resolution} m; '
+                f'the resolution is {frame.resolution} m, that of the map {self.resolution} m; '
                 'use the same resolution'
             )
         row, column = round(frame.origin_y / self.resolution), round(frame.origin_x / self.resolution)
@@ -118,7 +118,7 @@ class GlobalMap:
                 yield (block_row, block_column), (rows, columns), (frame_rows, frame_columns)
 
     def _add_block(self, place: tuple[int, int]) -> bool:
-        """Make a block with nothing known; return whether there was room for it."""
+        """Allocate a block of unknown cells; return False if the map is full."""
         if (len(self._blocks) + 1) * _BLOCK**2 > self.cells_max:
             return False
         low, high = place, (place[0] + 1, place[1] + 1)
@@ -131,7 +131,7 @@ class GlobalMap:
 
 
 def _cuts(first: int, count: int) -> Iterator[tuple[int, slice, slice]]:
-    """Yield the blocks along one axis that ``count`` cells from ``first`` on touch, with the cells in block and row."""
+    """Yield the blocks along one axis that overlap ``count`` cells from ``first``, with their cells."""
     for block in range(first // _BLOCK, (first + count - 1) // _BLOCK + 1):
         start, end = max(block * _BLOCK, first), min((block + 1) * _BLOCK, first + count)
         yield block, slice(start - block * _BLOCK, end - block * _BLOCK), slice(start - first, end - first)

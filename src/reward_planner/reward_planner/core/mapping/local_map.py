@@ -1,4 +1,4 @@
-"""The map around the robot."""
+"""The local map around the robot."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from reward_planner.core.grid.grid_frame import GridFrame
 
 @dataclass(frozen=True)
 class LocalMap:
-    """What the voxels around the robot say of the floor.
+    """Occupancy of the floor around the robot, from its voxels.
 
     Attributes:
-        frame: where the cells are.
-        occupancy: shape (rows, columns), OCCUPIED, FREE or UNKNOWN.
-        observed: shape (rows, columns), where this is news for the global map: cells that are occupied or free, and
-            UNKNOWN ones whose obstacle was taken back by rays. Evidence that has faded or is partial is none.
+        frame: origin, resolution and size of the grid.
+        occupancy: OCCUPIED, FREE or UNKNOWN, shape (rows, columns).
+        observed: cells to write to the global map, shape (rows, columns): occupied, free, and UNKNOWN ones whose
+            obstacle was cleared by rays. Decayed or partial evidence does not count.
     """
 
     frame: GridFrame

@@ -1,4 +1,4 @@
-"""When a pose is believed, and how large the map may grow."""
+"""Settings of pose checks and map size."""
 
 from __future__ import annotations
 
@@ -9,34 +9,34 @@ from shirube_settings import setting
 
 @dataclass(frozen=True)
 class MappingSettings:
-    """Poses for frames, and the size of the global map."""
+    """Pose lookup, jump detection and maximum size of the global map."""
 
     pose_wait: float = setting(
-        0.5, 'a frame waits this long for its pose, then it is dropped', unit='s', minimum=0.0, maximum=10.0
+        0.5, 'time after which a frame without a pose is dropped', unit='s', minimum=0.0, maximum=10.0
     )
     pose_gap_max: float = setting(
         0.5,
-        'between poses that lie farther apart in time none is guessed',
+        'largest gap between two poses that is interpolated',
         unit='s',
         minimum=0.01,
         maximum=10.0,
     )
     speed_max: float = setting(
-        3.0, 'a pose that asks for more speed has jumped', unit='m/s', minimum=0.01, maximum=50.0
+        3.0, 'a pose has jumped if it implies a higher speed', unit='m/s', minimum=0.01, maximum=50.0
     )
     turn_rate_max: float = setting(
-        6.0, 'a pose that asks for a faster turn has jumped', unit='rad/s', minimum=0.01, maximum=100.0
+        6.0, 'a pose has jumped if it implies a higher turn rate', unit='rad/s', minimum=0.01, maximum=100.0
     )
     settle_time: float = setting(
         1.0,
-        'poses after a jump are believed once they agree for so long',
+        'poses after a jump are accepted once they have been consistent for this time',
         unit='s',
         minimum=0.0,
         maximum=60.0,
     )
     cells_max: int = setting(
         16_000_000,
-        'the map keeps so many cells, routes are sought on so many; one that is larger is refused',
+        'maximum number of cells of the map and of a costmap; larger maps are rejected',
         minimum=1_000_000,
-        maximum=32_000_000,  # lengths of routes through more do not fit into the keys of the incremental search
+        maximum=32_000_000,  # longer routes do not fit into the keys of D* Lite
     )

@@ -1,4 +1,4 @@
-"""From points and the robot's pose to the local and the global map (2.2)."""
+"""Updates the local and the global map from points and the robot's pose (2.2)."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from shirube_geometry import CameraMount, PlanarPose
 
 
 class ObstacleMapper:
-    """Maps what one sensor sees.
+    """Maps the obstacles that one sensor sees.
 
     Attributes:
-        voxels: around the robot.
-        map: of the whole area.
+        voxels: voxel map around the robot.
+        map: global map.
     """
 
     def __init__(self, mount: CameraMount, voxels: VoxelSettings, mapping: MappingSettings) -> None:
-        """Begin with nothing known.
+        """Start with empty maps.
 
         Args:
             mount: pose of the sensor's optical frame in the base frame.
-            voxels: how points become obstacles.
-            mapping: how large the map may grow.
+            voxels: settings of the voxel map.
+            mapping: maximum size of the global map.
 
         Raises:
-            VoxelError: settings that leave no voxels.
+            VoxelError: the settings give no voxels.
         """
         self._T_base_sensor = _matrix(mount.rotation, np.array(mount.xyz))
         self.voxels = VoxelMap(voxels)
@@ -42,16 +42,16 @@ class ObstacleMapper:
     def add(
         self, stamp: float, points: ArrayLike, T_map_base: PlanarPose, focal_length: float
     ) -> tuple[LocalMap, PointTally]:
-        """Take a frame; return the map around the robot and what became of the points.
+        """Add a frame; return the local map and the number of points by outcome.
 
         Args:
-            stamp: of the frame [s].
-            points: array-like, shape (n, 3), in the sensor's optical frame [m].
-            T_map_base: the robot's pose at that time.
+            stamp: stamp of the frame [s].
+            points: points in the sensor's optical frame [m], array-like, shape (n, 3).
+            T_map_base: pose of the robot at the stamp.
             focal_length: density of the points, see `SensorView`.
 
         Raises:
-            VoxelError: points of another shape, a pose or a stamp that is not finite.
+            VoxelError: points of a wrong shape, or a pose or stamp that is not finite.
         """
         view = SensorView(_matrix_of_pose(T_map_base) @ self._T_base_sensor, focal_length)
         tally = self.voxels.add(stamp, points, view).tally
@@ -60,7 +60,7 @@ class ObstacleMapper:
         return local, tally
 
     def clear(self) -> None:
-        """Forget everything, for instance after the robot was carried elsewhere."""
+        """Clear both maps."""
         self.voxels.clear()
         self.map.clear()
 

@@ -1,4 +1,4 @@
-"""The robot's pose at the instant of a frame, from poses that come with their own stamps."""
+"""Pose buffer: the robot's pose at the stamp of a frame, interpolated between received poses."""
 
 from __future__ import annotations
 
@@ -9,33 +9,33 @@ from enum import Enum
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from shirube_geometry import PlanarPose, wrap_angle
 
-_HISTORY = 10.0  # poses that are older than the newest by more are of no use [s]
+_HISTORY = 10.0  # length of the buffer [s]
 _POSES_MAX = 5000
-_NOISE = (0.3, 0.3)  # by so much poses may differ besides the robot's motion [m, rad]
+_NOISE = (0.3, 0.3)  # difference of poses that is not counted as motion [m, rad]
 
 
 class PoseVerdict(Enum):
-    """What became of a pose."""
+    """Outcome of adding a pose."""
 
-    TAKEN = 'taken'
-    NOT_FINITE = 'a number of the pose is not finite'
-    OUT_OF_ORDER = 'the pose is older than the one before'
-    JUMPED = 'the pose jumped; the map waits until poses agree'
-    RELOCATED = 'poses agree again after a jump'
+    TAKEN = 'accepted'
+    NOT_FINITE = 'the pose is not finite'
+    OUT_OF_ORDER = 'the pose is older than the previous one'
+    JUMPED = 'the pose jumped; mapping waits until poses are consistent'
+    RELOCATED = 'poses are consistent again after a jump'
 
 
 class NoPose(Enum):
-    """Why there is no pose for an instant."""
+    """Why there is no pose at a stamp."""
 
-    NOT_YET = 'no pose yet for the time of the frame'
-    MISSING = 'no poses around the time of the frame'
+    NOT_YET = 'no pose as late as the frame yet'
+    MISSING = 'no poses around the stamp of the frame'
 
 
 class PoseTrail:
-    """Recent poses of the robot that follow each other at a speed a robot may have."""
+    """Recent poses of the robot, checked for jumps."""
 
     def __init__(self, settings: MappingSettings) -> None:
-        """Begin without poses."""
+        """Start without poses."""
         self._settings = settings
         self._stamps: list[float] = []
         self._poses: list[PlanarPose] = []
@@ -43,15 +43,15 @@ class PoseTrail:
 
     @property
     def has_jumped(self) -> bool:
-        """Whether poses jumped and do not agree yet at a new place: the robot should stand."""
+        """Whether poses jumped and are not yet consistent at the new place: the robot should stop."""
         return bool(self._elsewhere)
 
     def add(self, stamp: float, T_map_base: PlanarPose) -> PoseVerdict:
-        """Take a pose, and say whether it is believed; when time jumps back a new trail is needed.
+        """Add a pose and return its status; make a new buffer when the clock jumps back.
 
         Args:
-            stamp: of the pose [s].
-            T_map_base: the robot's pose.
+            stamp: stamp of the pose [s].
+            T_map_base: pose of the robot.
         """
         if not all(math.isfinite(v) for v in (stamp, T_map_base.x, T_map_base.y, T_map_base.yaw)):
             return PoseVerdict.NOT_FINITE
@@ -64,7 +64,7 @@ class PoseTrail:
         return self._settle(stamp, T_map_base)
 
     def at(self, stamp: float) -> PlanarPose | NoPose:
-        """Return the pose at an instant [s], between the poses before and after it."""
+        """Return the pose at a stamp [s], interpolated between its neighbours."""
         if not self._stamps or stamp > self._stamps[-1]:
             return NoPose.NOT_YET
         after = bisect.bisect_left(self._stamps, stamp)
@@ -96,7 +96,7 @@ class PoseTrail:
         )
 
     def _settle(self, stamp: float, pose: PlanarPose) -> PoseVerdict:
-        """Gather poses at a new place until they agree for long enough."""
+        """Collect poses at a new place until they have been consistent for settle_time."""
         if self._elsewhere and not self._may_follow(stamp, pose, *self._elsewhere[-1]):
             self._elsewhere.clear()
         self._elsewhere.append((stamp, pose))

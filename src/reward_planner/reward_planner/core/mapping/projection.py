@@ -1,4 +1,4 @@
-"""Voxels with a high value projected to the floor, as a local map (2.2.3, step 1)."""
+"""Projects occupied voxels to the floor as a local map (2.2.3, step 1)."""
 
 from __future__ import annotations
 
@@ -20,15 +20,14 @@ _FREE_LAYERS = 0.5
 
 
 def project_around(voxels: VoxelMap, view: SensorView, known: GlobalMap) -> LocalMap:
-    """Project the voxels within reach of a view to the floor.
+    """Project the voxels within the window of a view to the floor.
 
-    A cell is occupied if any voxel over it has the value of an obstacle. It is free if none leans to occupied and rays
-    passed the voxels from the lowest up without a gap, half of them at least: not where they only pass over a box, or
-    under and over a shelf. The rules without rays find no cell free.
+    A cell is occupied if any voxel above it has the value of an obstacle. It is free if no voxel has a positive value
+    and rays traversed its voxels from the lowest up without a gap, at least half of them. So it is not free where rays
+    only pass over a box, or under and over a shelf. The rules without rays give no free cells.
 
-    An obstacle that points showed is taken back once rays passed all that was hit of it, be the rest of the cell seen
-    or not: what stood close to the robot must not stay for want of a look at the floor. One that was known before, by
-    a map file or by voxels that were given up, goes only when its cell is found free.
+    An obstacle that points showed is cleared once rays traversed all of its hit voxels, even if the rest of the cell
+    was not seen. An obstacle of a map file, or of voxels that were dropped, is cleared only when its cell is free.
     """
     settings = voxels.settings
     window, slots = voxels.slots_around(view)
@@ -40,7 +39,10 @@ def project_around(voxels: VoxelMap, view: SensorView, known: GlobalMap) -> Loca
         voxels.tiles.values,
         voxels.tiles.frames if is_mean else np.ones(len(voxels.tiles.frames), dtype=np.float32),
         slots,
-        (float(np.float32(least)), float(np.float32(-FREE_SHARE * settings.log_odds_pass))),  # as values are
+        (
+            float(np.float32(least)),
+            float(np.float32(-FREE_SHARE * settings.log_odds_pass)),
+        ),  # float32, as the values
         known.occupancy_in(frame) >= OCCUPIED_FROM,
         voxels.tiles.held,
     )
@@ -56,15 +58,15 @@ def _project(
     known: NDArray[np.bool_],
     held: NDArray[np.bool_],
 ) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
-    """Return occupancy and what was observed of the window's cells; rows along y.
+    """Return occupancy and observed cells of the window; rows along y.
 
     Args:
-        values: shape (slots, TILE, TILE, layers).
-        frames: shape (slots,), by which they are divided.
-        slots: shape (tiles, tiles) along x and y.
-        limits: lowest value of an obstacle, highest of free space.
-        known: shape (rows, columns), cells that are occupied already.
-        held: shape (slots, TILE, TILE), columns whose obstacle rays may take back; brought up to date.
+        values: voxel values, shape (slots, TILE_SIZE, TILE_SIZE, layers).
+        frames: number of frames by which the values are divided, shape (slots,).
+        slots: slots of the window's tiles, shape (tiles, tiles) along x and y.
+        limits: lowest value of an obstacle, highest value of free space.
+        was_occupied: cells that are occupied in the global map, shape (rows, columns).
+        has_obstacle: columns whose obstacle rays may clear, shape (slots, TILE_SIZE, TILE_SIZE); updated in place.
     """
     side = TILE * len(slots)
     occupancy = np.full((side, side), UNKNOWN, dtype=np.int8)

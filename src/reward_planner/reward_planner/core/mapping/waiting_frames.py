@@ -1,4 +1,4 @@
-"""Frames that wait for the pose of their instant, and are dropped and counted if it does not come."""
+"""Message filter: holds frames until the pose at their stamp is known, and counts dropped ones."""
 
 from __future__ import annotations
 
@@ -17,49 +17,49 @@ Frame = TypeVar('Frame')
 class DropReason(Enum):
     """Why a frame was dropped."""
 
-    POSE_LATE = 'its pose did not come in time'
-    POSE_MISSING = 'there are no poses around its time'
-    TOO_MANY = 'too many frames waited'
-    TIME_BACK = 'time jumped back'
+    POSE_LATE = 'no pose within pose_wait'
+    POSE_MISSING = 'no poses around its stamp'
+    TOO_MANY = 'queue full'
+    TIME_BACK = 'clock jumped back'
 
 
 class WaitingFrames(Generic[Frame]):
-    """A short queue of frames.
+    """A short queue of frames that wait for their pose, as tf2's message filter does.
 
     Attributes:
-        dropped: number of frames by reason.
+        dropped: number of dropped frames by reason.
     """
 
     def __init__(self, wait: float) -> None:
-        """Begin without frames.
+        """Start without frames.
 
         Args:
-            wait: how long a frame waits for its pose [s].
+            wait: time after which a frame without a pose is dropped [s].
         """
         self.dropped: Counter[DropReason] = Counter()
         self._wait = wait
         self._frames: deque[tuple[float, float, Frame]] = deque()
 
     def __len__(self) -> int:
-        """Frames that wait."""
+        """Number of queued frames."""
         return len(self._frames)
 
     def put(self, stamp: float, now: float, frame: Frame) -> None:
-        """Take a frame with its stamp, and the time at which it came [s]."""
+        """Queue a frame with its stamp and the time of its receipt [s]."""
         if len(self._frames) == _FRAMES_MAX:
             self._frames.popleft()
             self.dropped[DropReason.TOO_MANY] += 1
         self._frames.append((stamp, now, frame))
 
     def take(self, now: float, trail: PoseTrail) -> list[tuple[float, Frame, PlanarPose]]:
-        """Return the frames whose pose is known and drop those that waited in vain.
+        """Return the frames whose pose is known and drop those that timed out.
 
         Args:
-            now: the time of the clock that `put` was told [s].
-            trail: of the poses so far.
+            now: current time, by the clock of `add` [s].
+            buffer: poses received so far.
 
         Returns:
-            stamp [s], frame and pose at the stamp, the oldest first.
+            stamp [s], frame and pose at the stamp, oldest first.
         """
         ready = []
         waiting: deque[tuple[float, float, Frame]] = deque()

@@ -1,1 +1,1 @@
-"""The paper's rule: steps by rewards and penalties, with a virtual search where they do not decide."""
+"""The paper's reward rule: steps by rewards and penalties, with a virtual search."""

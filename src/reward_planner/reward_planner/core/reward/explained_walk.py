@@ -1,4 +1,4 @@
-"""Why the reward rule goes as it goes: at each cell of the way the eight steps with their rewards."""
+"""The rewards of the eight steps at each cell of a path of the reward rule."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from reward_planner.core.reward.step_reward import StepReward
 
 @dataclass(frozen=True)
 class ExplainedCell:
-    """One cell of the way.
+    """One cell of the path.
 
     Attributes:
-        cell: row and column.
-        rewards: of the eight steps from there, the best first.
-        taken: rows and columns of the step that was taken; not always the best one, see `virtual_search`.
+        cell: row and column of the cell.
+        rewards: rewards of the eight steps from the cell, the best first.
+        taken: rows and columns of the step taken; not always the best one, see `virtual_search`.
     """
 
     cell: tuple[int, int]
@@ -35,14 +35,14 @@ def explained_walk(
     settings: RewardSettings,
     steps: int,
 ) -> Iterator[ExplainedCell]:
-    """Yield the cells of a walk by the rule on a map as it is known.
+    """Yield the cells of a path of the reward rule on the current map.
 
     Args:
-        blocked: shape (rows, columns), the cells that the robot cannot enter.
-        start: row and column.
-        goal: row and column.
-        settings: of the rule.
-        steps: how many to explain at most.
+        blocked: cells that the robot cannot enter, shape (rows, columns).
+        start: row and column of the start.
+        goal: row and column of the goal.
+        settings: settings of the reward rule.
+        steps: maximum number of steps.
     """
     walk = RewardWalk(blocked.shape, start, goal, settings)
     for _ in range(steps):

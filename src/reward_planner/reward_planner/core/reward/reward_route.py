@@ -1,4 +1,4 @@
-"""The way that the reward rule takes on a map as it is known."""
+"""Planning by the reward rule on the current map."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from reward_planner.core.route.octile import route_length
 from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
 from reward_planner.core.route.shortest_route import shortest_route
 
-_DETOUR_MAX = 20  # the rule gives up after so many times the shortest route
+_DETOUR_MAX = 20  # give up after this multiple of the shortest route
 
 
 def reward_route(
@@ -22,16 +22,16 @@ def reward_route(
     earlier: NDArray[np.int64] | None = None,
     steps_max: int | None = None,
 ) -> Route | NoRoute:
-    """Return the way by the rule.
+    """Plan a route by the reward rule.
 
     Args:
-        blocked: shape (rows, columns), the cells that the robot cannot enter.
-        start: row and column.
-        goal: row and column.
-        settings: of the rule.
-        earlier: shape (n, 2), cells where the robot was before, which the rule makes it avoid.
-        steps_max: the route ends after so many steps, there or not, and loops are left out, as a robot that is on its
-            way sees nothing new in them; None for the whole way to the goal, which may cross itself.
+        blocked: cells that the robot cannot enter, shape (rows, columns).
+        start: row and column of the start.
+        goal: row and column of the goal.
+        settings: settings of the reward rule.
+        visited_cells: cells that the robot visited before, shape (n, 2); the rule penalises them.
+        steps_max: maximum number of steps of the route, from which loops are removed; None for the whole route to the
+            goal, which may cross itself.
     """
     shortest = shortest_route(blocked, start, goal)
     if isinstance(shortest, NoRoute):

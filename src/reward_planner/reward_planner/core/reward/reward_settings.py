@@ -1,4 +1,4 @@
-"""How the reward rule is read where the paper leaves it open."""
+"""Settings of the reward rule."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from shirube_settings import setting
 
 @dataclass(frozen=True)
 class RewardSettings:
-    """The reward rule."""
+    """Penalties, virtual search and the reward table."""
 
     visits: str = setting(
         'once',
-        'the penalty of a cell where the robot has been: once, as in the paper, or as often as it was there',
+        'penalty of a visited cell: once, as in the paper, or counted for each visit',
         choices=('once', 'counted'),
     )
     virtual_steps_max: int = setting(
         5000,
-        'longest way that the virtual search follows; 0 leaves the search out',
+        'maximum number of steps of the virtual search; 0 disables it',
         minimum=0,
         maximum=10_000_000,
     )

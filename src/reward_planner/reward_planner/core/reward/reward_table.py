@@ -1,4 +1,4 @@
-"""Table 1 of the paper: what a step earns and what it costs."""
+"""Table 1 of the paper: rewards and penalties of a step."""
 
 from __future__ import annotations
 
@@ -16,22 +16,20 @@ class RewardTable:
 
     advance: float = setting(
         100.0,
-        'row 1: a step without trouble earns this/L - L, L cells from the goal',
+        'row 1: a free step earns this/L - L, L cells from the goal',
         minimum=0.0,
         maximum=1e6,
     )
     collision: float = setting(-1000.0, 'row 2: the step hits an obstacle', minimum=-1e6, maximum=0.0)
     outside: float = setting(-1000.0, 'row 3: the step leaves the map', minimum=-1e6, maximum=0.0)
-    visited: float = setting(
-        -250.0, 'row 4: the step goes where the robot has been', minimum=-1e6, maximum=0.0
-    )
+    visited: float = setting(-250.0, 'row 4: the step enters a visited cell', minimum=-1e6, maximum=0.0)
     detour: float = setting(
         -100.0,
-        'row 5: the step does not go straight to the goal, and the last did not either',
+        'row 5: neither this step nor the last one goes straight to the goal',
         minimum=-1e6,
         maximum=0.0,
     )
 
     def numbers(self) -> NDArray[np.float64]:
-        """Return the rows, shape (5,), for compiled loops."""
+        """Return the rows as an array for numba kernels, shape (5,)."""
         return np.array(astuple(self), dtype=np.float64)

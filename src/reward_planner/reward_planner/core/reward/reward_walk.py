@@ -1,4 +1,4 @@
-"""A walk by the reward rule, step by step, on a map that may grow under way."""
+"""The reward rule step by step, on a map that may change between steps."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from reward_planner.core.reward.virtual_search import choose_step
 
 
 class RewardWalk:
-    """A robot that goes by rewards (section 2.3).
+    """A robot that moves by the reward rule (section 2.3).
 
     Args:
         shape: rows and columns of the map.
-        start: row and column.
-        goal: row and column.
-        settings: of the rule.
-        earlier: shape (n, 2), cells where the robot was before, row and column; each as often as it was there.
+        start: row and column of the start.
+        goal: row and column of the goal.
+        settings: settings of the reward rule.
+        visited_cells: rows and columns of cells visited before, one entry for each visit, shape (n, 2).
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class RewardWalk:
 
     @property
     def cell(self) -> tuple[int, int]:
-        """Row and column of the robot."""
+        """Row and column of the robot's cell."""
         return self._place[:2]
 
     @property
@@ -56,17 +56,17 @@ class RewardWalk:
         return self.cell == self._goal
 
     def explain(self, blocked: NDArray[np.bool_]) -> list[StepReward]:
-        """Return the eight steps from here by falling reward; the map as for `advance`."""
+        """Return the eight steps from the current cell by falling reward; ``blocked`` as for `advance`."""
         terms = np.empty((8, 5))
         arguments = (self._place, self._goal, self._numbers, self._counted)
         write_step_terms(blocked, self._visits, *arguments, terms)
         return explain_steps(terms)
 
     def advance(self, blocked: NDArray[np.bool_]) -> bool:
-        """Take the step that the rule says, and return whether there was one.
+        """Take the step that the rule chooses; return whether there was one.
 
         Args:
-            blocked: shape (rows, columns), the cells known to be occupied.
+            blocked: cells known to be occupied, shape (rows, columns).
         """
         arguments = (self._place, self._goal, self._numbers, self._counted)
         step = choose_step(blocked, self._visits, *arguments, self._settings.virtual_steps_max)

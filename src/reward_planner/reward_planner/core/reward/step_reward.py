@@ -1,4 +1,4 @@
-"""The rewards of the eight steps that a robot can take, explained row by row of Table 1."""
+"""Rewards of the eight steps of a robot, by the rows of Table 1."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ ADVANCE, COLLISION, OUTSIDE, VISITED, DETOUR = range(5)
 
 STEPS = np.array([(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1)])
 
-_AT_GOAL = 0.5  # stands for L where the step ends at the goal: nearer than any other cell, and 100/L exists
+_AT_GOAL = 0.5  # L of a step that ends at the goal: nearer than any other cell, and 100/L is finite
 
 TERM_NAMES = tuple(row.name for row in fields(RewardTable))
 
 
 @dataclass(frozen=True)
 class StepReward:
-    """What one step would earn.
+    """Reward of one step.
 
     Attributes:
         step: rows and columns, each -1, 0 or 1.
-        terms: reward by row of the table, those that are not 0.
-        total: their sum.
-        can_enter: whether the step may be taken; no sum makes a robot enter an occupied cell.
+        terms: non-zero rewards by row of the table.
+        total: sum of the rewards.
+        can_enter: whether the step is possible; an occupied cell is never entered, whatever the total.
     """
 
     step: tuple[int, int]
@@ -40,7 +40,7 @@ def explain_steps(terms: NDArray[np.float64]) -> list[StepReward]:
     """Return the eight steps by falling reward.
 
     Args:
-        terms: shape (8, 5), as `write_step_terms` writes them.
+        terms: rewards of each step by row of the table, as `write_step_terms` computes them, shape (8, 5).
     """
     order = np.argsort(-terms.sum(axis=1), kind='stable')
     return [
@@ -56,13 +56,13 @@ def explain_steps(terms: NDArray[np.float64]) -> list[StepReward]:
 
 @njit(cache=True)
 def can_enter(terms: NDArray[np.float64]) -> bool:
-    """Return whether a step with these terms, shape (5,), hits nothing and stays on the map."""
+    """Return whether a step with these terms, shape (5,), is free and stays on the map."""
     return terms[COLLISION] == 0.0 and terms[OUTSIDE] == 0.0
 
 
 @njit(cache=True)
 def straight_step(row: int, column: int, goal: tuple[int, int]) -> int:
-    """Return the number of the step that ends nearest to the goal, whatever is in the way."""
+    """Return the number of the step that ends nearest to the goal, regardless of obstacles."""
     best, best_squared = 0, np.inf
     for k in range(8):
         squared = (row + STEPS[k, 0] - goal[0]) ** 2 + (column + STEPS[k, 1] - goal[1]) ** 2
@@ -81,16 +81,16 @@ def write_step_terms(
     counted: bool,
     terms: NDArray[np.float64],
 ) -> None:
-    """Write what each of the eight steps earns, row by row of Table 1.
+    """Compute the rewards of the eight steps, by the rows of Table 1.
 
     Args:
-        blocked: shape (rows, columns), cells known to be occupied.
-        visits: shape (rows, columns), how often the robot was in each cell.
-        place: row and column of the robot, and whether its last step went straight to the goal.
-        goal: row and column.
-        numbers: shape (5,), the table.
-        counted: whether row 4 counts each visit.
-        terms: shape (8, 5), takes the rewards; a step past a blocked corner is a collision.
+        blocked: cells known to be occupied, shape (rows, columns).
+        visits: number of visits of each cell, shape (rows, columns).
+        state: row and column of the robot, and whether its last step went straight to the goal.
+        goal: row and column of the goal.
+        reward_values: rows of the table, shape (5,).
+        counted: whether row 4 applies for each visit.
+        terms: output, rewards of each step by row, shape (8, 5); a step past a blocked corner is a collision.
     """
     row, column, went_straight = place
     straight = straight_step(row, column, goal)

@@ -1,7 +1,7 @@
-"""Virtual search (section 2.3, step 2): where the way ahead is not free, the two best steps are tried in thought.
+"""Virtual search (section 2.3, step 2): if the straight step is not the best, simulate the two best steps.
 
-From each the robot goes on in thought by the same rule, on the map as it is known so far, until it is at the goal; the
-step of the shorter way is taken.
+From each of them the same rule is simulated on the current map until it reaches the goal; the step with the shorter
+path is taken.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from reward_planner.core.route.octile import DIAGONAL, STRAIGHT
 
 @njit(cache=True)
 def best_steps(terms: NDArray[np.float64]) -> tuple[int, int]:
-    """Return the numbers of the two best steps that can be taken, -1 where there is none; terms of shape (8, 5)."""
+    """Return the numbers of the two best possible steps, -1 for none; terms have shape (8, 5)."""
     first, second = -1, -1
     for k in range(8):
         if not can_enter(terms[k]):
@@ -40,13 +40,13 @@ def virtual_length(
     first_step: int,
     steps_max: int,
 ) -> int:
-    """Return how long the way to the goal is that begins with a step and goes on by the rule [1/STRAIGHT cells].
+    """Return the length of the simulated path to the goal [1/STRAIGHT cells].
 
-    The thought begins with the step of number ``first_step`` and ends after ``steps_max`` steps; visits in thought
-    count as well, until then. The other arguments are those of `write_step_terms`.
+    The simulation starts with step number ``first_step`` and ends after ``steps_max`` steps; it counts visits, and
+    restores them at its end. The other arguments are those of `write_step_terms`.
 
     Returns:
-        the length; -1 where the thought does not arrive.
+        length of the path, -1 if it does not reach the goal.
     """
     trail = np.empty((steps_max, 2), np.int32)
     terms = np.empty((8, 5))
@@ -76,7 +76,7 @@ def choose_step(
     counted: bool,
     steps_max: int,
 ) -> int:
-    """Return the number of the step to take, -1 where none can be; arguments as `virtual_length`."""
+    """Return the number of the step to take, -1 for none; arguments as for `virtual_length`."""
     terms = np.empty((8, 5))
     write_step_terms(blocked, visits, place, goal, numbers, counted, terms)
     first, second = best_steps(terms)

@@ -1,4 +1,4 @@
-"""A grid of free and blocked cells as bits, by rows and by columns, so that 64 cells are looked at together."""
+"""A grid of blocked cells as bits, by rows and by columns, to test 64 cells at once."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-MARGIN = 64  # bits before the first cell of a line: one word that is all blocked
+MARGIN = 64  # bits before the first cell of a line: one 64-bit word of blocked cells
 
 _WORD = np.uint64(0xFFFFFFFFFFFFFFFF)
 
 
 class BitGrid(NamedTuple):
-    """A grid, bit 1 where a cell is blocked, with a blocked line and a blocked word on each side.
+    """A grid with bit 1 for blocked cells and a border of one blocked line and one blocked word.
 
     Attributes:
-        rows: uint64, shape (rows + 2, words); the cell (r, c) is bit MARGIN + c of line r + 1.
-        columns: uint64, shape (columns + 2, words); the cell (r, c) is bit MARGIN + r of line c + 1.
+        rows: rows as bits, cell (r, c) is bit MARGIN + c of line r + 1; uint64, shape (rows + 2, words).
+        columns: columns as bits, cell (r, c) is bit MARGIN + r of line c + 1; uint64, shape (columns + 2, words).
     """
 
     rows: NDArray[np.uint64]
@@ -26,7 +26,7 @@ class BitGrid(NamedTuple):
 
 
 def pack_grid(blocked: NDArray[np.bool_]) -> BitGrid:
-    """Return the bits of a grid of shape (rows, columns)."""
+    """Pack a grid of shape (rows, columns) into bits."""
     rows, columns = blocked.shape
     row_words, column_words = -(-columns // 64), -(-rows // 64)
     lines = np.full((64 * column_words + 2, row_words + 2), _WORD)
@@ -42,7 +42,7 @@ def pack_grid(blocked: NDArray[np.bool_]) -> BitGrid:
 
 @njit(cache=True)
 def _transpose(lines: NDArray[np.uint64], across: NDArray[np.uint64]) -> None:
-    """Write the columns of the bits of some lines as lines, block by block of 64 x 64 bits."""
+    """Transpose a bit matrix in blocks of 64 x 64 bits."""
     block = np.empty(64, np.uint64)
     for i in range(across.shape[1] - 2):
         for j in range(lines.shape[1] - 2):
@@ -55,7 +55,7 @@ def _transpose(lines: NDArray[np.uint64], across: NDArray[np.uint64]) -> None:
 
 @njit(cache=True)
 def _transpose_block(block: NDArray[np.uint64]) -> None:
-    """Swap ever smaller squares across the diagonal (Hacker's Delight, 7-3)."""
+    """Transpose a block of 64 x 64 bits (Hacker's Delight, 7-3)."""
     width = 32
     mask = np.uint64(0x00000000FFFFFFFF)
     while width:

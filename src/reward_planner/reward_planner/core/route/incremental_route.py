@@ -1,4 +1,4 @@
-"""Shortest routes to one goal while the robot moves and the map changes: only what changes touch is searched again."""
+"""D* Lite: replans the shortest route to one goal while the robot moves and the map changes."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from reward_planner.core.route.octile import route_length
 from reward_planner.core.route.route import NoRoute, NoRouteReason, Route, refuse_ends
 
 _CHANGES_MAX = 100_000
-"""Of more cells that changed since the last route, a search from scratch makes less work than mending."""
+"""With more changed cells since the last route, a search from scratch is faster than replanning."""
 
 
 class IncrementalRoute:
-    """Routes to a goal, as long as those of `shortest_route`.
+    """Incremental planner to one goal; its routes are as short as those of `shortest_route`.
 
     Args:
-        blocked: shape (rows, columns), the cells that the robot cannot enter so far; it is copied.
-        goal: row and column.
+        blocked: cells that the robot cannot enter, shape (rows, columns); it is copied.
+        goal: row and column of the goal.
     """
 
     def __init__(self, blocked: NDArray[np.bool_], goal: tuple[int, int]) -> None:
@@ -42,7 +42,7 @@ class IncrementalRoute:
         self._begin_anew()
 
     def _begin_anew(self) -> None:
-        """Forget what was searched; the map stays."""
+        """Discard the search; the map stays."""
         self._state.lengths[:] = self._state.promises[:] = NO_WAY
         self._opened = OpenCells(np.empty(1024, dtype=np.int64), np.empty(1024, dtype=np.int32), 0)
         self._start: int | None = None
@@ -51,35 +51,35 @@ class IncrementalRoute:
 
     @property
     def blocked(self) -> NDArray[np.bool_]:
-        """The cells that the robot cannot enter, shape (rows, columns), as told so far."""
+        """Cells that the robot cannot enter, shape (rows, columns), read-only."""
         view = self._blocked.view()
         view.flags.writeable = False
         return view
 
     def change(self, cells: ArrayLike, blocked: ArrayLike) -> None:
-        """Tell which cells are blocked now, and which are free.
+        """Set cells blocked or free.
 
         Args:
-            cells: shape (n, 2), row and column.
-            blocked: shape (n,).
+            cells: rows and columns, shape (n, 2).
+            blocked: whether each cell is blocked, shape (n,).
 
         Raises:
             RewardPlannerError: a cell is outside of the map.
         """
         places = np.ascontiguousarray(cells, dtype=np.int64).reshape(-1, 2)
-        # A copy, because what broadcast_to returns for an array is of another type to the loop than for one value.
+        # Copied, because broadcast_to gives read-only arrays, for which numba would compile the kernel again.
         now = np.broadcast_to(np.asarray(blocked, dtype=np.bool_), len(places)).copy()
         if len(places) and (places.min() < 0 or (places.max(axis=0) >= self._blocked.shape).any()):
             raise RewardPlannerError(f'a cell to change is outside of the map of {self._blocked.shape} cells')
         changed = write_changes(self._state, places, now)
         if self._start is None:
-            return  # nothing has been searched that the change could touch
+            return  # no search to update yet
         self._changed.append(changed)
         if sum(map(len, self._changed)) > _CHANGES_MAX:
             self._begin_anew()
 
     def route_from(self, start: tuple[int, int]) -> Route | NoRoute:
-        """Return a shortest route from where the robot is now: row and column."""
+        """Return a shortest route from the robot's cell, row and column."""
         refused = refuse_ends(self._blocked, start, self._goal)
         if refused is not None:
             return refused

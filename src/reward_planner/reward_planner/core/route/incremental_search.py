@@ -1,9 +1,9 @@
-"""The loops of `incremental_route`: D* Lite (Koenig and Likhachev, AAAI 2002, figure 4), searched from the goal.
+"""Numba kernels of D* Lite (Koenig and Likhachev, AAAI 2002, figure 4), searched from the goal.
 
-Every cell has a length g of the way to the goal and a length rhs that its neighbours promise. Where the two differ the
-cell waits in the open list. Grids have a blocked border and cells are numbers, so neighbours need no tests.
-Keys are one number: the length of the way over the cell, then the length from the cell to the goal in steps shorter
-than a cell. Of the second only the order of neighbours counts, which are a cell or more apart.
+Every cell has the cost-to-goal g and the one-step lookahead value rhs; inconsistent cells (g != rhs) are in the open
+list. Grids have a blocked border and cells are flat indices, so neighbours need no range checks.
+A key is one integer: min(g, rhs) + h + k_m, then min(g, rhs) quantised to less than a cell as the tie-breaker. Only the
+order of neighbours matters for that, and they are at least a cell apart.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from reward_planner.core.route.open_list import drop_first, push
 NO_WAY = 1 << 60
 
 _TIE_BITS = 20
-_TIE_STEP = 18  # 2^18 units are half a cell
+_TIE_STEP = 18  # 2^18 units are about half a cell
 _TIE_MAX = (1 << _TIE_BITS) - 1
 _LAST_KEY = (1 << 63) - 1
 
 
 class SearchState(NamedTuple):
-    """What a search keeps from one route to the next; all arrays are flat over the grid with its border.
+    """State of the search between replans; all arrays are flat over the grid with its border.
 
     Attributes:
-        blocked: the cells that the robot cannot enter.
-        lengths: int64, g: length of the way to the goal [1/STRAIGHT cells], `NO_WAY` where none is known.
-        promises: int64, rhs: the same by way of the best neighbour.
+        blocked: cells that the robot cannot enter.
+        g: cost-to-goal g of each cell [1/STRAIGHT cells], `UNREACHED` if unknown; int64.
+        rhs: one-step lookahead of g over the best neighbour [1/STRAIGHT cells]; int64.
         width: cells in a row, with the border.
-        goal: number of its cell.
+        goal: index of the goal cell.
     """
 
     blocked: NDArray[np.bool_]
@@ -47,9 +47,9 @@ class OpenCells(NamedTuple):
     """The open list.
 
     Attributes:
-        keys: int64, a heap; entries may be out of date.
-        cells: int32, their cells.
-        size: how many entries there are.
+        keys: heap of keys, some may be out of date; int64.
+        cells: cell of each key; int32.
+        size: number of entries.
     """
 
     keys: NDArray[np.int64]
@@ -59,14 +59,14 @@ class OpenCells(NamedTuple):
 
 @njit(cache=True)
 def units_between(state: SearchState, cell: int, other: int) -> int:
-    """Return the length of a route between cells where nothing is in the way [1/STRAIGHT cells]."""
+    """Return the octile distance between two cells, the heuristic h [1/STRAIGHT cells]."""
     row, other_row = cell // state.width, other // state.width
     return octile_units(row, cell - row * state.width, other_row, other - other_row * state.width)
 
 
 @njit(cache=True)
 def key_of(state: SearchState, cell: int, start: int, moved: int) -> int:
-    """Return the key of a cell; ``moved`` is how far the start has moved since the beginning [1/STRAIGHT cells]."""
+    """Return the key of a cell; ``key_modifier`` is k_m, the motion of the start so far [1/STRAIGHT cells]."""
     length = min(state.lengths[cell], state.promises[cell])
     if length >= NO_WAY:
         return _LAST_KEY
@@ -76,7 +76,7 @@ def key_of(state: SearchState, cell: int, start: int, moved: int) -> int:
 
 @njit(cache=True)
 def step_of(state: SearchState, number: int) -> tuple[int, int]:
-    """Return what to add to a cell for its neighbour 0 to 7, straight ones first, and the length of the step."""
+    """Return the index offset and the step length of neighbour 0 to 7, straight ones first."""
     width = state.width
     if number < 4:
         return (1, -1, width, -width)[number], STRAIGHT
@@ -85,7 +85,7 @@ def step_of(state: SearchState, number: int) -> tuple[int, int]:
 
 @njit(cache=True)
 def is_open(state: SearchState, cell: int, offset: int) -> bool:
-    """Return whether the robot can go from a free cell to a neighbour, past no blocked corner."""
+    """Return whether the robot can go from a free cell to a neighbour without cutting a blocked corner."""
     if state.blocked[cell + offset]:
         return False
     width = state.width
@@ -97,7 +97,7 @@ def is_open(state: SearchState, cell: int, offset: int) -> bool:
 
 @njit(cache=True)
 def best_promise(state: SearchState, cell: int) -> int:
-    """Return the length of the way to the goal by way of the best neighbour."""
+    """Return rhs: the cost-to-goal over the best neighbour."""
     if cell == state.goal:
         return 0
     best = NO_WAY
@@ -111,7 +111,7 @@ def best_promise(state: SearchState, cell: int) -> int:
 
 @njit(cache=True)
 def with_cell(state: SearchState, opened: OpenCells, cell: int, start: int, moved: int) -> OpenCells:
-    """Return the open list with a cell, if its length and its promise differ."""
+    """Insert a cell into the open list if it is inconsistent (UpdateVertex)."""
     if state.lengths[cell] == state.promises[cell]:
         return opened
     keys, cells, size = opened
@@ -123,7 +123,7 @@ def with_cell(state: SearchState, opened: OpenCells, cell: int, start: int, move
 
 @njit(cache=True)
 def _with_room(state: SearchState, opened: OpenCells) -> OpenCells:
-    """Return a full open list without the entries that do not count any more, and larger if that is not enough."""
+    """Drop consistent cells from a full open list, and grow it if needed."""
     keys, cells = np.empty_like(opened.keys), np.empty_like(opened.cells)
     size = int(np.int64(0))
     for k in range(opened.size):
@@ -140,12 +140,12 @@ def _with_room(state: SearchState, opened: OpenCells) -> OpenCells:
 def write_changes(
     state: SearchState, cells: NDArray[np.int64], blocked: NDArray[np.bool_]
 ) -> NDArray[np.int64]:
-    """Write which cells are blocked now, and return the numbers of those that were not so before.
+    """Set cells blocked or free, and return the indices of those that changed.
 
     Args:
-        state: of the search.
-        cells: shape (n, 2), row and column without border.
-        blocked: shape (n,).
+        state: state of the search.
+        cells: rows and columns without border, shape (n, 2).
+        blocked: whether each cell is blocked, shape (n,).
     """
     changed = np.empty(len(cells), np.int64)
     count = 0
@@ -162,14 +162,14 @@ def write_changes(
 def mend(
     state: SearchState, opened: OpenCells, changed: NDArray[np.int64], start: int, moved: int
 ) -> tuple[OpenCells, NDArray[np.int64]]:
-    """Return the open list and the cells of a shortest route, none where there is no way.
+    """Repair the search after changes; return the open list and the cells of a shortest route, empty if there is none.
 
     Args:
-        state: of the search.
-        opened: the open list.
-        changed: numbers of the cells that became blocked or free since the last time.
-        start: number of the cell where the robot is.
-        moved: how far it has moved since the beginning, from start to start [1/STRAIGHT cells].
+        state: state of the search.
+        open_list: cells to expand.
+        changed: indices of the cells that became blocked or free since the last call.
+        start: index of the robot's cell.
+        key_modifier: k_m, the sum of the robot's motions from start to start [1/STRAIGHT cells].
     """
     opened = take_changes(state, opened, changed, start, moved)
     opened = search_again(state, opened, start, moved)
@@ -182,12 +182,12 @@ def mend(
 def take_changes(
     state: SearchState, opened: OpenCells, changed: NDArray[np.int64], start: int, moved: int
 ) -> OpenCells:
-    """Return the open list after cells became blocked or free: the steps to, from and past them are others now."""
+    """Update rhs around cells that became blocked or free; return the open list."""
     width = state.width
     for cell in changed:
         for row_begin in (cell - width, cell, cell + width):
             for near in range(row_begin - 1, row_begin + 2):
-                # Cells of the border are blocked and never change.
+                # The border is blocked and never changes.
                 if width <= near < len(state.blocked) - width and 0 < near % width < width - 1:
                     state.promises[near] = best_promise(state, near)
                     opened = with_cell(state, opened, near, start, moved)
@@ -196,18 +196,18 @@ def take_changes(
 
 @njit(cache=True)
 def search_again(state: SearchState, opened: OpenCells, start: int, moved: int) -> OpenCells:
-    """Mend the lengths until that of the start is right, and return the open list."""
+    """Expand cells until the start is consistent (ComputeShortestPath); return the open list."""
     while opened.size and (
         opened.keys[0] < key_of(state, start, start, moved) or state.promises[start] > state.lengths[start]
     ):
-        # All callers pass the same type: numba compiles what they call once for each.
+        # One integer type for all callers, since numba compiles a kernel for each.
         key, cell = opened.keys[0], np.int64(opened.cells[0])
         drop_first(opened.keys, opened.cells, opened.size)
         opened = OpenCells(opened.keys, opened.cells, opened.size - 1)
         length, promise = state.lengths[cell], state.promises[cell]
         key_now = key_of(state, cell, start, moved)
         if length == promise or key > key_now:
-            continue  # out of date
+            continue  # outdated entry
         if key < key_now:
             opened = with_cell(state, opened, cell, start, moved)
         elif length > promise:
@@ -219,7 +219,7 @@ def search_again(state: SearchState, opened: OpenCells, start: int, moved: int) 
 
 @njit(cache=True)
 def _shorten(state: SearchState, opened: OpenCells, cell: int, start: int, moved: int) -> OpenCells:
-    """Let a cell have what its neighbours promise, and tell them."""
+    """Set g of an overconsistent cell to rhs, and update its neighbours."""
     state.lengths[cell] = state.promises[cell]
     if state.blocked[cell]:
         return opened
@@ -234,7 +234,7 @@ def _shorten(state: SearchState, opened: OpenCells, cell: int, start: int, moved
 
 @njit(cache=True)
 def _forget(state: SearchState, opened: OpenCells, cell: int, start: int, moved: int) -> OpenCells:
-    """Take back the length of a cell that its neighbours promise no more, and look at those that relied on it."""
+    """Raise g of an underconsistent cell, and update the neighbours that depended on it."""
     before = state.lengths[cell]
     state.lengths[cell] = NO_WAY
     opened = with_cell(state, opened, cell, start, moved)
@@ -249,7 +249,7 @@ def _forget(state: SearchState, opened: OpenCells, cell: int, start: int, moved:
 
 @njit(cache=True)
 def way_to_goal(state: SearchState, start: int) -> NDArray[np.int64]:
-    """Return the cells from the start to the goal, straight steps before diagonal ones, shape (n, 2) without border."""
+    """Return the cells from start to goal, straight steps first, rows and columns without border, shape (n, 2)."""
     numbers = np.empty(1024, np.int64)
     numbers[0], count = start, 1
     while numbers[count - 1] != state.goal:
@@ -270,7 +270,7 @@ def way_to_goal(state: SearchState, start: int) -> NDArray[np.int64]:
 
 @njit(cache=True)
 def _rows_and_columns(numbers: NDArray[np.int64], width: int) -> NDArray[np.int64]:
-    """Return the cells of numbers, shape (n, 2), row and column without border."""
+    """Convert cell indices to rows and columns without border, shape (n, 2)."""
     cells = np.empty((len(numbers), 2), np.int64)
     for k in range(len(numbers)):
         row = numbers[k] // width

@@ -1,8 +1,8 @@
-"""The places to go to from a cell: jump points.
+"""Jump points of a cell (Harabor and Grastien, AAAI 2011, ICAPS 2014).
 
-Of all shortest ways between two cells only one is followed: diagonal steps first, then straight ones. So the search
-turns from straight to diagonal only where a wall beside it ended (Harabor and Grastien, AAAI 2011, ICAPS 2014). On a
-diagonal nothing has to be kept but where its rows and columns lead.
+Of all shortest paths between two cells only one is followed: diagonal steps first, then straight ones. So the search
+turns from straight to diagonal only where an adjacent wall ends. On a diagonal, only the jump points along its rows
+and columns are kept.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from reward_planner.core.route.line_scan import scan_down, scan_up
 
 @njit(cache=True)
 def is_blocked(grid: BitGrid, row: int, column: int) -> bool:
-    """Return whether a cell is blocked; cells one beyond the border are."""
+    """Return whether a cell is blocked; the border is."""
     place = column + MARGIN
     return (grid.rows[row + 1, place >> 6] >> np.uint64(place & 63)) & np.uint64(1) != np.uint64(0)
 
 
 @njit(cache=True)
 def jump_along_row(grid: BitGrid, row: int, column: int, turn: int, goal_row: int, goal_column: int) -> int:
-    """Return the column of the jump point in this row, towards higher (turn 1) or lower columns (-1); -1 if none."""
+    """Return the column of the jump point in this row, towards higher (1) or lower columns (-1); -1 if none."""
     goal = goal_column + MARGIN if goal_row == row else 0
     if turn > 0:
         place = scan_up(grid.rows, row + 1, column + MARGIN, goal)
@@ -37,7 +37,7 @@ def jump_along_row(grid: BitGrid, row: int, column: int, turn: int, goal_row: in
 def jump_along_column(
     grid: BitGrid, row: int, column: int, turn: int, goal_row: int, goal_column: int
 ) -> int:
-    """Return the row of the jump point in this column, towards higher (turn 1) or lower rows (-1); -1 if none."""
+    """Return the row of the jump point in this column, towards higher (1) or lower rows (-1); -1 if none."""
     goal = goal_row + MARGIN if goal_column == column else 0
     if turn > 0:
         place = scan_up(grid.columns, column + 1, row + MARGIN, goal)
@@ -56,19 +56,19 @@ def jump_diagonally(
     found: NDArray[np.int32],
     count: int,
 ) -> int:
-    """Add the jump points that rows and columns lead to from the cells of a diagonal.
+    """Append the jump points along the rows and columns of a diagonal.
 
     Args:
-        grid: the bits.
-        row: of the cell where the diagonal begins.
-        column: of that cell.
-        turns: the direction, 1 or -1 in rows and in columns.
-        goal: row and column.
-        found: shape (n, 2), takes rows and columns.
-        count: how many it holds.
+        grid: blocked cells as bits.
+        row: row of the first cell of the diagonal.
+        column: column of the first cell of the diagonal.
+        directions: direction, 1 or -1 in rows and in columns.
+        goal: row and column of the goal.
+        found: output, rows and columns of jump points, shape (n, 2).
+        count: number of entries in found.
 
     Returns:
-        how many it holds now.
+        new number of entries in found.
     """
     row_turn, column_turn = turns
     while not (

@@ -1,7 +1,7 @@
-"""How far a robot can go straight on before it must think: the scans of jump point search.
+"""Line scans of jump point search, 64 cells at once.
 
-Going along a line (a row or a column of the grid), nothing is lost by going on, until a wall beside the line ends:
-there a way opens that could not be reached diagonally before (no corner is cut). 64 cells are tested at once.
+A scan along a row or column stops where an adjacent wall ends: there cells become reachable that a diagonal step could
+not reach before, because corners are not cut.
 See Harabor and Grastien, "Improving Jump Point Search", ICAPS 2014, with the corner rule of this suite.
 """
 
@@ -15,7 +15,7 @@ _ALL = np.uint64(0xFFFFFFFFFFFFFFFF)
 _ONE = np.uint64(1)
 _LAST = np.uint64(63)
 _SIX = np.uint64(58)
-_SEQUENCE = np.uint64(0x03F79D71B4CB0A89)  # of de Bruijn: every run of six bits is there once
+_SEQUENCE = np.uint64(0x03F79D71B4CB0A89)  # de Bruijn sequence: every run of six bits occurs once
 
 
 def _places() -> NDArray[np.int64]:
@@ -30,22 +30,22 @@ _PLACES = _places()
 
 @njit(cache=True)
 def _place_of(bit: np.uint64) -> int:
-    """Return the number of the only bit that is set."""
+    """Return the index of the only bit that is set."""
     return _PLACES[(bit * _SEQUENCE) >> _SIX]
 
 
 @njit(cache=True)
 def scan_up(lines: NDArray[np.uint64], line: int, begin: int, goal: int) -> int:
-    """Return where to stop when going from a place on a line to higher ones.
+    """Return where a scan towards higher positions on a line stops.
 
     Args:
-        lines: of a `BitGrid`, shape (lines, words).
-        line: the line.
-        begin: the place on it, a free cell.
-        goal: place of the goal on this line; 0 where it is on another.
+        lines: rows or columns of a `BitGrid`, shape (lines, words).
+        line: index of the line.
+        begin: start position on the line, a free cell.
+        goal: position of the goal on this line; 0 if it is on another one.
 
     Returns:
-        the first place where a wall beside the line has ended, or the goal; 0 where a wall comes first.
+        first position after the end of an adjacent wall, or the goal; 0 if the line is blocked before.
     """
     word = begin >> 6
     mask = (_ALL << np.uint64(begin & 63)) << _ONE
@@ -67,7 +67,7 @@ def scan_up(lines: NDArray[np.uint64], line: int, begin: int, goal: int) -> int:
 
 @njit(cache=True)
 def scan_down(lines: NDArray[np.uint64], line: int, begin: int, goal: int) -> int:
-    """Return where to stop when going to lower places; arguments and result as `scan_up`."""
+    """Return where a scan towards lower positions stops; arguments and result as for `scan_up`."""
     word = begin >> 6
     mask = (_ONE << np.uint64(begin & 63)) - _ONE
     while True:
@@ -88,7 +88,7 @@ def scan_down(lines: NDArray[np.uint64], line: int, begin: int, goal: int) -> in
 
 @njit(cache=True)
 def _highest(bits: np.uint64) -> np.uint64:
-    """Return the highest bit that is set, alone."""
+    """Return a word with only the highest set bit."""
     bits |= bits >> np.uint64(1)
     bits |= bits >> np.uint64(2)
     bits |= bits >> np.uint64(4)

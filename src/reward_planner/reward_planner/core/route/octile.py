@@ -1,8 +1,8 @@
-"""Lengths of routes of straight and diagonal steps, in whole numbers that compare as the true lengths do.
+"""Octile lengths as integers that compare exactly as the true lengths do.
 
 A diagonal step is sqrt(2) times a straight one. 665857/470832 is a convergent of sqrt(2), so no fraction with a smaller
-denominator lies between the two: sums of these whole numbers order two routes as their true lengths do, and
-tell them equal only when they are, as long as their numbers of diagonal steps differ by less than 470832.
+denominator is between the two. Sums of these integers order two routes as their true lengths do, and are equal only if
+those are, as long as their numbers of diagonal steps differ by less than 470832.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ DIAGONAL = 665857
 
 @njit(cache=True)
 def octile_units(row_a: int, column_a: int, row_b: int, column_b: int) -> int:
-    """Return the length of a route between two cells where nothing is in the way [1/STRAIGHT cells]."""
+    """Return the octile distance between two cells [1/STRAIGHT cells]."""
     rows, columns = abs(row_a - row_b), abs(column_a - column_b)
     if rows < columns:
         rows, columns = columns, rows
@@ -28,10 +28,10 @@ def octile_units(row_a: int, column_a: int, row_b: int, column_b: int) -> int:
 
 @njit(cache=True)
 def route_length(cells: NDArray[np.int64]) -> float:
-    """Return the length of a route from cell to neighbouring cell [cells].
+    """Return the length of a route of neighbouring cells [cells].
 
     Args:
-        cells: shape (n, 2), row and column.
+        cells: rows and columns, shape (n, 2).
     """
     diagonal = 0
     for k in range(1, len(cells)):

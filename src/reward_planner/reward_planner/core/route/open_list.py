@@ -1,4 +1,4 @@
-"""The cells that a search has yet to look at: a heap with four children a node, over plain arrays."""
+"""The open list of a search: a 4-ary heap in plain arrays."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 @njit(cache=True)
 def push(keys: NDArray[np.int64], cells: NDArray[np.int32], size: int, key: int, cell: int) -> None:
-    """Add a cell to a heap of so many; the arrays must have room for it."""
+    """Add a cell to a heap of ``size`` entries; the arrays must have room for it."""
     child = size
     while child:
         parent = (child - 1) >> 2
@@ -22,7 +22,7 @@ def push(keys: NDArray[np.int64], cells: NDArray[np.int32], size: int, key: int,
 
 @njit(cache=True)
 def drop_first(keys: NDArray[np.int64], cells: NDArray[np.int32], size: int) -> None:
-    """Take the cell with the least key, at place 0, out of a heap of so many; one less is left."""
+    """Remove the entry with the least key, at index 0, from a heap of ``size`` entries."""
     last = size - 1
     key, cell = keys[last], cells[last]
     hole = 0

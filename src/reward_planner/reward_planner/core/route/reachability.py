@@ -1,4 +1,4 @@
-"""Whether a way exists at all, which is told much faster than which one is the shortest."""
+"""Reachability by connected components, much faster than a search."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ from numpy.typing import NDArray
 
 
 def is_reachable(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int]) -> bool:
-    """Return whether routes that cut no corner lead from one free cell to another.
+    """Return whether there is a route between two free cells that cuts no corner.
 
-    A diagonal step needs both cells beside it free, so cells that are connected are connected by straight steps.
-    A search finds the same, but only after it has been everywhere.
+    A diagonal step needs both adjacent cells free, so connected cells are connected by straight steps.
 
     Args:
-        blocked: shape (rows, columns), the cells that the robot cannot enter.
-        start: row and column, free.
-        goal: row and column, free.
+        blocked: cells that the robot cannot enter, shape (rows, columns).
+        start: row and column of the start, free.
+        goal: row and column of the goal, free.
     """
     _, parts = cv2.connectedComponents((~blocked).view(np.uint8), connectivity=4)
     return bool(parts[start] == parts[goal])

@@ -1,4 +1,4 @@
-"""What planning answers: a route, or the reason why there is none."""
+"""Result of planning: a route, or the reason why there is none."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from reward_planner.core.grid.grid_frame import GridFrame
 
 @dataclass(frozen=True)
 class Route:
-    """A route from cell to neighbouring cell.
+    """A route of neighbouring cells.
 
     Attributes:
-        cells: shape (n, 2), row and column, from start to goal; one cell where the start is the goal.
+        cells: rows and columns from start to goal, shape (n, 2); one cell if the start is the goal.
         length: sum of the steps, 1 for a straight and sqrt(2) for a diagonal one [cells].
     """
 
@@ -28,7 +28,7 @@ class Route:
         return frame.centre_of(self.cells)
 
     def metres(self, frame: GridFrame) -> float:
-        """Return the length on a grid [m]."""
+        """Return the length on a grid of some resolution [m]."""
         return self.length * frame.resolution
 
 
@@ -37,26 +37,26 @@ class NoRouteReason(Enum):
 
     START_OUTSIDE = 'the start is outside of the map'
     GOAL_OUTSIDE = 'the goal is outside of the map'
-    START_BLOCKED = 'the start is in or too near to an obstacle'
-    GOAL_BLOCKED = 'the goal is in or too near to an obstacle'
-    UNREACHABLE = 'no free way leads to the goal'
-    GAVE_UP = 'the reward rule went around without arriving'
+    START_BLOCKED = 'the start is in an obstacle or too near to one'
+    GOAL_BLOCKED = 'the goal is in an obstacle or too near to one'
+    UNREACHABLE = 'obstacles block every path'
+    GAVE_UP = 'the reward rule did not reach the goal'
 
 
 @dataclass(frozen=True)
 class NoRoute:
-    """No route, and why."""
+    """No route, and the reason."""
 
     reason: NoRouteReason
 
 
 def refuse_ends(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int]) -> NoRoute | None:
-    """Return why no route can begin or end here, or None where it can.
+    """Return why no route can start or end at these cells, or None.
 
     Args:
-        blocked: shape (rows, columns), the cells that the robot cannot enter.
-        start: row and column.
-        goal: row and column.
+        blocked: cells that the robot cannot enter, shape (rows, columns).
+        start: row and column of the start.
+        goal: row and column of the goal.
     """
     rows, columns = blocked.shape
     ends = (

@@ -1,4 +1,4 @@
-"""The shortest route on a grid: A* over jump points."""
+"""Shortest route on a grid: A* with jump point search."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from reward_planner.core.route.open_list import drop_first, push
 from reward_planner.core.route.route import NoRoute, NoRouteReason, Route, refuse_ends
 from reward_planner.core.route.successors import successors, successors_of_start
 
-_TIE_BITS = 20  # of a key: the distance to the goal in cells; the rest is the length of the route
+_TIE_BITS = 20  # low bits of a key: distance to the goal [cells]; high bits: estimated length of the route
 
 
 def shortest_route(
@@ -20,23 +20,23 @@ def shortest_route(
 ) -> Route | NoRoute:
     """Return a shortest route of straight and diagonal steps that cuts no corner.
 
-    A diagonal step needs both cells beside it free. Of equally long routes that one is taken that goes straight before
-    it goes diagonally; in unknown terrain it meets fewer obstacles than the opposite.
+    A diagonal step needs both adjacent cells free. Of equally long routes, the one with straight steps first is
+    returned; in unknown terrain it meets fewer obstacles.
 
     Args:
-        blocked: shape (rows, columns), the cells that the robot cannot enter.
-        start: row and column.
-        goal: row and column.
+        blocked: cells that the robot cannot enter, shape (rows, columns).
+        start: row and column of the start.
+        goal: row and column of the goal.
     """
     refused = refuse_ends(blocked, start, goal)
     if refused is not None:
         return refused
     rows, columns = blocked.shape
     shift = columns.bit_length()
-    # Zeros from the system cost nothing until they are touched; most cells never are.
+    # np.zeros allocates pages only when they are touched; most cells never are.
     lengths = np.zeros(rows << shift, dtype=np.int64)
     parents = np.zeros(rows << shift, dtype=np.int32)
-    # Searched from the goal: the search goes diagonally first, so the robot goes straight first.
+    # Search from the goal: it makes diagonal steps first, so the robot makes straight steps first.
     if not _search(pack_grid(blocked), shift, goal, start, lengths, parents):
         return NoRoute(NoRouteReason.UNREACHABLE)
     cells = _cells_of(parents, shift, goal, start)[::-1]
@@ -55,15 +55,15 @@ def _search(
     """Find the jump points of a shortest route.
 
     Args:
-        grid: the bits.
-        shift: the cell (r, c) has the number (r << shift) + c.
-        start: row and column.
-        goal: row and column.
-        lengths: zeros; takes the length of the way to each jump point, and one more [1/STRAIGHT cells].
-        parents: takes the number of the jump point before each.
+        grid: blocked cells as bits.
+        shift: cell (r, c) has the index (r << shift) + c.
+        start: row and column of the start.
+        goal: row and column of the goal.
+        lengths: output, path length to each jump point plus one, 0 for none [1/STRAIGHT cells].
+        parents: output, index of the previous jump point.
 
     Returns:
-        whether there is a route.
+        True if there is a route.
     """
     keys, cells = np.empty(1024, np.int64), np.empty(1024, np.int32)
     found = np.empty((4 * (len(grid.rows) + len(grid.columns)), 2), np.int32)
@@ -77,7 +77,7 @@ def _search(
         if cell == first:
             count = successors_of_start(grid, row, column, goal, found)
         elif (key >> _TIE_BITS) > lengths[cell] + octile_units(row, column, goal[0], goal[1]):
-            continue  # a shorter way was found since
+            continue  # outdated entry: a shorter path was found since
         else:
             parent = (parents[cell] >> shift, parents[cell] & ((1 << shift) - 1))
             count = successors(grid, row, column, parent, goal, found)
@@ -99,7 +99,7 @@ def _search(
 def _cells_of(
     parents: NDArray[np.int32], shift: int, start: tuple[int, int], goal: tuple[int, int]
 ) -> NDArray[np.int64]:
-    """Return all cells from start to goal, shape (n, 2): between jump points first diagonal, then straight."""
+    """Return all cells from start to goal, shape (n, 2); between jump points diagonal steps come first."""
     row, column = goal
     count = 1
     while row != start[0] or column != start[1]:

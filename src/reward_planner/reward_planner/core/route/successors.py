@@ -1,4 +1,4 @@
-"""Where a search goes on from a jump point, given how it came there."""
+"""Successors of a jump point, given its parent."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def add_straight(
     found: NDArray[np.int32],
     count: int,
 ) -> int:
-    """Add the jump point straight ahead; arguments and result as `jump_diagonally`, one of the turns is 0."""
+    """Append the jump point straight ahead; arguments and result as for `jump_diagonally`, one direction is 0."""
     if turns[0]:
         place = jump_along_column(grid, row, column, turns[0], goal[0], goal[1])
         found[count, 0], found[count, 1] = place, column
@@ -39,7 +39,7 @@ def add_straight(
 def successors_of_start(
     grid: BitGrid, row: int, column: int, goal: tuple[int, int], found: NDArray[np.int32]
 ) -> int:
-    """Write the jump points in all eight directions and return how many there are."""
+    """Find the jump points in all eight directions; return their number."""
     count = 0
     for turn in (-1, 1):
         count = add_straight(grid, row, column, (turn, 0), goal, found, count)
@@ -58,18 +58,18 @@ def successors(
     goal: tuple[int, int],
     found: NDArray[np.int32],
 ) -> int:
-    """Write the jump points that follow a jump point.
+    """Find the jump points that follow a jump point.
 
     Args:
-        grid: the bits.
-        row: of the jump point.
-        column: of the jump point.
-        parent: row and column of the one before; the way from there ended with straight steps.
-        goal: row and column.
-        found: shape (n, 2), takes rows and columns.
+        grid: blocked cells as bits.
+        row: row of the jump point.
+        column: column of the jump point.
+        parent: row and column of the previous jump point; the path from there ends with straight steps.
+        goal: row and column of the goal.
+        found: output, rows and columns of jump points, shape (n, 2).
 
     Returns:
-        how many there are.
+        number of jump points.
     """
     rows, columns = row - parent[0], column - parent[1]
     along_row = abs(columns) > abs(rows)
@@ -77,7 +77,7 @@ def successors(
     count = add_straight(grid, row, column, ahead, goal, found, 0)
     for turn in (-1, 1):
         side = (turn, 0) if along_row else (0, turn)
-        # The wall beside the way ended here, so what is behind it is reached through this cell only.
+        # The adjacent wall ends here, so the cells behind it are reached through this cell only.
         if is_blocked(grid, row + side[0] - ahead[0], column + side[1] - ahead[1]) and not is_blocked(
             grid, row + side[0], column + side[1]
         ):

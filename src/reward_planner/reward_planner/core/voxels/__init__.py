@@ -1,1 +1,1 @@
-"""Which small cubes of space hold something: points counted into voxels, and the values of voxels over time."""
+"""Voxel map: points counted into voxels, ray traversal, and the values of voxels over time."""

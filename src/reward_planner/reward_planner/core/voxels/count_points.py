@@ -1,4 +1,4 @@
-"""Points counted into the voxels of a window (2.2.2, step 1), and where rays leave it."""
+"""Counts points into the voxels of a window (2.2.2, step 1), and finds where rays leave it."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from numba import njit
 from numpy.typing import NDArray
 
 _COVERED_SHARE = 0.8
-"""Of the points that are finite; a wall close ahead fills the middle of a wide view, not so much."""
+"""Fraction of near points above which a frame is occluded; a wall close ahead gives fewer."""
 
 
 class PointTally(NamedTuple):
-    """What became of the points of a frame.
+    """Number of points of a frame by outcome.
 
     Attributes:
-        counted: lie in the window's voxels.
-        not_finite: have a coordinate that is NaN or infinite.
-        too_near: are nearer than the range allows.
-        too_far: are farther.
-        too_low_or_high: are within range, below or above the voxels.
+        counted: points in the window's voxels.
+        not_finite: points with a NaN or infinite coordinate.
+        too_near: points nearer than range_min.
+        too_far: points farther than range_max.
+        too_low_or_high: points within range but below or above the voxels.
     """
 
     counted: int
@@ -32,7 +32,7 @@ class PointTally(NamedTuple):
 
     @property
     def is_blind(self) -> bool:
-        """Whether the frame tells nothing of what is ahead: its sensor is covered, or something stands before it."""
+        """Whether nearly all points are too near: the sensor is covered."""
         finite = self.too_near + self.counted + self.too_far + self.too_low_or_high
         return self.too_near >= _COVERED_SHARE * finite
 
@@ -45,14 +45,14 @@ def count_points(
     counts: NDArray[np.int32],
     cells: NDArray[np.int32],
 ) -> tuple[int, PointTally]:
-    """Count points in voxels; return how many voxels have some, and what became of the points.
+    """Count points in voxels; return the number of voxels with points, and of points by outcome.
 
     Args:
-        points: shape (n, 3), in the sensor frame [m].
-        T_window_sensor: shape (3, 4), takes them to voxels from the window's corner.
-        ranges: nearest and farthest distance from the sensor [m].
-        counts: shape (side, side, layers), all 0; takes the counts.
-        cells: shape (side * side * layers,); takes the flat indices of voxels that have points.
+        points: points in the sensor frame [m], shape (n, 3).
+        T_window_sensor: transform to voxels from the window's corner, shape (3, 4).
+        ranges: least and greatest distance from the sensor [m].
+        counts: output, points of each voxel, shape (side, side, layers), all 0 at first.
+        cells: output, flat indices of voxels with points, shape (side * side * layers,).
     """
     side, layers = np.int32(counts.shape[1]), np.int32(counts.shape[2])
     flat, top = counts.reshape(-1), float(counts.shape[2])
@@ -77,7 +77,7 @@ def count_points(
         row = np.int32(yx * x + yy * y + yz * z + y0)
         cell = np.uint32(
             (column * side + row) * layers + np.int32(height)
-        )  # signed ones cost a check of the sign
+        )  # signed indices cost a check of the sign
         if flat[cell] == 0:
             cells[filled] = cell
             filled += 1
@@ -95,16 +95,16 @@ def count_open_ends(
     counts: NDArray[np.int32],
     cells: NDArray[np.int32],
 ) -> int:
-    """Count, for points outside of the voxels, in which voxel their rays were last; return how many voxels have some.
+    """Count rays of points outside of the window in their last voxel; return the number of such voxels.
 
-    Rays of farther points end at the farthest distance, those of lower or higher points at the lower or upper face.
+    Rays of points that are too far end at the greatest distance, others at the lower or upper face.
 
     Args:
-        points: as in `count_points`.
-        T_window_sensor: as there.
-        ranges: as there.
-        counts: shape (side, side, layers), all 0; takes the counts.
-        cells: takes the flat indices of voxels in which rays end so.
+        points: points in the sensor frame [m], shape (n, 3).
+        T_window_sensor: transform to voxels from the window's corner, shape (3, 4).
+        ranges: least and greatest distance from the sensor [m].
+        counts: output, ray exits of each voxel, shape (side, side, layers), all 0 at first.
+        cells: output, flat indices of voxels with ray exits.
     """
     side, layers = counts.shape[1], counts.shape[2]
     flat, top = counts.reshape(-1), float(layers)
@@ -145,7 +145,7 @@ _Row = tuple[float, float, float, float]
 
 @njit(cache=True, inline='always')
 def _rows(T: NDArray[np.float64]) -> tuple[_Row, _Row, _Row]:
-    """Return the rows of a transform as numbers, which stay in registers."""
+    """Return the rows of a transform as scalars, which stay in registers."""
     return (
         (T[0, 0], T[0, 1], T[0, 2], T[0, 3]),
         (T[1, 0], T[1, 1], T[1, 2], T[1, 3]),

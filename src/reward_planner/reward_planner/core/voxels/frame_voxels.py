@@ -1,4 +1,4 @@
-"""One frame of points as voxels: which are hit, how often, and which are passed by rays."""
+"""Voxels of one frame: hit voxels with their counts, and voxels traversed by rays."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from reward_planner.core.voxels.voxel_error import VoxelError
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
 _OPEN_END_POINTS = 2
-"""Rays that leave the window free what they pass if so many end in the same voxel; one alone may be a phantom."""
+"""Least number of rays through the same exit voxel that clear voxels; a single one may be noise."""
 
 
 @dataclass(frozen=True)
 class FrameVoxels:
-    """The voxels of a frame; cells are flat indices in the window.
+    """Voxels of a frame; cells are flat indices in the window.
 
     Attributes:
-        window: the box of voxels.
-        cells: shape (k,), voxels in which points lie.
-        counts: shape (k,), how many.
-        expected: shape (k,), how many a surface that fills the voxel would give, 0 where the density is not known.
-        passed: shape (m,), voxels that only rays went through; empty unless rays were asked for.
-        tally: what became of the points.
+        window: box of voxels.
+        cells: voxels with points, shape (k,).
+        counts: number of points in each, shape (k,).
+        expected: number of points that a surface filling the voxel gives, 0 for unknown density, shape (k,).
+        traversed: voxels that rays traversed and no point hit, shape (m,); empty without ray tracing.
+        point_counts: number of points by outcome.
     """
 
     window: FrameWindow
@@ -41,13 +41,13 @@ class FrameVoxels:
 
 
 class FrameCounter:
-    """Makes voxels of frames; holds the work space, whose size does not depend on the points."""
+    """Converts frames to voxels; owns the work space, whose size does not depend on the points."""
 
     def __init__(self, settings: VoxelSettings) -> None:
-        """Reserve the work space.
+        """Allocate the work space.
 
         Raises:
-            VoxelError: the settings leave no voxels.
+            VoxelError: the settings give no voxels.
         """
         self._settings = settings
         side, layers = window_shape(settings)
@@ -61,24 +61,24 @@ class FrameCounter:
         """Count points into voxels (2.2.2, step 1).
 
         Args:
-            points: array-like, shape (n, 3), in the sensor frame [m]; NaN and infinite ones are dropped.
-            view: where the sensor is.
+            points: points in the sensor frame [m], array-like, shape (n, 3); NaN and infinite ones are dropped.
+            view: pose of the sensor.
 
         Raises:
-            VoxelError: points of another shape.
+            VoxelError: points of a wrong shape.
         """
         return self._count(_as_points(points), view, window_around(view, self._settings))
 
     def count_and_trace(self, points: ArrayLike, view: SensorView) -> FrameVoxels:
-        """Count points and find what rays passed; arguments and errors as of `count`.
+        """Count points and trace their rays; arguments and errors as for `count`.
 
-        Rays end in voxels with a share ``hit_share_min`` of the expected points. Voxels with fewer are neither hit
-        nor passed, and what lies behind them is not free because of them.
+        Rays end in voxels with at least the fraction ``hit_fraction_min`` of the expected points. Voxels with fewer are
+        neither hit nor traversed, and clear nothing behind them.
         """
         cloud, window = _as_points(points), window_around(view, self._settings)
         try:
             return self._trace(cloud, view, self._count(cloud, view, window))
-        except BaseException:  # what is left in the work space would be taken for the next frame's
+        except BaseException:  # remains in the work space would count for the next frame
             self._counts.fill(0)
             self._marks.fill(0)
             raise
@@ -88,7 +88,7 @@ class FrameCounter:
         return self._settings.range_min, self._settings.range_max
 
     def _trace(self, cloud: NDArray[np.float32], view: SensorView, frame: FrameVoxels) -> FrameVoxels:
-        """Return the frame with what rays passed."""
+        """Return the frame with the voxels that rays traversed."""
         window = frame.window
         hits = is_hit(frame, self._settings.hit_share_min)
         T = _window_from_sensor(view, window)
@@ -118,13 +118,13 @@ class FrameCounter:
 
 
 def is_hit(frame: FrameVoxels, share: float) -> NDArray[np.bool_]:
-    """Return which voxels with points have a share of the expected ones, shape (k,)."""
+    """Return which voxels have at least a fraction of their expected points, shape (k,)."""
     return frame.counts >= np.maximum(share * frame.expected, 1.0)
 
 
 @njit(cache=True)
 def take_counts(cells: NDArray[np.int32], counts: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the counts of cells, shape (k,), and set them to 0."""
+    """Return the counts of cells, shape (k,), and reset them to 0."""
     flat = counts.reshape(-1)
     taken = np.empty(len(cells), dtype=np.int32)
     for i, cell in enumerate(cells):
@@ -137,12 +137,12 @@ def take_counts(cells: NDArray[np.int32], counts: NDArray[np.int32]) -> NDArray[
 def expected_points(
     cells: NDArray[np.int32], window: FrameWindow, T_window_sensor: NDArray[np.float64], focal_length: float
 ) -> NDArray[np.float64]:
-    """Return how many points a surface across a voxel gives, (f s / Z)^2, shape (k,).
+    """Return the number of points that a surface across a voxel gives, (f s / Z)^2, shape (k,).
 
     Args:
-        cells: shape (k,), flat indices in the window.
-        window: the box of voxels.
-        T_window_sensor: shape (3, 4), from the sensor frame to voxels from the window's corner.
+        cells: flat indices in the window, shape (k,).
+        window: box of voxels.
+        T_window_sensor: transform from the sensor frame to voxels from the window's corner, shape (3, 4).
         focal_length: f, points per unit of the tangent.
     """
     axis = T_window_sensor[:, 2] * window.resolution  # of unit length
@@ -169,5 +169,5 @@ def _window_from_sensor(view: SensorView, window: FrameWindow) -> NDArray[np.flo
 def _as_points(points: ArrayLike) -> NDArray[np.float32]:
     cloud = np.ascontiguousarray(points, dtype=np.float32)
     if cloud.ndim != 2 or cloud.shape[1] != 3:
-        raise VoxelError(f'points have the shape {cloud.shape}; give one row x, y, z a point')
+        raise VoxelError(f'points have the shape {cloud.shape}; give one row x, y, z per point')
     return cloud

@@ -1,4 +1,4 @@
-"""The box of voxels that one frame can reach."""
+"""The box of voxels within range of one frame."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from reward_planner.core.voxels.voxel_error import VoxelError
 from reward_planner.core.voxels.voxel_settings import VoxelSettings, refuse_contradictions
 
 TILE = 16
-"""Voxels along each side of a tile."""
+"""Side of a tile [voxels]."""
 
 
 _VOXELS_MAX = 2**31 - 1
-"""Cells of a window are counted in 32 bits."""
+"""Flat indices of a window have 32 bits."""
 
 
 class FrameWindow(NamedTuple):
@@ -27,12 +27,12 @@ class FrameWindow(NamedTuple):
     Cells of the window are flat indices of an array of shape (side, side, layers) along x, y and z.
 
     Attributes:
-        tile_x: index along x of its first tile; tile 0 begins at x = 0 of the map.
-        tile_y: the same along y.
-        side: voxels along x and y.
-        layers: voxels along z.
+        tile_x: index of the first tile along x; tile 0 starts at x = 0 of the map.
+        tile_y: index of the first tile along y; tile 0 starts at y = 0 of the map.
+        side: number of voxels along x and along y.
+        layers: number of voxels along z.
         resolution: side of a voxel [m].
-        bottom: height of the lowest layer's lower face [m].
+        bottom: height of the lower face of the lowest layer [m].
     """
 
     tile_x: int
@@ -44,18 +44,18 @@ class FrameWindow(NamedTuple):
 
     @property
     def corner(self) -> NDArray[np.float64]:
-        """The lowest corner, shape (3,), in the map frame [m]."""
+        """Lowest corner in the map frame [m], shape (3,)."""
         metres = TILE * self.resolution
         return np.array([self.tile_x * metres, self.tile_y * metres, self.bottom])
 
     @property
     def tiles(self) -> int:
-        """Tiles along x and y."""
+        """Number of tiles along x and along y."""
         return self.side // TILE
 
 
 def window_around(view: SensorView, settings: VoxelSettings) -> FrameWindow:
-    """Return the window that holds all points within reach of a view.
+    """Return the window that contains all points within range of a view.
 
     Raises:
         VoxelError: the view is too far from the map's origin for exact voxels.
@@ -63,27 +63,27 @@ def window_around(view: SensorView, settings: VoxelSettings) -> FrameWindow:
     s, reach = settings.resolution, settings.range_max
     first = np.floor((view.origin[:2] - reach) / (TILE * s))
     if np.abs(first).max() > 2**31:
-        raise VoxelError('the sensor is too far from the origin of the map; is its pose in metres?')
+        raise VoxelError('the sensor is too far from the origin of the map; check that its pose is in metres')
     side, layers = window_shape(settings)
     return FrameWindow(int(first[0]), int(first[1]), side, layers, s, settings.height_min)
 
 
 def window_shape(settings: VoxelSettings) -> tuple[int, int]:
-    """Return the voxels along x or y, and along z, of every window.
+    """Return the number of voxels of a window along x and y, and along z.
 
     Raises:
-        VoxelError: settings that contradict each other, fewer tiles than one frame touches, or too many voxels.
+        VoxelError: contradictory settings, fewer tiles than one frame needs, or too many voxels.
     """
     refuse_contradictions(settings)
     tiles = math.ceil((2.0 * settings.range_max / settings.resolution + 2.0) / TILE) + 1
     if settings.tiles_max < tiles**2:
         raise VoxelError(
-            f'tiles_max is {settings.tiles_max}, one frame alone reaches {tiles**2}; raise it or resolution'
+            f'tiles_max is {settings.tiles_max}, one frame needs {tiles**2}; raise tiles_max or resolution'
         )
     layers = math.ceil((settings.height_max - settings.height_min) / settings.resolution - 1e-6)
     if (TILE * tiles) ** 2 * layers > _VOXELS_MAX:
         raise VoxelError(
-            f'one frame reaches {TILE * tiles} x {TILE * tiles} x {layers} voxels, more than {_VOXELS_MAX}; '
+            f'one frame covers {TILE * tiles} x {TILE * tiles} x {layers} voxels, more than {_VOXELS_MAX}; '
             'raise resolution or lower range_max'
         )
     return TILE * tiles, layers
@@ -91,9 +91,9 @@ def window_shape(settings: VoxelSettings) -> tuple[int, int]:
 
 @njit(cache=True, inline='always')
 def place_of_cell(cell: int, side: int, layers: int) -> tuple[int, int, int]:
-    """Return column, row and layer of a flat index in a window of side x side x layers voxels.
+    """Return column, row and layer of a flat index, as numpy.unravel_index for shape (side, side, layers).
 
-    Products with reciprocals are several times as fast as whole divisions, and right as long as cells fit into 2^40.
+    Multiplying by reciprocals is several times faster than integer division, and exact below 2^40.
     """
     column = int((cell + 0.5) * (1.0 / (side * layers)))
     rest = cell - column * side * layers

@@ -1,4 +1,4 @@
-"""Voxels that rays pass before they end (Amanatides and Woo 1987, one ray for each voxel in which rays end)."""
+"""Fast voxel traversal (Amanatides and Woo 1987), one ray for each voxel in which rays end."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from reward_planner.core.voxels.frame_window import place_of_cell
 
 UNSEEN, ENDED, PASSED = 0, 1, 2
-"""Marks of voxels in a frame. A voxel in which a point lies is never passed, whatever rays go through it."""
+"""Marks of voxels in a frame. A voxel with points is never marked as traversed."""
 
 
 @njit(cache=True)
@@ -22,17 +22,17 @@ def mark_passed(
     passed: NDArray[np.int32],
     count: int,
 ) -> int:
-    """Mark the voxels between the sensor and the centres of voxels, those of the ends left out.
+    """Mark the voxels between the sensor and the centres of end voxels, without the ends.
 
     Args:
-        ends: shape (n,), flat indices of voxels.
-        origin: shape (3,), the sensor [voxels from the window's corner], inside along x and y.
-        marks: shape (side, side, layers); voxels that are UNSEEN become PASSED.
-        passed: takes the flat indices of voxels that became so, from index count on.
-        count: voxels that are in passed already.
+        ends: flat indices of the end voxels, shape (n,).
+        origin: position of the sensor [voxels from the window's corner], shape (3,), inside along x and y.
+        marks: marks of voxels, shape (side, side, layers); UNSEEN becomes TRAVERSED.
+        traversed: output, flat indices of the marked voxels, from index count on.
+        count: number of entries in traversed.
 
     Returns:
-        voxels in passed now.
+        new number of entries in traversed.
     """
     side, layers = marks.shape[1], marks.shape[2]
     flat = marks.reshape(-1)
@@ -45,7 +45,7 @@ def mark_passed(
 def mark_ends_passed(
     ends: NDArray[np.int32], marks: NDArray[np.uint8], passed: NDArray[np.int32], count: int
 ) -> int:
-    """Mark the ends themselves where rays only left the window there; arguments as in `mark_passed`."""
+    """Mark the end voxels of rays that leave the window; arguments as for `mark_passed`."""
     flat = marks.reshape(-1)
     for end in ends:
         if flat[end] == UNSEEN:
@@ -57,7 +57,7 @@ def mark_ends_passed(
 
 @njit(cache=True, inline='always')
 def _axis(start: float, end: float, cell: int, last: int) -> tuple[int, int, float, float]:
-    """Return steps to go, their sign, the share of the ray at the first border, and from border to border."""
+    """Return number and sign of steps, and the ray parameter at the first border and between borders."""
     steps = abs(last - cell)
     sign = 1 if last > cell else -1
     if steps == 0:
@@ -76,7 +76,7 @@ def _walk(
     passed: NDArray[np.int32],
     count: int,
 ) -> int:
-    """Mark the voxels of one ray."""
+    """Mark the voxels along one ray."""
     side, layers = shape
     x, y, z = origin[0], origin[1], origin[2]
     end_x, end_y, end_z = last[0] + 0.5, last[1] + 0.5, last[2] + 0.5
@@ -92,7 +92,7 @@ def _walk(
     cell = (column * side + row) * layers + layer
     stride_x, stride_y = sign_x * side * layers, sign_y * layers
     for _ in range(steps_x + steps_y + steps_z):
-        here = np.uint64(cell)  # signed ones cost a check of the sign
+        here = np.uint64(cell)  # signed indices cost a check of the sign
         if flat[here] == UNSEEN:
             flat[here] = PASSED
             passed[count] = cell

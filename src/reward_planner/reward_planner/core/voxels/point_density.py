@@ -1,4 +1,4 @@
-"""How dense the points of a cloud are whose camera nobody told."""
+"""Point density of clouds without a camera model."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-_CELL = 0.05  # of the tangents of the angles of view, in which points are counted
-_CELLS = 64  # to each side: up to 72 degrees off the axis
+_CELL = 0.05  # bin size of the direction histogram [tangent]
+_CELLS = 64  # bins to each side: up to 72 degrees off the axis
 
 
 def focal_length_of_cloud(points: NDArray[np.float32]) -> float:
-    """Return what would be the focal length of a depth camera whose points are as dense, see `SensorView` [px].
+    """Return the focal length of a depth camera with the same point density, see `SensorView` [px].
 
-    Half of the directions in which there are points have more, half have fewer: a few phantoms, and directions that see
-    nothing, play no part. A sparse lidar gets a small one, so that each of its points counts.
+    It is the median over the directions with points, so outliers and empty directions have no effect. A sparse lidar
+    gets a small value, so that each of its points counts.
 
     Args:
-        points: shape (n, 3), in the sensor's optical frame [m]; what is behind it or not finite is left out.
+        points: points in the sensor's optical frame [m], shape (n, 3); those behind it or not finite are ignored.
 
     Returns:
-        0 without points ahead.
+        focal length [px], 0 without points ahead.
     """
     counts = np.zeros(4 * _CELLS**2, dtype=np.int64)
     _count_directions(points, counts)
@@ -30,7 +30,7 @@ def focal_length_of_cloud(points: NDArray[np.float32]) -> float:
 
 @njit(cache=True)
 def _count_directions(points: NDArray[np.float32], counts: NDArray[np.int64]) -> None:
-    """Count points by the tangents of their directions, shape (4 _CELLS^2,)."""
+    """Count points by direction (tangents), shape (4 _CELLS^2,)."""
     for x, y, z in points:
         if not z > 0.0:
             continue

@@ -1,4 +1,4 @@
-"""Where the sensor was when it saw the points of a frame."""
+"""Pose and point density of a sensor at the time of a frame."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ _ORTHONORMAL_WITHIN = 1e-5
 
 @dataclass(frozen=True)
 class SensorView:
-    """The pose of a sensor and how dense its points are.
+    """Pose and point density of a sensor.
 
     Attributes:
-        T_map_sensor: shape (4, 4), takes points from the sensor's optical frame (z forward) to the map frame.
-        focal_length: points per unit of the tangent of the angle of view, for a depth image its focal length [px]; 0
-            where the density of the points is not known.
+        T_map_sensor: transform from the sensor's optical frame (z forward) to the map frame, shape (4, 4).
+        focal_length: points per unit of the tangent of the viewing angle, focal length of a depth image [px]; 0 for
+            unknown density.
 
     Raises:
-        VoxelError: no rigid pose, or a number that is not finite or negative.
+        VoxelError: not a rigid transform, or a number that is not finite or negative.
     """
 
     T_map_sensor: NDArray[np.float64]
@@ -32,16 +32,16 @@ class SensorView:
     def __post_init__(self) -> None:
         T = np.asarray(self.T_map_sensor)
         if T.shape != (4, 4) or not np.isfinite(T).all() or (T[3] != (0.0, 0.0, 0.0, 1.0)).any():
-            raise VoxelError('T_map_sensor is no rigid pose; give a 4 x 4 matrix of finite numbers')
+            raise VoxelError('T_map_sensor is not a rigid transform; give a 4 x 4 matrix of finite numbers')
         deviation = np.abs(T[:3, :3] @ T[:3, :3].T - np.eye(3)).max()
         if deviation > _ORTHONORMAL_WITHIN or np.linalg.det(T[:3, :3]) < 0.0:
             raise VoxelError(
-                f'the rotation of T_map_sensor is off by {deviation:.3g}; give an orthonormal, right-handed one'
+                f'the rotation of T_map_sensor deviates by {deviation:.3g}; give an orthonormal, right-handed one'
             )
         if not (math.isfinite(self.focal_length) and self.focal_length >= 0.0):
             raise VoxelError(f'focal_length is {self.focal_length} px, it must be 0 or more')
 
     @property
     def origin(self) -> NDArray[np.float64]:
-        """Where the sensor is, shape (3,), in the map frame [m]."""
+        """Position of the sensor in the map frame [m], shape (3,)."""
         return self.T_map_sensor[:3, 3]

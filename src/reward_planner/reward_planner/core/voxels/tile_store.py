@@ -1,4 +1,4 @@
-"""Tiles of voxels on an unbounded floor in bounded memory: the nearest ones are kept."""
+"""Rolling voxel grid: tiles of voxels in bounded memory; the nearest ones are kept."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ NO_TILE = -1
 
 
 class TileStore:
-    """Voxel values of tiles in slots of one growing array.
+    """Voxel values of tiles in the slots of one growing array.
 
     Attributes:
-        values: shape (slots, TILE, TILE, layers), along x, y and z.
-        frames: shape (slots,), frames with points in the tile.
-        stamps: shape (slots,), when the tile was last brought up to date [s].
-        held: shape (slots, TILE, TILE), columns with an obstacle that points showed and rays have not taken back.
+        values: voxel values, shape (slots, TILE_SIZE, TILE_SIZE, layers), along x, y and z.
+        frames: number of frames with points in the tile, shape (slots,).
+        stamps: time of the last decay of the tile [s], shape (slots,).
+        has_obstacle: columns with an uncleared obstacle of points, shape (slots, TILE_SIZE, TILE_SIZE).
     """
 
     def __init__(self, layers: int, tiles_max: int) -> None:
-        """Begin without tiles.
+        """Start without tiles.
 
         Args:
-            layers: voxels along z.
-            tiles_max: number of tiles that are kept, at least those of a window.
+            layers: number of voxels along z.
+            tiles_max: maximum number of tiles, at least those of a window.
         """
         self._tiles_max = tiles_max
         self._slots: dict[tuple[int, int], int] = {}
@@ -37,16 +37,16 @@ class TileStore:
         self._grow(min(_FIRST_TILES, tiles_max))
 
     def __len__(self) -> int:
-        """Tiles that are kept."""
+        """Number of tiles."""
         return len(self._slots)
 
     @property
     def bytes(self) -> int:
-        """Memory of the slots, used and free."""
+        """Memory of all slots, used and free [bytes]."""
         return self.values.nbytes + self.frames.nbytes + self.stamps.nbytes + self.held.nbytes
 
     def slots_of(self, window: FrameWindow) -> NDArray[np.int64]:
-        """Return the slots of a window's tiles, shape (tiles, tiles) along x and y, NO_TILE where there is none."""
+        """Return the slots of a window's tiles, shape (tiles, tiles) along x and y, NO_TILE for missing ones."""
         across = range(window.tiles)
         rows = [
             [self._slots.get((window.tile_x + i, window.tile_y + j), NO_TILE) for j in across] for i in across
@@ -56,13 +56,13 @@ class TileStore:
     def add_missing(
         self, window: FrameWindow, slots: NDArray[np.int64], needed: NDArray[np.bool_], stamp: float
     ) -> None:
-        """Make tiles where they are needed and missing; far ones give way once there are too many.
+        """Allocate needed tiles that are missing; the farthest tiles are evicted if there are too many.
 
         Args:
-            window: the tiles around the robot, which never give way.
-            slots: shape (tiles, tiles), of the window; filled in.
-            needed: shape (tiles, tiles).
-            stamp: now [s].
+            window: tiles around the robot, which are never evicted.
+            slots: slots of the window's tiles, shape (tiles, tiles); updated in place.
+            needed: tiles that are needed, shape (tiles, tiles).
+            stamp: current time [s].
         """
         missing = np.argwhere(needed & (slots == NO_TILE))
         if len(missing) == 0:
@@ -76,11 +76,11 @@ class TileStore:
             self.stamps[slot] = stamp
 
     def clear(self) -> None:
-        """Forget all tiles; the memory stays reserved."""
+        """Drop all tiles; the memory stays allocated."""
         self._slots.clear()
 
     def _make_room(self, window: FrameWindow, count: int) -> None:
-        """Have as many free slots: grow while that is allowed, else drop the farthest tiles."""
+        """Provide ``count`` free slots: grow up to tiles_max, then evict the farthest tiles."""
         wanted = len(self._slots) + count
         if wanted > len(self.values):
             self._grow(min(max(wanted, 2 * len(self.values)), self._tiles_max))

@@ -1,7 +1,7 @@
-"""Points, views and settings that no voxels can be made of."""
+"""Invalid points, views and voxel settings."""
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
 
 
 class VoxelError(RewardPlannerError):
-    """Points of a wrong shape, a view that is no pose, or settings that contradict each other."""
+    """Points of a wrong shape, an invalid sensor pose, or contradictory settings."""

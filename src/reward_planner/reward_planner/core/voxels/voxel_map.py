@@ -1,8 +1,8 @@
-"""The values of voxels over time, from points seen at known poses (2.2.2).
+"""Voxel values over time, from points at known poses (2.2.2).
 
-Under ``count`` and ``range_normalised`` the value is the mean of the frames' values (step 3); a frame counts for a tile
-if it has points there. Under ``log_odds`` a frame adds once to each voxel that is hit and takes once from each voxel
-that rays only pass, within limits, so that what disappears is found free a few frames later.
+With ``count`` and ``range_normalised`` the value is the mean of the frames' values (step 3); a frame counts for a tile
+if it has points there. With ``log_odds`` a frame adds log-odds once to each hit voxel and subtracts once from each
+traversed voxel, within limits, so that obstacles that disappear are cleared after a few frames.
 """
 
 from __future__ import annotations
@@ -25,38 +25,38 @@ from reward_planner.core.voxels.voxel_values import (
     touched_tiles,
 )
 
-_FORGET_STEPS = 32  # tiles are brought up to date this often in a half-life
-_TRACE = np.float32(1e-6)  # what was hit keeps so much: rays take it back, time does not
+_FORGET_STEPS = 32  # decay updates per half-life
+_TRACE = np.float32(1e-6)  # positive values do not decay below this: only rays clear a hit voxel
 
 
 class VoxelMap:
-    """Voxels in the map frame, tile by tile.
+    """Voxels in the map frame.
 
     Attributes:
-        settings: the rule, sizes and limits.
-        tiles: where the values are, to be read.
+        settings: rule, sizes and limits.
+        tiles: voxel values, to be read only.
     """
 
     def __init__(self, settings: VoxelSettings) -> None:
-        """Begin with no voxels.
+        """Start without voxels.
 
         Raises:
-            VoxelError: settings that leave no voxels, or not enough tiles for one frame.
+            VoxelError: the settings give no voxels, or too few tiles for one frame.
         """
         self.settings = settings
         self._counter = FrameCounter(settings)
         self.tiles = TileStore(window_shape(settings)[1], settings.tiles_max)
 
     def add(self, stamp: float, points: ArrayLike, view: SensorView) -> FrameVoxels:
-        """Take a frame and return its voxels; a blind one, see `PointTally.is_blind`, adds nothing.
+        """Add a frame and return its voxels; an occluded frame (`PointTally.is_blind`) adds nothing.
 
         Args:
-            stamp: of the frame [s]; when time jumps back nothing is forgotten for it.
-            points: array-like, shape (n, 3), in the sensor frame [m]; NaN and infinite ones are dropped and counted.
-            view: where the sensor was at that time.
+            stamp: stamp of the frame [s]; values do not decay when the clock jumps back.
+            points: points in the sensor frame [m], array-like, shape (n, 3); NaN and infinite ones are dropped.
+            view: pose of the sensor at the stamp.
 
         Raises:
-            VoxelError: points of another shape, or a stamp that is not finite.
+            VoxelError: points of a wrong shape, or a stamp that is not finite.
         """
         if not math.isfinite(stamp):
             raise VoxelError(f'the stamp is {stamp} s, it must be finite')
@@ -79,11 +79,11 @@ class VoxelMap:
         return window, self.tiles.slots_of(window)
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Drop all voxels."""
         self.tiles.clear()
 
     def _slots_for(self, frame: FrameVoxels, stamp: float) -> NDArray[np.int64]:
-        """Return the slots of the window's tiles, with tiles for all voxels of the frame, brought up to date."""
+        """Allocate tiles for all voxels of the frame, decay them, and return the slots of the window's tiles."""
         needed = np.zeros((frame.window.tiles, frame.window.tiles), dtype=np.bool_)
         touched_tiles(frame.window, frame.cells, needed)
         with_points = needed.copy()
@@ -95,7 +95,7 @@ class VoxelMap:
         return slots
 
     def _forget(self, slots: NDArray[np.int64], stamp: float) -> None:
-        """Let values fade by the time since the tiles were last brought up to date."""
+        """Decay values by the time since the last decay of their tiles."""
         ages = stamp - self.tiles.stamps[slots]
         self.tiles.stamps[slots[ages < 0.0]] = stamp
         due = slots[ages * _FORGET_STEPS >= self.settings.half_life]

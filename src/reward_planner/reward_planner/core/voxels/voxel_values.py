@@ -1,4 +1,4 @@
-"""What a frame adds to the values of voxels."""
+"""Voxel values of one frame, and their addition to the map."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ _NEARLY_MAXIMUM = 0.99
 def counts_over_maximum(counts: NDArray[np.int32]) -> NDArray[np.float32]:
     """Return V = count / M, shape (k,), at most 1 (2.2.2, eq. 3).
 
-    The paper says that M is "about the maximum of the counts of all voxels": here the count that 1 % of the frame's
-    voxels with points exceed, so that a single odd voxel does not rule over the others.
+    The paper defines M as "about the maximum of the counts of all voxels". Here it is the 99 % quantile of the frame's
+    voxels with points, so that a single outlier does not scale all others.
 
     Args:
-        counts: shape (k,), of the voxels that have points.
+        counts: points of each voxel with points, shape (k,).
     """
     if len(counts) == 0:
         return np.empty(0, dtype=np.float32)
@@ -28,23 +28,23 @@ def counts_over_maximum(counts: NDArray[np.int32]) -> NDArray[np.float32]:
 
 
 def counts_over_expected(counts: NDArray[np.int32], expected: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Return count / (f s / Z)^2, shape (k,), at most 1: the same for near and far voxels that are equally full.
+    """Return count / (f s / Z)^2, shape (k,), at most 1: independent of the voxel's range.
 
     Args:
-        counts: shape (k,), of the voxels that have points.
-        expected: shape (k,), of a surface across the voxel; 0 gives the value 1.
+        counts: points of each voxel with points, shape (k,).
+        expected: points of a surface across each voxel, shape (k,); 0 gives the value 1.
     """
     return np.minimum(counts / np.maximum(expected, 1.0), 1.0).astype(np.float32)
 
 
 @njit(cache=True)
 def touched_tiles(window: FrameWindow, cells: NDArray[np.int32], touched: NDArray[np.bool_]) -> None:
-    """Note in which tiles of the window cells lie.
+    """Mark the tiles of the window that contain cells.
 
     Args:
-        window: the box of voxels.
-        cells: shape (k,), flat indices in it.
-        touched: shape (tiles, tiles) along x and y; becomes true.
+        window: box of voxels.
+        cells: flat indices in the window, shape (k,).
+        touched: output, shape (tiles, tiles) along x and y; set to True.
     """
     for cell in cells:
         column, row, _ = place_of_cell(cell, window.side, window.layers)
@@ -60,14 +60,14 @@ def add_to_voxels(
     amounts: NDArray[np.float32],
     limits: tuple[float, float],
 ) -> None:
-    """Add to the values of voxels within limits.
+    """Add amounts to voxel values and clamp them.
 
     Args:
-        values: shape (slots, TILE, TILE, layers).
-        slots: shape (tiles, tiles), of the window's tiles; those of the cells exist.
-        window: the box of voxels.
-        cells: shape (k,), flat indices in it.
-        amounts: shape (k,), or (1,) if it is the same for all.
+        values: voxel values, shape (slots, TILE_SIZE, TILE_SIZE, layers).
+        slots: slots of the window's tiles, shape (tiles, tiles); those of the cells exist.
+        window: box of voxels.
+        cells: flat indices in the window, shape (k,).
+        amounts: amount for each cell, shape (k,), or (1,) for all.
         limits: lowest and highest value.
     """
     same = len(amounts) == 1

@@ -1,4 +1,4 @@
-"""When the robot stands: what it does not know, what lamps say, and once it is there."""
+"""When the robot stops: stale input, commands of lamps, and at the goal."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ def test_before_the_first_pose_and_frame_nothing_moves():
     drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
     drive.senses_pose = drive.senses_map = False
     drive.pilot.set_goal(goal_at(9.0, 3.0))
-    assert 'there is no pose' in drive.run(0.5).detail
+    assert 'no pose received' in drive.run(0.5).detail
     drive.senses_pose = True
-    assert 'no frame came yet' in drive.run(0.5).detail
+    assert 'no frame received' in drive.run(0.5).detail
     assert drive.way() == 0.0
 
 
@@ -48,7 +48,7 @@ def test_poses_that_jump_stop_the_robot():
     drive.senses_pose = False
     drive.pilot.robot_at(drive.robot.time, None)
     last = drive.run(3.0)
-    assert (last.state, last.detail) == (DriveState.LOST, 'the pose is not known: poses jump')
+    assert (last.state, last.detail) == (DriveState.LOST, 'no valid pose: the pose jumped')
     assert is_standing(last)
 
 
