@@ -122,9 +122,7 @@ def test_velocities_of_the_other_type_are_told(robot, monkeypatch):
     offer = SimpleNamespace(topic_type='geometry_msgs/msg/Twist')
     monkeypatch.setattr(robot.node, 'get_publishers_info_by_topic', lambda _: [offer])
     robot.until(lambda: robot.report.is_connected)
-    words = (
-        'cmd_vel is published as geometry_msgs/msg/Twist, not as geometry_msgs/msg/TwistStamped; change stamped'
-    )
+    words = 'cmd_vel is published as geometry_msgs/msg/Twist, not as geometry_msgs/msg/TwistStamped; change stamped'
     assert robot.message().message.startswith(words)
 
 

@@ -9,7 +9,13 @@ from typing import TypeVar
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 
-from shirube_settings import SettingDescription, SettingsError, describe_settings, settings_from_values
+from shirube_settings import (
+    SettingDescription,
+    SettingsError,
+    describe_settings,
+    renamed_message,
+    settings_from_values,
+)
 
 Settings = TypeVar('Settings')
 
@@ -27,9 +33,13 @@ def declare_parameters(node: Node, cls: type[Settings]) -> Settings:
         cls: a settings dataclass.
 
     Raises:
-        SettingsError: a value of a wrong type or out of range; the message names parameter and remedy.
+        SettingsError: a value of a wrong type or out of range, or a former name; the message names the
+            parameter and the remedy.
     """
     descriptions = describe_settings(cls)
+    for description in descriptions:
+        if description.former_name in node._parameter_overrides:  # noqa: SLF001 rclpy has no public API for them
+            raise SettingsError(renamed_message('parameter', description))
     values = {description.name: _given_value(node, description) for description in descriptions}
     settings = settings_from_values(cls, values)
     for description in descriptions:

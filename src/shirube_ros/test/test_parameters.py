@@ -17,7 +17,9 @@ from shirube_settings import SettingsError, check_settings, setting
 
 @dataclass(frozen=True)
 class Dots:
-    diameter: float = setting(0.002, 'smallest dot kept', unit='m', minimum=0.0, maximum=0.1)
+    diameter: float = setting(
+        0.002, 'smallest dot kept', unit='m', minimum=0.0, maximum=0.1, former_name='width'
+    )
     count: int = setting(5, 'fewest dots', minimum=3)
 
 
@@ -91,6 +93,11 @@ def test_nearly_the_name_of_a_parameter_is_refused(graph: IsolatedGraph) -> None
         SettingsError, match=r'parameter dots\.diametr does not exist, did you mean dots\.diameter'
     ):
         refuse_misspelled_parameters(node)
+
+
+def test_a_former_name_is_rejected_with_the_new_one(graph: IsolatedGraph) -> None:
+    with pytest.raises(SettingsError, match=r'^parameter dots.width is now called dots.diameter; .*migrate'):
+        settings_of(graph, **{'dots.width': 0.01})
 
 
 def test_a_parameter_of_another_node_is_only_warned_of(

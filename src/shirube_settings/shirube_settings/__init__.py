@@ -1,6 +1,6 @@
 """Typed settings: a frozen dataclass defines default, unit, range and description of each value once."""
 
-from shirube_settings.build import settings_from_values
+from shirube_settings.build import renamed_message, settings_from_values
 from shirube_settings.check import check_settings
 from shirube_settings.definition import SettingDescription, describe_settings, setting
 from shirube_settings.markdown import settings_table
@@ -11,6 +11,7 @@ __all__ = [
     'SettingsError',
     'check_settings',
     'describe_settings',
+    'renamed_message',
     'setting',
     'settings_from_values',
     'settings_table',

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from difflib import get_close_matches
 from numbers import Real
 from typing import Any, TypeVar, cast, get_type_hints
@@ -29,7 +29,7 @@ def settings_from_values(cls: type[Settings], values: Mapping[str, object]) -> S
     converted = {}
     for name, value in values.items():
         if name not in descriptions:
-            raise SettingsError(_unknown_name_message(name, list(descriptions)))
+            raise SettingsError(_unknown_name_message(name, descriptions.values()))
         converted[name] = _converted(descriptions[name], value)
         check_value(descriptions[name], converted[name])
     return _filled(cls(), converted, '')
@@ -58,7 +58,22 @@ def _filled(defaults: Settings, values: Mapping[str, object], prefix: str) -> Se
     return cast('Settings', dataclasses.replace(group, **changes))
 
 
-def _unknown_name_message(name: str, names: list[str]) -> str:
+def _unknown_name_message(name: str, known: Collection[SettingDescription]) -> str:
+    for description in known:
+        if description.former_name == name:
+            return renamed_message('setting', description)
+    names = [description.name for description in known]
     close = get_close_matches(name, names, n=1)
     remedy = f'did you mean {close[0]}?' if close else f'there are {", ".join(names)}'
     return f'setting {name} does not exist, {remedy}'
+
+
+def renamed_message(what: str, description: SettingDescription) -> str:
+    """Return the message for a value that was given under a setting's former name.
+
+    Args:
+        what: ``setting`` or ``parameter``.
+        description: setting that was renamed.
+    """
+    old, new = description.former_name, description.name
+    return f'{what} {old} is now called {new}; rename it, or run "shirube migrate FILE"'

@@ -39,6 +39,7 @@ class SettingDescription:
         minimum: smallest allowed value (of each element of a tuple), None without a limit.
         maximum: largest allowed value (of each element of a tuple), None without a limit.
         choices: allowed values, empty if any value is allowed.
+        former_name: name in earlier versions, empty if it was never renamed.
     """
 
     name: str
@@ -49,6 +50,7 @@ class SettingDescription:
     minimum: float | None = None
     maximum: float | None = None
     choices: tuple[Any, ...] = ()
+    former_name: str = ''
 
     @property
     def type_name(self) -> str:
@@ -89,6 +91,7 @@ def setting(
     minimum: float | None = None,
     maximum: float | None = None,
     choices: tuple[Value, ...] = (),
+    former_name: str = '',
 ) -> Value:
     """Define a field of a settings dataclass.
 
@@ -99,6 +102,7 @@ def setting(
         minimum: smallest allowed value, in ``unit``; holds for each element of a tuple.
         maximum: largest allowed value, in ``unit``; holds for each element of a tuple.
         choices: allowed values, empty if any value is allowed.
+        former_name: name in earlier versions, which is now rejected with the new name in the message.
 
     Returns:
         a dataclass field, typed as its value so that a type checker compares it with the annotation.
@@ -109,6 +113,7 @@ def setting(
         'minimum': minimum,
         'maximum': maximum,
         'choices': choices,
+        'former_name': former_name,
     }
     return dataclasses.field(default=default, metadata={_METADATA_KEY: facts})
 
@@ -136,7 +141,9 @@ def _describe(defaults: object, prefix: str) -> Iterator[SettingDescription]:
         elif not _is_supported(kind):
             raise TypeError(f'{type(defaults).__name__}.{field.name} has the unsupported type {kind}')
         else:
-            yield SettingDescription(name, kind, default, **field.metadata[_METADATA_KEY])
+            facts = dict(field.metadata[_METADATA_KEY])
+            facts['former_name'] = facts['former_name'] and prefix + facts['former_name']
+            yield SettingDescription(name, kind, default, **facts)
 
 
 def _is_supported(kind: object) -> bool:

@@ -12,7 +12,7 @@ from shirube_settings import SettingsError, describe_settings, setting, settings
 
 @dataclass(frozen=True)
 class Dots:
-    diameter: float = setting(0.002, 'smallest dot kept', unit='m', maximum=10.0)
+    diameter: float = setting(0.002, 'smallest dot kept', unit='m', maximum=10.0, former_name='width')
     count: int = setting(5, 'fewest dots')
 
 
@@ -42,6 +42,7 @@ def test_the_described_defaults_make_the_default_settings() -> None:
     ('values', 'words'),
     [
         ({'dots.diametre': 0.1}, r'dots\.diametre does not exist, did you mean dots\.diameter\?'),
+        ({'dots.width': 0.1}, r'dots\.width is now called dots\.diameter; .*shirube migrate'),
         ({'q': 0.1}, r'q does not exist, there are dots\.diameter, dots\.count, xyz'),
         ({'dots.diameter': 11}, r'dots\.diameter is 11.0 m, allowed'),
         ({'dots.diameter': True}, r'dots\.diameter is True, it must be a number'),
