@@ -34,7 +34,7 @@ def test_the_report_tells_the_unique_and_the_ambiguous_places(
     assert code == 0
     assert f'{len(load_dot_map(floor))}\n' in out
     lines = out.splitlines()
-    twins = [k for k, line in enumerate(lines) if 'looks like another place' in line]
+    twins = [k for k, line in enumerate(lines) if 'ambiguous with another place' in line]
     assert twins
     assert '100% of them match at' in lines[twins[0] + 1]
     assert 'mirror' not in out
