@@ -154,7 +154,7 @@ def _deviation(residuals: Vector, of_pixels: float) -> float:
 
 @njit(cache=True, error_model='numpy')
 def _places(patch: Labels, mask: Image, label: int, left: int, top: int) -> tuple[Places, int, Places]:
-    # Pixels (row, column) of a blob, followed by those of its soft edge; number of the blob's pixels; pixels of its ring.
+    # Pixels (row, column) of a blob, followed by those of its soft edge; number of the former; pixels of its ring.
     places, ring = np.empty((patch.size, 2), np.int64), np.empty((patch.size, 2), np.int64)
     inside = count = ring_count = 0
     for v in range(patch.shape[0]):

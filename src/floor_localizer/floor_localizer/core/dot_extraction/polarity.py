@@ -22,7 +22,7 @@ _SMALLEST_CONTRAST = 0.05
 _NOISE_SIGMAS = 5.0
 _COARSE_SIZE = 90.0
 _SAMPLES_A_SIDE = 16
-# Scales of the Cauchy weights of a robust fit, decreasing from that of illumination changes to that of chips [relative].
+# Scales of the Cauchy weights of a robust fit, from that of illumination changes down to that of chips [relative].
 _OUTLIER_SCALES = (0.4, 0.24, 0.14, 0.08, 0.05)
 # With a larger residual noise [relative] the view may contain an edge; then the local background is used if it yields
 # more dots by this factor.
