@@ -9,7 +9,7 @@ from floor_localizer.files.array_file import NO_ROOM, write_array
 from floor_localizer.survey_files.shelf_folder import ShelfFolder
 
 LIMIT = 3000
-"""Of a file, instead of a disk's end: writing fails in the same way [B]."""
+"""Maximum size of a file, to simulate a full disk: writing fails in the same way [bytes]."""
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def test_numpy_reads_what_is_written(array: np.ndarray, tmp_path: Path) -> None:
     np.testing.assert_array_equal(read, array)
 
 
-# Less than the limit; more by less than what a file keeps back before it writes; more by much.
+# Below the limit; above it by less than the write buffer; far above it.
 @pytest.mark.parametrize('number', [0, 100, 420, 600, 9000])
 @pytest.mark.usefixtures('little_room')
 def test_without_room_nothing_is_there_and_it_is_told(number: int, tmp_path: Path) -> None:

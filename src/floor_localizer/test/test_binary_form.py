@@ -84,7 +84,7 @@ def test_an_index_made_by_other_rules_is_refused(path: Path, monkeypatch: pytest
 def test_a_damaged_header_is_refused(path: Path) -> None:
     content = path.read_bytes()
     path.write_bytes(content.replace(b'"grid.cell"', b'"grid.sell"'))
-    assert 'damaged' in refusal(path)
+    assert 'corrupted' in refusal(path)
 
 
 def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ def test_the_report_tells_the_unique_and_the_ambiguous_places(
     lines = out.splitlines()
     twins = [k for k, line in enumerate(lines) if 'ambiguous with another place' in line]
     assert twins
-    assert '100% of them match at' in lines[twins[0] + 1]
+    assert '100% match at' in lines[twins[0] + 1]
     assert 'mirror' not in out
 
 
