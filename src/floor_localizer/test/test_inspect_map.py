@@ -13,9 +13,9 @@ from floor_localizer.files.dot_map_file import load_dot_map
 
 @pytest.fixture
 def floor(tmp_path: Path) -> Path:
-    piece = random_map(1, (0.3, 0.2)).points
+    patch = random_map(1, (0.3, 0.2)).points
     points = np.vstack(
-        [piece, piece + np.array([0.5, 0.0]), random_map(2, (0.3, 0.2)).points + np.array([1.0, 0.0])]
+        [patch, patch + np.array([0.5, 0.0]), random_map(2, (0.3, 0.2)).points + np.array([1.0, 0.0])]
     )
     save_csv(tmp_path / 'floor.csv', DotMap(points, np.full(len(points), np.nan)))
     return tmp_path / 'floor.csv'
