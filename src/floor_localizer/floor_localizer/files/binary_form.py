@@ -221,7 +221,7 @@ def _read_header(path: Path, content: NDArray[np.uint8]) -> dict[str, Any]:
     """Return the header of a complete file of this version."""
     magic, version, length, checksum = _PREFIX.unpack(content[: _PREFIX.size].tobytes())
     if magic != MAGIC:
-        raise DotMapError(f'{path}: is no dot map; give a {SUFFIX} that inspect_map wrote, or a CSV')
+        raise DotMapError(f'{path}: is not a dot map; give a {SUFFIX} that inspect_map wrote, or a CSV')
     if version != VERSION:
         raise DotMapError(f'{path}: has version {version}, this program reads version {VERSION}; {_REMEDY}')
     text = content[_PREFIX.size : _PREFIX.size + length].tobytes()
