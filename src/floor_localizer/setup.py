@@ -18,7 +18,7 @@ setup(
     zip_safe=False,
     maintainer='The shirube engineers',
     maintainer_email='shirube@users.noreply.github.com',
-    description='Where a robot is, told from the random dots of the floor under it.',
+    description='Pose of a robot from the random dots of the floor under it.',
     license='Apache-2.0',
     tests_require=['pytest'],
     entry_points={

@@ -1,1 +1,1 @@
-"""Where a robot is, told from the random dots of the floor under it."""
+"""Pose of a robot from the random dots of the floor under it."""

@@ -1,4 +1,4 @@
-"""A recorded drive through the tracker, as the node would see it, without ROS running."""
+"""Localization from a bag, with the same tracker as the node, without ROS running."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ from shirube_ros.stamp_order import StampOrder
 def choose_topics(
     bag: BagReader, image: str | None, camera_info: str | None, odometry: str | None
 ) -> RecordingTopics:
-    """Return the topics to use: those that are named, else the node's own, else the only one of the type.
+    """Return the topics to use: the given ones, else the node's defaults, else the only one of the type.
 
     Raises:
-        BagError: a named topic is missing or of another type, or none or several are there to choose from.
+        BagError: a given topic is missing or of another type, or there are no or several candidates.
     """
     images, camera_infos = choose_images(bag, image), choose_camera_info(bag, camera_info)
     return RecordingTopics((images,), (camera_infos,), choose_odometry(bag, odometry))
 
 
 class BagLocalization:
-    """Feeds a bag's messages to a tracker in their order."""
+    """Feeds a bag's messages to a tracker in order."""
 
     def __init__(
         self, bag: BagReader, topics: RecordingTopics, create_tracker: Callable[[], FloorTracker]
     ) -> None:
-        """Begin without a past.
+        """Start with a new tracker.
 
         Args:
             bag: an open bag.
-            topics: which of its topics are used.
-            create_tracker: makes the state between images, at the start and after a jump back in time.
+            topics: topics to use.
+            create_tracker: creates the tracker, at the start and after a jump back in time.
         """
         self._recording = Recording(bag, topics, camera_from_camera_info)
         self._create_tracker = create_tracker
@@ -52,10 +52,10 @@ class BagLocalization:
         self._stamps = StampOrder(self._start_again)
 
     def run(self) -> Iterator[LocatedImage]:
-        """Yield the images with their poses; a bad message is no end, it becomes a result or is left out.
+        """Yield the images with their poses; a malformed message is reported as a result or skipped.
 
         Raises:
-            BagError: the bag is damaged.
+            BagError: the bag is corrupted.
         """
         for message in self._recording.messages():
             match message:
@@ -68,7 +68,7 @@ class BagLocalization:
 
     def _locate(self, image: RecordedImage[PinholeCamera]) -> LocatedImage:
         try:
-            seconds = self._stamps.check(image.header, image.topic)  # may begin a new tracker
+            seconds = self._stamps.check(image.header, image.topic)  # may create a new tracker
             result = self._tracker.track(seconds, image.pixels, image.calibration)
             return LocatedImage(image.topic, image.stamp_ns, result)
         except (MessageError, FloorLocalizerError) as fault:
@@ -76,10 +76,10 @@ class BagLocalization:
 
     def _take_odometry(self, odometry: RecordedOdometry) -> None:
         try:
-            # First the stamp: if it tells of a jump back, the odometry is the new tracker's.
+            # The stamp first: after a jump back in time, the odometry belongs to the new tracker.
             stamp = self._stamps.check(odometry.header, odometry.topic)
         except MessageError:
-            return  # as in the node: a bad message is left out
+            return  # as in the node, a malformed message is skipped
         self._tracker.add_odometry(stamp, odometry.T_odom_base)
 
     def _start_again(self) -> None:

@@ -1,4 +1,4 @@
-"""An image with its dots and its result drawn in, for people."""
+"""Debug image: the camera image with the detected dots and the result."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ _MATCHED = (60, 200, 30)  # blue, green, red
 _UNMATCHED = (40, 40, 230)
 _BACKGROUND = (0, 0, 0)
 _SUBPIXEL_BITS = 4  # cv2.circle takes fixed-point coordinates
-_MARGIN = 2.5  # a ring stays clear of its dot [px]
-_SMALL_WIDTH = 235  # at this width the text is drawn at _SMALL_TEXT [px]
+_MARGIN = 2.5  # gap between a dot and its ring [px]
+_SMALL_WIDTH = 235  # image width for the text scale _SMALL_TEXT [px]
 _SMALL_TEXT = 0.33
 
 
 def debug_picture(pixels: NDArray[np.uint8], result: Fix | NoFix) -> NDArray[np.uint8]:
-    """Draw matched dots green, unmatched ones red, and the pose or the reason for none.
+    """Draw matched dots green, unmatched ones red, and the pose or the reason for no pose.
 
     Args:
-        pixels: shape (h, w) gray or shape (h, w, 3) blue, green, red; left as it is.
-        result: what the localizer made of the image.
+        pixels: shape (h, w) gray or shape (h, w, 3) blue, green, red; not modified.
+        result: result of the localizer for this image.
 
     Returns:
-        array, shape (h, w, 3), blue, green, red.
+        shape (h, w, 3), blue, green, red.
     """
     picture = np.array(
         cv2.cvtColor(pixels, cv2.COLOR_GRAY2BGR) if pixels.ndim == 2 else pixels, dtype=np.uint8

@@ -1,4 +1,4 @@
-"""The dots of an image as markers for RViz."""
+"""The dots of an image as RViz markers."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _UNMATCHED = ColorRGBA(r=0.9, g=0.1, b=0.1, a=1.0)
 
 
 def dot_markers(fix: Fix, camera: PinholeCamera, mount: CameraMount, header: Header) -> MarkerArray:
-    """Show where the image's dots lie on the map: matched ones green, the others red.
+    """Return markers at the image's dots on the map: matched ones green, the others red.
 
     Args:
         fix: pose and dots of the image.
-        camera: intrinsics of the image.
+        camera: the camera's intrinsics.
         mount: nominal pose of the camera on the robot.
         header: stamp of the image, map frame.
     """
@@ -39,5 +39,5 @@ def dot_markers(fix: Fix, camera: PinholeCamera, mount: CameraMount, header: Hea
 
 
 def no_markers(header: Header) -> MarkerArray:
-    """Take the dots of earlier images away."""
+    """Return a marker message that deletes the dots of earlier images."""
     return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL)])

@@ -1,4 +1,4 @@
-"""Puts a localizer together from the settings and the map file."""
+"""Creates a localizer from the settings and the map file."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from floor_localizer.core.warm_up import warm_up
 from floor_localizer.files.dot_map_file import load_indexed_map
 from floor_localizer.node_settings import NodeSettings
 
-PREPARING = 'preparing the search; the very first start compiles it, for about a minute'
-"""What to tell people who wait."""
+PREPARING = 'loading the map and the numba kernels (the very first start compiles them, about 1 min)'
+"""Message at the start."""
 
 
 def localizer_from_map_file(
     node_settings: NodeSettings, settings: LocalizerSettings, tell: Callable[[str], object]
 ) -> FloorLocalizer:
-    """Return a localizer for the map that the settings name, compiled and ready for its first image.
+    """Return a localizer for the map of the settings, with compiled kernels.
 
     Args:
-        node_settings: which map, camera and detection.
-        settings: of the match.
-        tell: is given a line on how large the map is.
+        node_settings: map, camera and dot detection.
+        settings: settings of the matching.
+        report: called with one line about the size of the map.
 
     Raises:
         FloorLocalizerError: a map that is missing, malformed or not in metres, or a camera that does not look at
             the floor.
     """
-    check_mount(node_settings.mount)  # before what takes long
+    check_mount(node_settings.mount)  # before the slow steps
     floor = load_indexed_map(node_settings.map_path)
     tell(_describe(floor))
     warm_up()
@@ -47,4 +47,4 @@ def _describe(floor: IndexedMap) -> str:
     text = (
         f'map of {len(floor.grid.points)} dots, {len(floor.index.entries)} constellations, {megabytes:.0f} MB'
     )
-    return f'{text}, sheets: {sheets}' if sheets else text
+    return f'{text}, levels: {sheets}' if sheets else text

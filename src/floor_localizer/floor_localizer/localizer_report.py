@@ -1,4 +1,4 @@
-"""What the node says in the diagnostics: is there a fix, how good, and if not, why."""
+"""Diagnostics of the node: whether there is a fix, its quality, or the reason for no fix."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from time import monotonic
 from floor_localizer.core.fix import Fix, NoFix
 from shirube_ros.diagnostics import Level, Status
 
-_LONGEST_SILENCE = 2.0  # without images the latest fix says nothing about now [s]
+_LONGEST_SILENCE = 2.0  # timeout of the images [s]
 
 
 class LocalizerReport:
-    """Remembers the latest result and counts all of them."""
+    """Stores the latest result and counts all results."""
 
     def __init__(self, map_name: str, now: Callable[[], float] = monotonic) -> None:
         """Start without results.
 
         Args:
-            map_name: the map in use, for people.
-            now: a clock that does not jump [s].
+            map_name: name of the map.
+            now: a monotonic clock [s].
         """
         self._map_name = map_name
         self._now = now
@@ -31,7 +31,7 @@ class LocalizerReport:
         self._no_fixes: Counter[str] = Counter()
 
     def add(self, result: Fix | NoFix, duration: float) -> None:
-        """Take the result of an image that was worked on for ``duration`` [s]."""
+        """Add the result of an image and its processing time [s]."""
         self._latest, self._latest_at, self._duration = result, self._now(), duration
         if isinstance(result, Fix):
             self._fixes += 1
@@ -39,15 +39,15 @@ class LocalizerReport:
             self._no_fixes[result.reason.value] += 1
 
     def status(self) -> Status:
-        """Return the state of now."""
+        """Return the current status."""
         values = {'map': self._map_name, 'images with a fix': str(self._fixes)}
         for reason, number in self._no_fixes.items():
             values[f'images without: {reason}'] = str(number)
         if self._latest is None:
-            return Status(Level.WARN, 'no image yet; check the topics image_raw and camera_info', values)
+            return Status(Level.WARN, 'no image received; check the topics image_raw and camera_info', values)
         values['time for the latest image [ms]'] = f'{1e3 * self._duration:.1f}'
         if self._now() - self._latest_at > _LONGEST_SILENCE:
-            return Status(Level.WARN, 'images have stopped; check the camera', values)
+            return Status(Level.WARN, 'no images for 2 s; check the camera', values)
         if isinstance(self._latest, NoFix):
             values |= _no_fix_values(self._latest)
             return Status(Level.WARN, f'no fix: {self._latest.reason.value}', values)

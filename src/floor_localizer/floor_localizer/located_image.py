@@ -1,4 +1,4 @@
-"""What became of one image when images are located without a running node."""
+"""The result of one image that was located without a running node."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ class LocatedImage:
     """One image and its result.
 
     Attributes:
-        name: of its file, or of its topic.
-        stamp_ns: when it was taken [ns]; for files their number in seconds.
-        result: the pose, the reason why there is none, or the message of the error that the image raised.
+        name: name of the file or topic.
+        stamp_ns: time of the image [ns]; for files, their index in seconds.
+        result: the pose, the reason for no pose, or the error message of the image.
     """
 
     name: str
@@ -23,7 +23,7 @@ class LocatedImage:
 
     @property
     def failure(self) -> str:
-        """Why there is no pose, empty if there is one."""
+        """Reason for no pose, empty if there is one."""
         if isinstance(self.result, Fix):
             return ''
         return self.result if isinstance(self.result, str) else self.result.reason.value

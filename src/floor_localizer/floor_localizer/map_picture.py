@@ -1,4 +1,4 @@
-"""A picture of a dot map: its density, and the places that are not unique."""
+"""A plot of a dot map: its density, and the places that are not unique."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.uniqueness import Place, PlaceKind
 
-_LONG_SIDE, _SHORT_SIDE_LEAST = 10.0, 3.0  # of the picture [inch]
-_MARGIN = np.array([1.5, 1.0])  # for scales and legend [inch]
+_LONG_SIDE, _SHORT_SIDE_LEAST = 10.0, 3.0  # size of the plot [inch]
+_MARGIN = np.array([1.5, 1.0])  # margin for scales and legend [inch]
 _DOTS_PER_CELL = 60.0
 _MARKS = {
     PlaceKind.THIN: ('tab:orange', 'v'),
@@ -26,10 +26,10 @@ def draw_map(file: BinaryIO, points: NDArray[np.float64], places: Sequence[Place
     """Write a PNG.
 
     Args:
-        file: where to.
+        file: open for writing.
         points: shape (N, 2), the dots [m].
-        places: the places that were inspected.
-        title: stands above.
+        places: inspected places.
+        title: title of the plot.
     """
     size = np.maximum(np.ptp(points, axis=0), 1e-3)
     share = size / size.max()

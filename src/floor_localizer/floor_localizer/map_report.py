@@ -1,4 +1,4 @@
-"""What `inspect_map` prints: the figures of a map and how unique its places are."""
+"""The report of `inspect_map`: statistics of a map and the uniqueness of its places."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _MOST_LISTED = 10
 
 
 def map_report(figures: MapFigures) -> str:
-    """Return the figures of a map as lines of text."""
+    """Return the statistics of a map as lines of text."""
     width, height = figures.upper - figures.lower
     diameters = 'unknown'
     if figures.diameters is not None:
@@ -27,14 +27,14 @@ def map_report(figures: MapFigures) -> str:
         ('area with dots', f'{figures.area:.3f} m²'),
         ('density', f'{figures.density:.0f} dots/m², {1e3 * figures.density**-0.5:.1f} mm apart'),
         ('diameters', diameters),
-        ('constellations', f'{figures.constellations}, {figures.constellations / figures.dots:.1f} a dot'),
-        ('size', f'{figures.bytes_per_dot:.0f} bytes a dot'),
+        ('constellations', f'{figures.constellations}, {figures.constellations / figures.dots:.1f} per dot'),
+        ('size', f'{figures.bytes_per_dot:.0f} bytes per dot'),
     )
     return '\n'.join(f'{name:<16}{value}' for name, value in rows)
 
 
 def places_report(places: Sequence[Place], view: ViewSettings) -> str:
-    """Return how unique the places are as lines of text, and list the first ten that are not of each kind."""
+    """Return the uniqueness of the places as lines of text, with the first ten of each kind that is not unique."""
     counts = Counter(place.kind for place in places)
     unique = counts[PlaceKind.UNIQUE] / len(places)
     first = (
@@ -58,8 +58,8 @@ def _line(place: Place) -> str:
     text = f'({place.x:.3f}, {place.y:.3f}) m, {number}'
     if place.kind is PlaceKind.THIN:
         if place.expected_chance_alignments > 1.0:
-            return f'{text}, as many are expected elsewhere by chance'
-        return f'{text}, {place.expected_chance_alignments:.1g} places as good are expected by chance'
+            return f'{text}, expected chance alignments above 1'
+        return f'{text}, expected chance alignments {place.expected_chance_alignments:.1g}'
     if place.rival is None:
         return text
-    return f'{text}, {place.rival_share:.0%} of them match at ({place.rival[0]:.3f}, {place.rival[1]:.3f}) m'
+    return f'{text}, {place.rival_share:.0%} match at ({place.rival[0]:.3f}, {place.rival[1]:.3f}) m'

@@ -1,6 +1,6 @@
 """A mat as a PDF at true scale: one page a sheet, vectors in exact millimetres.
 
-What is no dot stands in the margins, because the camera would take it for one.
+Marks and text are in the margins only, because the camera would detect them as dots.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ _HAIRLINE, _TEXT_SIZE = 0.3, 6.0  # [pt]
 _MARK = 0.004
 """Length of a trim mark [m]."""
 _GAP = 0.0015
-"""Between the mat and what stands in the margin [m]."""
+"""Distance between the mat and the marks in the margin [m]."""
 _SCALE_BAR = 0.1
 
 
 def draw_mat(file: BinaryIO, mat: Mat, layout: Layout) -> None:
-    """Write the PDF; the same mat gives the same bytes.
+    """Write the PDF; the output is deterministic.
 
     Args:
-        file: where to.
+        file: open for writing.
         mat: the dots.
-        layout: the sheets.
+        layout: the pages.
     """
     with PdfPages(file, metadata={'CreationDate': None, 'Title': _title(mat)}) as pages:
         for sheet in layout.sheets:
@@ -102,7 +102,7 @@ def _title(mat: Mat) -> str:
 
 
 def _draw_dots(page: _Page, mat: Mat, sheet: Sheet) -> None:
-    """Draw the dots of the sheet, cut at its border."""
+    """Draw the dots of the page, clipped at its border."""
     radius = 0.5 * mat.settings.diameter
     lower = np.array([sheet.x0, sheet.y0])
     off = mat.points - lower
@@ -122,7 +122,7 @@ def _draw_dots(page: _Page, mat: Mat, sheet: Sheet) -> None:
 
 
 def _draw_trim_marks(page: _Page, sheet: Sheet) -> None:
-    """Draw two ticks outside each corner of what the sheet shows."""
+    """Draw two ticks outside each corner of the page's part of the mat."""
     left, right = sheet.x0, sheet.x0 + sheet.width
     lower, upper = sheet.y0, sheet.y0 + sheet.height
     segments = []
@@ -134,7 +134,7 @@ def _draw_trim_marks(page: _Page, sheet: Sheet) -> None:
 
 
 def _draw_glue_marks(page: _Page, layout: Layout, sheet: Sheet) -> None:
-    """Mark in the margins where the neighbours' trimmed borders come to lie."""
+    """Mark in the margins the positions of the neighbours' trimmed borders."""
     overlap = layout.settings.overlap
     left, right = sheet.x0, sheet.x0 + sheet.width
     lower, upper = sheet.y0, sheet.y0 + sheet.height
@@ -155,7 +155,7 @@ def _draw_glue_marks(page: _Page, layout: Layout, sheet: Sheet) -> None:
 
 
 def _draw_scale_bar(page: _Page, sheet: Sheet) -> None:
-    """Draw a bar to check the printer with, 100 mm or what fits."""
+    """Draw a scale bar to check the printer, 100 mm or as long as fits."""
     length = min(_SCALE_BAR, max(0.01 * int(100.0 * (sheet.width - 0.06)), 0.02))
     start, y = sheet.x0 + 0.015, sheet.y0 - 2.0 * _GAP - _MARK
     ticks = [
@@ -167,7 +167,7 @@ def _draw_scale_bar(page: _Page, sheet: Sheet) -> None:
 
 
 def _draw_origin(page: _Page) -> None:
-    """Draw the map's origin and axes beside the lower left corner."""
+    """Draw the map's origin and axes next to the lower left corner."""
     page.arrow(0.0, -_GAP, 0.011, 0.0)
     page.arrow(-_GAP, 0.0, 0.0, 0.011)
     page.text(0.012, -_GAP, 'x', va='center', ha='left')

@@ -1,4 +1,4 @@
-"""The ROS node: images and odometry in, the robot's pose on the map out."""
+"""The ROS node: subscribes to images and odometry, publishes the robot's pose on the map."""
 
 from __future__ import annotations
 
@@ -46,18 +46,18 @@ from shirube_ros.safe_main import run_node
 from shirube_ros.stamp_order import StampOrder
 from shirube_ros.trigger_service import offer_trigger
 
-_TELL_INTERVAL = 1.0  # between lines about found and lost poses [s]
+_TELL_INTERVAL = 1.0  # minimum interval between log messages about found and lost poses [s]
 
 
 class FloorLocalizerNode(Node):
-    """Publishes where the robot is, from the dots that its belly camera sees.
+    """Publishes the robot's pose, from the floor's dots in the images of its belly camera.
 
     =========================  ============================  =============================================
     subscribed                 type                          use
     =========================  ============================  =============================================
     ``image_raw``              Image or CompressedImage      the floor (``image_transport``)
     ``camera_info``            CameraInfo                    its calibration
-    ``odom``                   Odometry                      optional: carries the pose between images
+    ``odom``                   Odometry                      optional: predicts the pose between images
     ``initialpose``            PoseWithCovarianceStamped     optional: search only there until found
     =========================  ============================  =============================================
 
@@ -66,12 +66,12 @@ class FloorLocalizerNode(Node):
     =========================  ============================  =============================================
     ``~/pose``                 PoseStamped                   each image with a fix
     ``~/pose_with_covariance`` PoseWithCovarianceStamped     each image with a fix
-    ``~/dots``                 MarkerArray                   while somebody listens
-    ``~/debug_image``          Image                         while somebody listens
-    ``/diagnostics``           DiagnosticArray               once a second
+    ``~/dots``                 MarkerArray                   while there are subscribers
+    ``~/debug_image``          Image                         while there are subscribers
+    ``/diagnostics``           DiagnosticArray               1 Hz
     =========================  ============================  =============================================
 
-    The service ``~/relocalize`` (Trigger) forgets the pose: the next image is searched in the whole map.
+    The service ``~/relocalize`` (Trigger) drops the prior: the next image is searched in the whole map.
     """
 
     def __init__(
@@ -85,13 +85,13 @@ class FloorLocalizerNode(Node):
         """Load the map and subscribe.
 
         Args:
-            create_localizer: loads the map and prepares the search.
-            create_tracker: makes the state between images, at start and after a jump back in time.
-            options: passed on to ``rclpy.node.Node``.
+            create_localizer: loads the map and compiles the kernels.
+            create_tracker: creates the tracker, at start and after a jump back in time.
+            options: passed to ``rclpy.node.Node``.
 
         Raises:
-            SettingsError: a bad parameter.
-            FloorLocalizerError: a bad map.
+            SettingsError: an invalid parameter.
+            FloorLocalizerError: an invalid map.
         """
         super().__init__('floor_localizer', **options)
         self._settings = declare_parameters(self, NodeSettings)
@@ -113,7 +113,7 @@ class FloorLocalizerNode(Node):
         if self._settings.map_file:
             return self._settings.map_file
         self.get_logger().warning(
-            'NO MAP GIVEN: the demo floor is used, its poses mean nothing on yours; set map_file'
+            'NO MAP GIVEN: using the demo floor, whose poses are meaningless on your floor; set map_file'
         )
         return 'demo floor (no map_file given)'
 
@@ -154,12 +154,12 @@ class FloorLocalizerNode(Node):
             self._debug_image.publish(image_from_array(debug_picture(pixels, result), header))
 
     def _frame_of(self, result: Fix | NoFix) -> str:
-        """Return the frame of a pose: each sheet of a map has its own, as ``map/ground``."""
+        """Return the frame of a pose: each level of a map has its own, such as ``map/ground``."""
         sheet = result.sheet if isinstance(result, Fix) else ''
         return f'{self._settings.map_frame}/{sheet}' if sheet else self._settings.map_frame
 
     def _tell_change(self, result: Fix | NoFix) -> None:
-        """Say a line when the pose is found or lost; the diagnostics tell the rest."""
+        """Log one line when the pose is found or lost; details are in the diagnostics."""
         has_fix = isinstance(result, Fix)
         if has_fix == self._had_fix:
             return
@@ -168,7 +168,7 @@ class FloorLocalizerNode(Node):
             pose = result.T_map_base
             where = f' on {result.sheet}' if result.sheet else ''
             self.get_logger().info(
-                f'found{where}: x {pose.x:.4f} m, y {pose.y:.4f} m, yaw {pose.yaw:.4f} rad, '
+                f'pose found{where}: x {pose.x:.4f} m, y {pose.y:.4f} m, yaw {pose.yaw:.4f} rad, '
                 f'{int(result.matched.sum())} of {len(result.dots)} dots match',
                 throttle_duration_sec=_TELL_INTERVAL,
             )
@@ -193,7 +193,7 @@ class FloorLocalizerNode(Node):
         base_frame = self._settings.base_frame
         if message.child_frame_id not in ('', base_frame):
             raise PoseError(
-                f'odom is of {message.child_frame_id!r}, base_frame is {base_frame!r}; make them the same'
+                f'odom has child_frame_id {message.child_frame_id!r}, base_frame is {base_frame!r}; make them equal'
             )
         T_odom_base = planar_pose(message.pose.pose, 'odom')
         stamp = self._stamps.check(message.header, 'odom')
@@ -203,15 +203,15 @@ class FloorLocalizerNode(Node):
         map_frame, frame = self._settings.map_frame, message.header.frame_id or self._settings.map_frame
         root, _, sheet = frame.partition(f'{map_frame}/')
         if frame != map_frame and (root or not sheet):
-            raise PoseError(f'initialpose is in {frame!r}, it must be in {map_frame!r} or a sheet of it')
+            raise PoseError(f'initialpose is in {frame!r}, it must be in {map_frame!r} or one of its levels')
         self._tracker.set_area(*planar_pose_with_covariance(message.pose, 'initialpose'), sheet)
 
     def _relocalize(self) -> str:
         self._tracker.relocalize()
-        return 'the next image is searched in the whole map'
+        return 'prior dropped; the next image is searched in the whole map'
 
     def _start_again(self) -> None:
-        self.get_logger().warning('time jumped back: the pose and the odometry so far are forgotten')
+        self.get_logger().warning('clock jumped back; pose and odometry were reset')
         self._tracker = self._create_tracker()
 
 

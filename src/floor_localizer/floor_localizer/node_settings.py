@@ -1,4 +1,4 @@
-"""The node's parameters besides those of the match, which are the core's LocalizerSettings."""
+"""The node's parameters, except those of the matching, which are in the core's LocalizerSettings."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ DEMO_MAP = Path(__file__).parent / 'maps' / 'demo_floor.csv'
 
 @dataclass(frozen=True)
 class NodeSettings(CameraSettings):
-    """Where the camera sits, which frames the poses connect, which map; dots and tracking in groups."""
+    """Camera mount, frames and map; dot detection and tracking in groups."""
 
-    map_file: str = setting('', 'dot map of the floor, CSV or binary; empty takes the demo floor')
+    map_file: str = setting('', 'dot map of the floor, CSV or binary; empty for the demo floor')
     dots: DotDetectorSettings = field(default_factory=DotDetectorSettings)
     tracker: TrackerSettings = field(default_factory=TrackerSettings)
 

@@ -1,4 +1,4 @@
-"""Where the tasks of an index or a survey run: in this process, in processes of this computer, or on a cluster."""
+"""Runs the tasks of an index or a survey in this process, in local worker processes, or on a dask cluster."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from floor_localizer.core.independent_tasks import OwnProcess, Task, TaskRunner
 if TYPE_CHECKING:
     from distributed import Client
 
-_PATIENCE = 20.0  # with a scheduler that does not answer, or has no workers [s]
+_PATIENCE = 20.0  # timeout of a scheduler that does not answer or has no workers [s]
 _ENVIRONMENT = 'distributed.nanny.pre-spawn-environ'
 _WORKERS = {
-    # Dask's workers give memory back at once: arrays then take half as much time again.
+    # Dask's workers return memory immediately, which makes arrays 50 % slower.
     f'{_ENVIRONMENT}.MALLOC_TRIM_THRESHOLD_': None,
-    # What goes wrong is raised here, and told in one line.
+    # Errors are raised here and reported in one line.
     f'{_ENVIRONMENT}.DASK_LOGGING__DISTRIBUTED': 'critical',
 }
 
@@ -30,11 +30,11 @@ class DaskRunner:
     """Runs the tasks on the workers of a dask.distributed client."""
 
     def __init__(self, client: Client) -> None:
-        """Use a client."""
+        """Store the client."""
         self._client = client
 
     def run(self, function: Task, arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
-        """Call the function with each of the arguments; yield whenever one is done, in any order."""
+        """Call the function with each of the arguments; yield after each completed task, in any order."""
         from distributed import as_completed  # noqa: PLC0415 as in `task_runner`
         from distributed.scheduler import KilledWorker  # noqa: PLC0415
 
@@ -45,12 +45,12 @@ class DaskRunner:
                 yield
         except KilledWorker as fault:
             raise FloorLocalizerError(
-                'a worker died several times at the same task (is its memory enough?); '
-                'give the same command again with fewer --workers: what is done is kept'
+                'a worker died several times at the same task (not enough memory?); '
+                'run the same command again with fewer --workers: completed tasks are kept'
             ) from fault
         except CancelledError as fault:
             raise FloorLocalizerError(
-                'the scheduler has gone; start it and give the same command again: what is done is kept'
+                'the scheduler has stopped; start it and run the same command again: completed tasks are kept'
             ) from fault
         finally:
             self._client.cancel(futures)
@@ -58,11 +58,11 @@ class DaskRunner:
 
 @contextmanager
 def task_runner(workers: int, scheduler: str | None = None) -> Iterator[TaskRunner]:
-    """Start what the tasks run on, and end it.
+    """Start a task runner, and stop it at the end.
 
     Args:
-        workers: processes of this computer; with one, the tasks run in this process.
-        scheduler: address of a dask scheduler whose workers see the same files; None for this computer.
+        workers: number of local processes; with one, the tasks run in this process.
+        scheduler: address of a dask scheduler whose workers access the same files; None for local processes.
 
     Raises:
         FloorLocalizerError: the scheduler does not answer, or has no workers.
@@ -70,18 +70,18 @@ def task_runner(workers: int, scheduler: str | None = None) -> Iterator[TaskRunn
     if scheduler is None and workers == 1:
         yield OwnProcess()
         return
-    # Only index and survey need it, and it takes half a second; it sets its levels of logging when it is imported.
+    # Imported here, as it takes half a second and only index and survey need it; the import sets its logging levels.
     import distributed  # noqa: F401, PLC0415
 
     for name in ('distributed', 'distributed.client'):
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # as that of the workers
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # as for the workers
     with _own_workers(workers) if scheduler is None else _workers_of(scheduler) as client:
         yield DaskRunner(client)
 
 
 @contextmanager
 def _own_workers(workers: int) -> Iterator[Client]:
-    """Start workers on this computer, and end them."""
+    """Start local workers, and stop them at the end."""
     import dask  # noqa: PLC0415 as in `task_runner`
     from distributed import Client, LocalCluster  # noqa: PLC0415
 
@@ -96,7 +96,7 @@ def _own_workers(workers: int) -> Iterator[Client]:
 
 @contextmanager
 def _workers_of(scheduler: str) -> Iterator[Client]:
-    """Use the workers of a scheduler."""
+    """Connect to the workers of a scheduler."""
     from distributed import Client  # noqa: PLC0415 as in `task_runner`
 
     try:
@@ -117,11 +117,12 @@ def _workers_of(scheduler: str) -> Iterator[Client]:
 
 @contextmanager
 def _interrupts_held() -> Iterator[None]:
-    """Hold an interrupt back until workers have been started; they inherit that for good.
+    """Block SIGINT while workers are started; they inherit the blocked signal.
 
-    A terminal interrupts all its processes: this one ends the workers, which else tell at length that they end.
+    A terminal sends SIGINT to all its processes. Only this process handles it and stops the workers, which otherwise
+    would print tracebacks.
     """
-    resource_tracker.ensure_running()  # else it is started with the first worker, and lets go of what is held
+    resource_tracker.ensure_running()  # otherwise started with the first worker, which would unblock the signal
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -1,4 +1,4 @@
-"""What tests share: a ROS graph for each that wants one, and one floor for all."""
+"""Shared fixtures: an isolated ROS graph, and one floor for all tests."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.localizer import FloorLocalizer
 from shirube_ros.isolated_graph import IsolatedGraph, isolated_graph
 
-sys.path.insert(0, str(Path(__file__).parent))  # for the tests' own modules of results and of floors
+sys.path.insert(0, str(Path(__file__).parent))  # for the helper modules of the tests
 
 from floor_views import MOUNT, random_floor
 
@@ -33,7 +33,7 @@ def floor() -> DotMap:
 
 @pytest.fixture(scope='session')
 def indexed_floor(floor: DotMap) -> IndexedMap:
-    """The same floor, made ready for the search."""
+    """The same floor with its search index."""
     return index_map(floor)
 
 

@@ -1,4 +1,4 @@
-"""Pictures of floors drawn straight from formulas, for the tests of dot extraction."""
+"""Synthetic images of floors from closed formulas, for the tests of dot extraction."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ DOT = 30.0
 def disc_coverage(
     centres: ArrayLike, diameters: ArrayLike, size: tuple[int, int] = (160, 160), blur: float = 0.7
 ) -> NDArray[np.float64]:
-    """Share of each pixel (h, w) that discs cover, seen through a lens whose blur has this deviation [px]."""
+    """Coverage of each pixel (h, w) by discs, with a Gaussian blur of this standard deviation [px]."""
     v, u = np.mgrid[: size[0], : size[1]]
     coverage = np.zeros(size)
     for (x, y), diameter in zip(centres, np.broadcast_to(diameters, len(centres))):
@@ -30,7 +30,7 @@ def photograph(
     noise: float = 0.0,
     seed: int = 0,
 ) -> NDArray[np.uint8]:
-    """Grey levels (or colours, where floor and dot have three) of a floor with dots under some light."""
+    """Image of a floor with dots, grey or colour, under an illumination and with noise."""
     colour = np.ndim(floor) > 0
     part = coverage[..., None] if colour else coverage
     lamp = np.asarray(light)[..., None] if colour else np.asarray(light)
@@ -46,7 +46,7 @@ def scattered_centres(
     distance: float = 22.0,
     margin: float = 14.0,
 ) -> NDArray[np.float64]:
-    """Random centres u, v, shape (count, 2), none nearer than the distance to another."""
+    """Random centres u, v, shape (count, 2), with a minimum distance between them."""
     rng = np.random.default_rng(seed)
     centres: list[NDArray[np.float64]] = []
     while len(centres) < count:
@@ -59,7 +59,7 @@ def scattered_centres(
 def line_coverage(
     start: tuple[float, float], end: tuple[float, float], width: float, size: tuple[int, int] = (160, 160)
 ) -> NDArray[np.float64]:
-    """Share of each pixel (h, w) that a straight hair covers."""
+    """Coverage of each pixel (h, w) by a straight hair."""
     v, u = np.mgrid[: size[0], : size[1]]
     a, b = np.array(start), np.array(end)
     along = np.clip(((u - a[0]) * (b - a)[0] + (v - a[1]) * (b - a)[1]) / np.sum((b - a) ** 2), 0.0, 1.0)
@@ -68,6 +68,6 @@ def line_coverage(
 
 
 def offsets(pixels: NDArray[np.float64], centres: NDArray[np.float64]) -> NDArray[np.float64]:
-    """For each true centre the way to the nearest dot found, shape (n, 2) [px]."""
+    """Offset of the nearest detected dot from each true centre, shape (n, 2) [px]."""
     distances = np.hypot(*(pixels[None] - centres[:, None]).transpose(2, 0, 1))
     return pixels[distances.argmin(axis=1)] - centres

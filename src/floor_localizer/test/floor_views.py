@@ -1,4 +1,4 @@
-"""Random floors and what a camera sees of them, by a model of its own: rotations and projected points."""
+"""Random floors and simulated views of them, with an independent camera model: rotations and projected points."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOUNT = CameraMount(xyz=(0.05, -0.02, 0.13))
 
 @dataclass(frozen=True)
 class View:
-    """Dots in an image, and for each the index of its map dot, -1 for one that is not of the map."""
+    """Dots in an image, with the index of each dot's map dot, -1 for spurious dots."""
 
     dots: DetectedDots
     sources: NDArray[np.int64]
@@ -39,7 +39,7 @@ def random_floor(seed: int, size: tuple[float, float] = SIZE, density: float = D
 def pose_over(
     rng: np.random.Generator, size: tuple[float, float] = SIZE, mount: CameraMount = MOUNT
 ) -> PlanarPose:
-    """A pose whose camera looks at the floor and nowhere beyond its edge."""
+    """A random pose whose view is completely on the floor."""
     at_camera = PlanarPose(*rng.uniform(0.08, np.array(size) - 0.08), rng.uniform(-math.pi, math.pi))
     return at_camera @ PlanarPose(*mount.xyz[:2], 0.0).inverse()
 
@@ -57,7 +57,7 @@ def see(
     mount: CameraMount = MOUNT,
     camera: PinholeCamera = CAMERA,
 ) -> View:
-    """What the camera sees when the robot has risen by a share of its height and tilted by roll and pitch."""
+    """The camera's view from a robot with a relative height error and a tilt (roll, pitch)."""
     body = matrix_from_rpy((*tilt, 0.0))
     centre = body @ mount.xyz + (0.0, 0.0, scale * mount.xyz[2])
     base = np.column_stack([T_map_base.inverse().transform(floor.points), np.zeros(len(floor))])
@@ -89,7 +89,7 @@ def mirrored(dots: DetectedDots, camera: PinholeCamera = CAMERA) -> DetectedDots
 
 
 def is_right(fix: object, truth: PlanarPose, position: float = 0.0005, heading: float = 0.01) -> bool:
-    """Whether it is a pose at the true place."""
+    """Whether a result is the true pose."""
     if not isinstance(fix, Fix):
         return False
     found = fix.T_map_base

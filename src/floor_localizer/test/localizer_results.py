@@ -1,4 +1,4 @@
-"""Results of a localizer for the tests of what is made of them."""
+"""Example results of a localizer."""
 
 from __future__ import annotations
 

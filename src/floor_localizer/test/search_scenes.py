@@ -1,4 +1,4 @@
-"""Views in the form that the searches take, with the similarity that is right."""
+"""Views in the format of the searches, with the true similarity."""
 
 from __future__ import annotations
 
@@ -41,5 +41,5 @@ def search_of(view: ViewDots, indexed: IndexedMap) -> Search:
 
 
 def found_pose(found: NDArray[np.float64]) -> PlanarPose:
-    """The pose of ``search.best`` or ``search.rival``."""
+    """The pose of ``search.best`` or ``search.runner_up``."""
     return PlanarPose(found[3], found[4], cmath.phase(complex(found[1], found[2])))

@@ -1,4 +1,4 @@
-"""The bound on chance: its laws, and that floors of pure chance keep to it."""
+"""The bound on chance alignments: its properties, and its validity on random floors."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def log_chance(residuals=RESIDUALS, smallest=2e-5, distance=0.1, dots=9e4, densi
 
 
 def plain_log_chance(residuals, smallest, distance, dots, density, scale):
-    """The bound as it is written, for one k after the other."""
+    """The formula of the bound, evaluated for each k."""
     ordered = np.sort(residuals[np.isfinite(residuals)])
     n, expected = len(residuals), []
     for k in range(3, len(ordered) + 1):
@@ -73,7 +73,7 @@ def test_residuals_below_the_accuracy_are_no_better_than_it():
 
 
 def least_log_chance(rng, dots=60, seen=10, density=5384.0, scale=0.02):
-    """The best pose of a view of nothing on a floor of chance: every pair laid on every pair."""
+    """The best pose of a random view on a random floor: every pair matched to every pair."""
     side = math.sqrt(dots / density)
     floor = rng.uniform(0.0, side, (dots, 2)) @ (1.0, 1j)
     view = rng.uniform(0.0, math.sqrt(seen / density), (seen, 2)) @ (1.0, 1j)
@@ -101,6 +101,6 @@ def least_log_chance(rng, dots=60, seen=10, density=5384.0, scale=0.02):
 def test_floors_of_chance_seldom_look_like_a_match():
     rng = np.random.default_rng(7)
     best = np.exp([least_log_chance(rng) for _ in range(150)])
-    # P(least E < e) <= e by Markov's inequality; so seldom is it that 150 floors show nearly none.
+    # P(min E < e) <= e by Markov's inequality: almost none in 150 floors.
     assert np.sum(best < 0.01) <= 5
     assert np.mean(best < 0.1) <= 0.2

@@ -1,4 +1,4 @@
-"""A bit is set where a dot is near, and nowhere else."""
+"""A bit is set if and only if a dot is close."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Similarities against plain least squares, and guesses that grow if and only if they are right."""
+"""Similarities compared to numpy's least squares; hypotheses are accepted if and only if they are right."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ def test_similarity_of_noisy_dots_is_that_of_least_squares():
 
 
 def map_dots(floor, indexed, view):
-    """For each view dot the index of its map dot in the grid, -1 for a false one."""
+    """The index of each view dot's map dot in the grid, -1 for a spurious one."""
     _, nearest = cKDTree(indexed.grid.points).query(floor.points[view.sources])
     return np.where(view.sources >= 0, nearest, -1)
 
 
 def pairs_of(truth, dots, number):
-    """Pairs of view dots that are of the map and a few spacings apart."""
+    """Pairs of true view dots a few spacings apart."""
     real = np.flatnonzero(truth >= 0)
     near = [(i, j) for i in real for j in real if i < j and 0.015 < abs(dots.z[i] - dots.z[j]) < 0.04]
     return near[:: max(len(near) // number, 1)]

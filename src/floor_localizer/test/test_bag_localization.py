@@ -1,4 +1,4 @@
-"""A recorded drive whose time jumps back."""
+"""A bag whose clock jumps back."""
 
 from types import SimpleNamespace
 
@@ -13,7 +13,7 @@ from shirube_ros.pose_conversion import odometry_message
 
 
 class Tracker:
-    """Remembers the stamps it was given."""
+    """Records the stamps it receives."""
 
     def __init__(self):
         self.stamps = []

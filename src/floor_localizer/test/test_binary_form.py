@@ -84,13 +84,13 @@ def test_an_index_made_by_other_rules_is_refused(path: Path, monkeypatch: pytest
 def test_a_damaged_header_is_refused(path: Path) -> None:
     content = path.read_bytes()
     path.write_bytes(content.replace(b'"grid.cell"', b'"grid.sell"'))
-    assert 'damaged' in refusal(path)
+    assert 'corrupted' in refusal(path)
 
 
 def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / 'floor.dotmap'
     path.write_bytes(b'x,y,diameter\n0.1,0.2,0.003\n' * 10)
-    assert 'is no dot map' in refusal(path)
+    assert 'is not a dot map' in refusal(path)
     assert 'No such file' in refusal(tmp_path / 'none.dotmap')
 
 

@@ -1,4 +1,4 @@
-"""Bases and their crowds against brute force, and their order."""
+"""Baselines and their lune counts compared to brute force, and their order."""
 
 from __future__ import annotations
 

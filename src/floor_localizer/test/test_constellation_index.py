@@ -1,4 +1,4 @@
-"""Every constellation is found under its own key, whatever the order of the dots."""
+"""Every constellation is found under its own key, for any order of the dots."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def index(grid):
 
 
 def key_of(points, first, second, others, step):
-    """The steps of the key in canonical order, and the base in the order that it has there."""
+    """The steps of the key in canonical order, and the baseline in the same order."""
     xy = np.empty((4, 2))
     base_coordinates(points, first, second, np.array(others), xy)
     swapped = imbalance(xy) > 0.0
@@ -68,7 +68,7 @@ def base_of(grid, index, entry):
 
 
 def constellations(points, index):
-    """All constellations of a small map by plain search: keys and bases."""
+    """All constellations of a small map by brute force: keys and baselines."""
     gaps = np.linalg.norm(points[:, None] - points, axis=2)
     for i, j in itertools.combinations(range(len(points)), 2):
         base = gaps[i, j]
@@ -84,7 +84,7 @@ def constellations(points, index):
 
 def test_index_holds_the_constellations_that_plain_search_finds_but_for_crowded_ends(grid, index):
     points = grid.points.astype(np.float64)
-    # The key of a coordinate on the edge of two steps hangs on the last bit; bases do not.
+    # The key of a coordinate on the border of two steps depends on rounding; baselines do not.
     expected = Counter(tuple(sorted(base)) for _, base in constellations(points, index))
     found = Counter(tuple(sorted(base_of(grid, index, entry))) for entry in index.entries)
     assert found <= expected
@@ -154,7 +154,7 @@ def test_no_base_is_longer_than_the_longest(grid, index):
 
 
 def contents(dots):
-    """The places of bases with the cells of their keys, in no order."""
+    """The subcells of all keys with the positions of their baselines, sorted."""
     grid, _ = build_dot_grid(dots)
     index = build_constellation_index(grid)
     scale = 1.0 / index.longest

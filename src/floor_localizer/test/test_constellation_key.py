@@ -1,4 +1,4 @@
-"""What must not change a key, and that its cell and its place in the cell tell where it is."""
+"""Invariances of a key, and its reconstruction from cell and subcell."""
 
 from __future__ import annotations
 

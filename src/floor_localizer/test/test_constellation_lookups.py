@@ -1,4 +1,4 @@
-"""Cells are opened once each, the likely ones first, and the true one is among them as often as it should be."""
+"""Each cell is opened once, the likely ones first; the true one is among them with the expected frequency."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def coordinates(dots):
 
 
 def key_of(dots):
-    """The parts of six dots in canonical form, their bucket, and their coordinates."""
+    """The subcell of six dots in canonical form, their bucket, and their coordinates."""
     xy = coordinates(dots)
     if imbalance(xy) > 0.0:
         turn_around(xy)
@@ -67,7 +67,7 @@ def buckets_of(lookups):
 
 
 def is_opened(lookups, parts, bucket, xy):
-    """Whether the bucket of a key is opened for a cell that the key is in and within reach of."""
+    """Whether the bucket of a key is opened for the key's cell, and the key is within the gate."""
     found = np.empty((OTHERS, 2))
     for lookup, opened in enumerate(buckets_of(lookups)):
         if opened == bucket and fits(lookups, lookup, parts):

@@ -1,4 +1,4 @@
-"""The index finds the place of a view, keeps the place that looks alike, and stops at its budget."""
+"""The index finds the place of a view, keeps an ambiguous runner-up, and stops at its budget."""
 
 from __future__ import annotations
 

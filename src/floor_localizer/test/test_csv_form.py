@@ -93,7 +93,7 @@ def test_a_missing_file_and_one_that_is_no_text_are_refused(tmp_path: Path) -> N
     assert 'No such file' in refusal(tmp_path / 'none.csv')
     path = tmp_path / 'picture.csv'
     path.write_bytes(b'\x89PNG\xff\xfe')
-    assert 'is no text' in refusal(path)
+    assert 'is not a text file' in refusal(path)
 
 
 @pytest.mark.parametrize(('factor', 'unit'), [(1000.0, 'millimetres'), (100.0, 'centimetres')])

@@ -1,4 +1,4 @@
-"""The picture shows matched dots green and the others red."""
+"""The debug image shows matched dots green and the others red."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The grid against scipy's tree, and densities against how the floors were made."""
+"""The grid compared to scipy's k-d tree, and densities compared to those of the generated floors."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_every_dot_lies_in_its_own_cell(points):
     cells = np.repeat(np.arange(grid.rows * grid.columns), np.diff(grid.starts))
     column, row = np.floor((grid.points - (grid.x0, grid.y0)) / grid.cell + 1e-4).astype(int).T
     off = np.abs(row * grid.columns + column - cells)
-    # Rounded to single precision a dot on a cell's edge may look as if it were next door.
+    # Rounded to single precision, a dot on a cell's border may be in the next cell.
     assert np.mean(off != 0) <= 0.01
 
 

@@ -1,4 +1,4 @@
-"""Markers lie where the dots are on the map."""
+"""Markers are at the positions of the dots on the map."""
 
 from __future__ import annotations
 

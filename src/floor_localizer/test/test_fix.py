@@ -1,4 +1,4 @@
-"""Results are values that do not change, and reasons speak."""
+"""Results are immutable, and reasons have texts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Points of several views: moved with the robot, and each dot once."""
+"""Points of several views: transformed by odometry, without duplicates."""
 
 from __future__ import annotations
 

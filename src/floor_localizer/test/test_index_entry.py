@@ -1,4 +1,4 @@
-"""A constellation in one word: what was packed comes out again."""
+"""A packed constellation: unpacking returns what was packed."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_what_was_packed_comes_out_again(parts, first, angle, length):
     entry = entry_of(parts, first, length * math.cos(angle), length * math.sin(angle))
     assert parts_of_entry(entry) == parts
     assert first_of_entry(entry) == first
-    # From one step to the next the length falls by a factor, which is more than a share upwards.
+    # Lengths are quantized on a logarithmic scale.
     assert abs(math.log(length_of_entry(entry, LONGEST) / length)) <= LENGTH_ROUNDING * 1.001
 
 

@@ -1,4 +1,4 @@
-"""The command: a map of parts, killed and given again; every fault one line."""
+"""The command: a map built in parts, killed and resumed; each error is one line."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexe
 from floor_localizer.map_building import index_build
 from floor_localizer.map_building.index_build import PartSizes
 
-# A limit on the size of files stands for a disk's end: writing fails in the same way.
+# A limit on the size of files simulates a full disk: writing fails in the same way.
 COMMAND = """
 import os, resource, sys
 if 'MOST_BYTES' in os.environ:
@@ -81,8 +81,8 @@ def test_a_build_that_was_killed_goes_on(source: Path, tmp_path: Path) -> None:
 def test_a_disk_without_room_is_one_line_and_nothing_is_lost(source: Path, tmp_path: Path) -> None:
     out = tmp_path / 'floor.dotmap'
     _, error = start(source, '--out', out, MOST_BYTES='90000').communicate()
-    assert 'no room left' in fault_of(error)
-    assert 'what is done is kept' in error
+    assert 'disk full' in fault_of(error)
+    assert 'completed tasks are kept' in error
     assert not out.exists()
     assert main([str(source), '--out', str(out), '--workers', '1']) == 1  # other sizes of parts
     again = start(source, '--out', out)

@@ -1,4 +1,4 @@
-"""A map made ready holds the map, whole and unwritable."""
+"""An indexed map contains all dots and is read-only."""
 
 from __future__ import annotations
 

@@ -13,9 +13,9 @@ from floor_localizer.files.dot_map_file import load_dot_map
 
 @pytest.fixture
 def floor(tmp_path: Path) -> Path:
-    piece = random_map(1, (0.3, 0.2)).points
+    patch = random_map(1, (0.3, 0.2)).points
     points = np.vstack(
-        [piece, piece + np.array([0.5, 0.0]), random_map(2, (0.3, 0.2)).points + np.array([1.0, 0.0])]
+        [patch, patch + np.array([0.5, 0.0]), random_map(2, (0.3, 0.2)).points + np.array([1.0, 0.0])]
     )
     save_csv(tmp_path / 'floor.csv', DotMap(points, np.full(len(points), np.nan)))
     return tmp_path / 'floor.csv'
@@ -34,9 +34,9 @@ def test_the_report_tells_the_unique_and_the_ambiguous_places(
     assert code == 0
     assert f'{len(load_dot_map(floor))}\n' in out
     lines = out.splitlines()
-    twins = [k for k, line in enumerate(lines) if 'looks like another place' in line]
+    twins = [k for k, line in enumerate(lines) if 'ambiguous with another place' in line]
     assert twins
-    assert '100% of them match at' in lines[twins[0] + 1]
+    assert '100% match at' in lines[twins[0] + 1]
     assert 'mirror' not in out
 
 

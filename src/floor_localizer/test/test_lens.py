@@ -1,4 +1,4 @@
-"""Lenses and groups against brute force."""
+"""Lunes and quadruples compared to brute force."""
 
 from __future__ import annotations
 

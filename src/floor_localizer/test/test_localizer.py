@@ -1,4 +1,4 @@
-"""Right poses from simulated views, and a reason where there is none."""
+"""Correct poses from simulated views, or a reason for no pose."""
 
 from __future__ import annotations
 
@@ -230,7 +230,7 @@ def test_pairs_find_what_constellations_cannot(floor, localizer):
 
 def test_a_slanting_camera_with_dots_beyond_the_horizon_keeps_dots_and_matches_together(floor, indexed_floor):
     rng = np.random.default_rng(17)
-    # It looks ahead, 35 degrees down: the upper part of its wide image shows what is above the floor.
+    # It looks ahead, 35 degrees down: the upper part of its wide image is above the horizon.
     mount = CameraMount(xyz=(0.0, 0.0, 0.05), rpy=(-math.pi / 2.0 - math.radians(35.0), 0.0, -math.pi / 2.0))
     camera = PinholeCamera(640, 480, 260.0, 260.0, 319.5, 239.5)
     pose = PlanarPose(0.3, 0.3, 0.1)
@@ -263,7 +263,7 @@ def test_floor_points_are_where_the_camera_sees_them(floor, localizer):
 
 
 def test_image_in_pose_out(floor, localizer):
-    """Discs of the map drawn by supersampling, through extraction and matching."""
+    """Extraction and matching of the map's discs, rendered by supersampling."""
     rng = np.random.default_rng(19)
     pose = PlanarPose(0.4, 0.3, 1.0)
     pixels = see(floor, pose, rng, noise=0.0).dots.pixels

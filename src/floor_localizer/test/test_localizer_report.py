@@ -1,4 +1,4 @@
-"""What the diagnostics say in each state."""
+"""The diagnostics in each state."""
 
 from __future__ import annotations
 
@@ -53,5 +53,5 @@ def test_a_fix_does_not_outlive_the_images() -> None:
     clock.time += 0.2
     assert (report.status().level, report.status().message) == (
         Level.WARN,
-        'images have stopped; check the camera',
+        'no images for 2 s; check the camera',
     )

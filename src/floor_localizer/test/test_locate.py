@@ -24,7 +24,7 @@ MOUNT = CameraMount(xyz=(0.03, -0.01, 0.13))
 START_NS = 1_700_000_000_123_456_789
 STEP_NS = 100_000_000
 TRUTH = [PlanarPose(0.12 + 0.02 * k, 0.15 + 0.01 * k, 0.4 + 0.05 * k) for k in range(8)]
-BLANK = 5  # the image of this number shows no dots
+BLANK = 5  # index of the image without dots
 
 
 @pytest.fixture(scope='module')
@@ -139,7 +139,7 @@ def test_images_of_another_floor_have_no_pose_and_leave_no_old_file(
         '--images', *images, '--calibration', scene / 'camera.yaml', '--map', tmp_path / 'other.csv'
     )
     assert code == 1
-    assert 'no image gave a pose' in err
+    assert 'no image has a pose' in err
     assert not (tmp_path / 'out' / 'poses.tum').exists()
     assert (tmp_path / 'out' / 'poses.csv').exists()
 

@@ -1,4 +1,4 @@
-"""Odometry between its messages, and where the robot is expected."""
+"""Interpolation of odometry, and prediction of the pose."""
 
 from __future__ import annotations
 

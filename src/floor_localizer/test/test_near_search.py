@@ -1,4 +1,4 @@
-"""What is near the expectation is found, what is not is left to others."""
+"""Poses within the prior are found, other poses are not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The neighbours of every dot are those that a tree finds."""
+"""The neighbours of every dot are those of a k-d tree."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The node through real topics, with a tracker that tells what it was given."""
+"""The node on real topics, with a fake tracker that records its calls."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ INFO = CameraInfo(width=235, height=235, k=[339.44, 0.0, 117.0, 0.0, 339.44, 117
 
 
 class FakeTracker:
-    """Remembers its calls and answers what it is told to."""
+    """Records its calls and returns a preset answer."""
 
     def __init__(self) -> None:
         self.calls: list[tuple[Any, ...]] = []
@@ -58,7 +58,7 @@ class FakeTracker:
 
 
 class Robot:
-    """The node under test and a robot around it."""
+    """The node under test and a node that simulates the rest of the robot."""
 
     def __init__(self, graph: IsolatedGraph, **parameters: Any) -> None:
         self._graph = graph

@@ -1,4 +1,4 @@
-"""Which map the node takes."""
+"""The node's choice of the map."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pairs laid on the whole map find sparse views; the choice of pairs covers the view."""
+"""Pairs matched to the whole map find sparse views; the choice of pairs covers the view."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Truth recovered from exact dots, a second solver, and covariance against the scatter of many fits."""
+"""Ground truth recovered from exact dots, comparison to scipy, and covariance compared to Monte Carlo."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SIGMA = 5e-5
 
 
 def targets_of(rays, state, mount=MOUNT):
-    """Where rays meet the floor, by rotation matrices and plain geometry of planes."""
+    """Intersections of rays with the floor, from rotation matrices and plane geometry."""
     body = matrix_from_rpy((state[4], state[5], 0.0))
     centre = body @ mount.xyz + (0.0, 0.0, state[3] * mount.xyz[2])
     directions = rays @ (body @ mount.rotation).T

@@ -1,4 +1,4 @@
-"""From a start by similarity to the whole model, with the right dots."""
+"""Refinement of a similarity to the full model, with the right matches."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_sigmas_that_are_half_the_noise_keep_most_dots(floor, indexed_floor):
 
 @pytest.mark.parametrize('seed', range(8))
 def test_a_false_dot_does_not_bend_a_view_of_few(floor, indexed_floor, seed):
-    """Half a millimetre off is as two touching chips that are seen as one: no tilt that is not there explains it."""
+    """An outlier of half a millimetre, as from two merged chips, must not be fitted by a false tilt."""
     rng = np.random.default_rng(seed)
     pose = pose_over(rng)
     view = see(floor, pose, rng)
@@ -86,7 +86,7 @@ def test_a_false_dot_does_not_bend_a_view_of_few(floor, indexed_floor, seed):
 
 
 def similarity_of(floor, view):
-    """The level state that fits a view's own dots best: what a search for similarities hands over."""
+    """The best state without tilt for a view's own dots: the result of a search for similarities."""
     real = view.sources >= 0
     base = MOUNT.floor_points_from_rays(CAMERA.rays_from_pixels(view.dots.pixels[real]))
     z, m = base @ (1.0, 1j), floor.points[view.sources[real]] @ (1.0, 1j)

@@ -1,4 +1,4 @@
-"""Defaults keep their own ranges, and every setting is described."""
+"""Defaults are within their ranges, and every setting has a description."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""In a building of two levels the localizer returns the level and the pose in its frame."""
+"""Localization on a map of two floor levels: the level, and the pose in the level's frame."""
 
 from __future__ import annotations
 
@@ -79,9 +79,9 @@ def test_floors_that_look_the_same_are_ambiguous() -> None:
 
 
 def test_a_sheet_that_is_not_there_is_named_with_those_that_are(house: FloorLocalizer) -> None:
-    with pytest.raises(FloorLocalizerError, match="no sheet 'roof'; it has: ground, first"):
+    with pytest.raises(FloorLocalizerError, match="no level 'roof'; it has: ground, first"):
         house.pose_on_map(PlanarPose(0.0, 0.0, 0.0), 'roof')
-    with pytest.raises(FloorLocalizerError, match="no sheet ''"):
+    with pytest.raises(FloorLocalizerError, match="no level ''"):
         FloorTracker(house).set_area(PlanarPose(0.0, 0.0, 0.0), NARROW)
 
 

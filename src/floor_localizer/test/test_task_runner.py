@@ -1,4 +1,4 @@
-"""Tasks on processes of this computer: what goes wrong there is raised here, and nothing else is said of it."""
+"""Tasks in local worker processes: their errors are raised here and not printed elsewhere."""
 
 import os
 import signal
@@ -24,7 +24,7 @@ def test_faults_of_workers_are_raised_and_told_only_here(
         assert fault.value.filename == str(tmp_path / 'none' / 'b')
         with pytest.raises(FloorLocalizerError, match='a worker died several times at the same task'):
             list(runner.run(signal.raise_signal, [(int(signal.SIGKILL),)]))
-        # The workers that were started in their place do the rest.
+        # Restarted workers run the other tasks.
         assert len(list(runner.run(os.mkdir, [(str(tmp_path / f'{k}'),) for k in range(4)]))) == 4
     assert (tmp_path / '3').is_dir()
     assert capfd.readouterr() == ('', '')
@@ -42,7 +42,7 @@ def test_a_scheduler_without_workers_and_one_that_goes_are_told(monkeypatch: pyt
             next(tasks)
             cluster.close()
             with pytest.raises(
-                FloorLocalizerError, match='the scheduler has gone; start it and give the same'
+                FloorLocalizerError, match='the scheduler has stopped; start it and run the same'
             ):
                 next(tasks)
     with pytest.raises(FloorLocalizerError, match='does not answer'):

@@ -1,4 +1,4 @@
-"""The localizer over time, on a robot that drives, is carried away, or sees too little at once."""
+"""Tracking of a robot that drives, is kidnapped, or has too few dots in view."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def test_relocalize_forgets_the_pose(floor, tracker):
 
 
 def sparse_views(floor, rng, number):
-    """Views of a driving robot of which each shows four dots, those nearest to the middle of the image."""
+    """Views of a driving robot with only the four dots nearest to the centre of the image."""
     poses = [START @ PlanarPose(0.012 * k, 0.0, 0.0) for k in range(number)]
     views = []
     for pose in poses:

@@ -1,4 +1,4 @@
-"""``index_map``: dot maps of any size → the binary form that opens at once, built in parts."""
+"""``index_map``: converts dot maps of any size to the indexed binary format, out of core."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from floor_localizer.task_runner import task_runner
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, 1 when a file or an option is bad, 130 when it is interrupted."""
+    """Run the command; return 0, 1 for an invalid file or option, 130 when interrupted."""
     options = make_parser().parse_args(arguments)
     try:
         with task_runner(options.workers, options.scheduler) as runner:
@@ -27,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'index_map: {_explain(fault, options.out)}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print('\nindex_map: stopped; the same command goes on where it was', file=sys.stderr)
+        print('\nindex_map: interrupted; run the same command again to resume', file=sys.stderr)
         return 130
     return 0
 
@@ -35,8 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _explain(fault: OSError, out: Path) -> str:
     if fault.errno in NO_ROOM:
         return (
-            f'{out}: no room left ({fault.strerror}); make room and give the same command again, '
-            'what is done is kept'
+            f'{out}: disk full ({fault.strerror}); free space and run the same command again, '
+            'completed tasks are kept'
         )
     return f'{fault.filename or out}: {fault.strerror}; choose a writable place'
 
@@ -45,15 +45,15 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     parser = argparse.ArgumentParser(
         prog='index_map',
-        description='Write dot maps of any size in the binary form that opens at once. A build that was stopped or '
-        'killed goes on when the same command is given again.',
+        description='Convert dot maps of any size to the indexed binary format, which opens at once. An interrupted '
+        'build is resumed by running the same command again.',
     )
     parser.add_argument(
         'maps',
         type=Path,
         nargs='+',
         metavar='MAP.csv',
-        help='dot map; several are the sheets (floors) of one map, named after the files',
+        help='dot map; several are the levels (floors) of one map, named after the files',
     )
     parser.add_argument('--out', type=Path, required=True, metavar='OUT.dotmap', help='file to write')
     add_worker_options(parser)

@@ -1,4 +1,4 @@
-"""``inspect_map``: what a dot map holds and how unique each place of it is."""
+"""``inspect_map``: statistics of a dot map and the uniqueness of its places."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from shirube_settings import SettingsError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 when a file or an option is bad."""
+    """Run the command; return 0, or 1 for an invalid file or option."""
     options = make_parser().parse_args(arguments)
     try:
         inspect(options)
@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def inspect(options: argparse.Namespace) -> None:
-    """Print the report and write the files that were asked for."""
+    """Print the report and write the requested files."""
     view = settings_from(options, ViewSettings)
     dot_map, floor = load_dots_and_index(options.map)
     print(f'{"map":<16}{options.map}')
@@ -54,7 +54,7 @@ def inspect(options: argparse.Namespace) -> None:
     )
     print(places_report(places, view))
     if options.picture is not None:
-        # Only the picture needs matplotlib, which takes half a second to import.
+        # Imported here, as it takes half a second and only the plot needs it.
         from floor_localizer.map_picture import draw_map  # noqa: PLC0415
 
         with written_beside(options.picture) as file:
@@ -64,11 +64,11 @@ def inspect(options: argparse.Namespace) -> None:
 def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     parser = argparse.ArgumentParser(
-        prog='inspect_map', description='Tell what a dot map holds and how unique each place of it is.'
+        prog='inspect_map', description='Print statistics of a dot map and the uniqueness of its places.'
     )
     parser.add_argument('map', type=Path, help='dot map, CSV or .dotmap')
-    parser.add_argument('--write', type=Path, metavar='OUT.dotmap', help='write the fast binary form there')
-    parser.add_argument('--picture', type=Path, metavar='OUT.png', help='draw density and places there')
+    parser.add_argument('--write', type=Path, metavar='OUT.dotmap', help='write the indexed binary format')
+    parser.add_argument('--picture', type=Path, metavar='OUT.png', help='write a plot of density and places')
     add_settings(parser, ViewSettings)
     return parser
 

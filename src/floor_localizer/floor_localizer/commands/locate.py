@@ -1,4 +1,4 @@
-"""``locate``: poses from a dot map and images or a bag, without ROS running."""
+"""``locate``: computes poses from a dot map and images or a bag, without ROS running."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _DEFAULTS = NodeSettings()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 when a file is bad or no image gave a pose."""
+    """Run the command; return 0, or 1 for an invalid file or if no image has a pose."""
     options = make_parser().parse_args(arguments)
     try:
         images = locate(options)
@@ -49,14 +49,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
     print(f'{fixes} of {len(images)} images have a pose; see {options.out / "poses.csv"}')
     for failure, number in Counter(image.failure for image in images if image.failure).most_common():
-        print(f'{number} without: {failure}')
+        print(f'{number} without a pose: {failure}')
     if fixes == 0:
-        print('locate: no image gave a pose; check map, calibration and camera_xyz', file=sys.stderr)
+        print('locate: no image has a pose; check map, calibration and camera_xyz', file=sys.stderr)
     return 0 if fixes else 1
 
 
 def locate(options: argparse.Namespace) -> list[LocatedImage]:
-    """Return the results of all images, in their order."""
+    """Return the results of all images, in order."""
     settings = NodeSettings(
         map_file=str(options.map), camera_xyz=tuple(options.camera_xyz), camera_rpy=tuple(options.camera_rpy)
     )
@@ -71,7 +71,7 @@ def locate(options: argparse.Namespace) -> list[LocatedImage]:
 
 
 def prepare(settings: NodeSettings) -> FloorLocalizer:
-    """Return the localizer, ready for its first image."""
+    """Return the localizer, with compiled kernels."""
     print(PREPARING, file=sys.stderr)
     return localizer_from_map_file(settings, LocalizerSettings(), partial(print, file=sys.stderr))
 
@@ -79,7 +79,7 @@ def prepare(settings: NodeSettings) -> FloorLocalizer:
 def locate_files(
     localizer: FloorLocalizer, camera: PinholeCamera, paths: Sequence[Path]
 ) -> Iterator[LocatedImage]:
-    """Yield the result of each image by itself; its number stands for its stamp."""
+    """Yield the result of each image, located independently; its index in seconds is its stamp."""
     for number, path in enumerate(paths):
         pixels = load_image(path)
         height, width = pixels.shape[:2]
@@ -92,7 +92,7 @@ def locate_files(
 
 
 def locate_bag(options: argparse.Namespace, settings: NodeSettings) -> list[LocatedImage]:
-    """Return the results of a bag's images, located as the node does."""
+    """Return the results of a bag's images, located with tracking as in the node."""
     with BagReader(options.bag) as bag:
         topics = choose_topics(bag, options.topic, options.camera_info_topic, options.odom_topic)
         create_tracker = partial(FloorTracker, prepare(settings), settings.tracker)
@@ -102,7 +102,7 @@ def locate_bag(options: argparse.Namespace, settings: NodeSettings) -> list[Loca
 
 
 def save_fixes(path: Path, images: Sequence[LocatedImage]) -> int:
-    """Write the poses as a TUM file, if there are any, and return their number."""
+    """Write the poses, if there are any, as a TUM file and return their number."""
     fixes = {image.stamp_ns: image.result.T_map_base for image in images if isinstance(image.result, Fix)}
     if fixes:
         save_tum(
@@ -117,29 +117,36 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     parser = argparse.ArgumentParser(
         prog='locate',
-        description='Find the poses of images on a dot map: images each by itself, a bag as the node would. '
-        'Writes poses.tum, and poses.csv with the reason where there is no pose.',
+        description='Compute the poses of images on a dot map: single images independently, a bag with tracking as in '
+        'the node. Writes poses.tum, and poses.csv with the reason for each image without a pose.',
     )
     add = parser.add_argument
     add('--map', type=Path, required=True, help='dot map, CSV or .dotmap')
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument('--images', type=Path, nargs='+', help='a folder of images, or images')
     source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_info and perhaps odom')
-    add('--calibration', type=Path, metavar='YAML', help='of the images, as camera_calibration writes it')
-    add('--topic', help='the images in the bag (default: /image_raw or the only one)')
+    add(
+        '--calibration',
+        type=Path,
+        metavar='YAML',
+        help='calibration of the images, as written by camera_calibration',
+    )
+    add('--topic', help='image topic of the bag (default: /image_raw or the only one)')
     add(
         '--camera-info-topic',
         metavar='TOPIC',
-        help='their calibration (default: /camera_info or the only one)',
+        help='calibration topic of the bag (default: /camera_info or the only one)',
     )
     add(
-        '--odom-topic', metavar='TOPIC', help='the odometry (default: /odom or the only one, if there is any)'
+        '--odom-topic',
+        metavar='TOPIC',
+        help='odometry topic of the bag (default: /odom or the only one, if any)',
     )
     add('--out', type=Path, default=Path('out/locate'), metavar='FOLDER', help='default: %(default)s')
     add('--camera-xyz', type=float, nargs=3, default=_DEFAULTS.camera_xyz, metavar=('X', 'Y', 'Z'),
-        help='optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
+        help='position of the optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
     add('--camera-rpy', type=float, nargs=3, default=_DEFAULTS.camera_rpy, metavar=('R', 'P', 'Y'),
-        help='its fixed-axis roll, pitch, yaw there [rad] (default: looking down)')  # fmt: skip
+        help='fixed-axis roll, pitch, yaw of the optical frame [rad] (default: looking down)')  # fmt: skip
     return parser
 
 

@@ -1,4 +1,4 @@
-"""Options of a command that are made of a settings class, one each, with its default, unit and range."""
+"""Command line options generated from a settings class, with defaults and units."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def add_settings(parser: argparse.ArgumentParser, kind: type) -> None:
 
 
 def settings_from(options: argparse.Namespace, kind: type[Settings]) -> Settings:
-    """Return the settings that the options hold.
+    """Return the settings from the parsed options.
 
     Raises:
-        SettingsError: one is out of its range.
+        SettingsError: a setting is out of range.
     """
     settings = kind(**{field.name: getattr(options, field.name) for field in fields(kind)})  # type: ignore[arg-type]
     check_settings(settings)

@@ -1,4 +1,4 @@
-"""The options of a command whose tasks can run in several processes or on a cluster."""
+"""Command line options for commands that run tasks in several processes or on a cluster."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ import os
 
 
 def add_worker_options(parser: argparse.ArgumentParser) -> None:
-    """Add ``--workers`` and ``--scheduler``, as `task_runner` takes them."""
+    """Add ``--workers`` and ``--scheduler``, the arguments of `task_runner`."""
     parser.add_argument(
         '--workers',
         type=_positive,
         default=os.cpu_count() or 1,
-        help='processes on this computer (default: all cores)',
+        help='number of local processes (default: all cores)',
     )
     parser.add_argument(
         '--scheduler',
         metavar='ADDRESS',
-        help='of a dask scheduler, as tcp://10.0.0.1:8786, whose workers see the same files: they do the work',
+        help='address of a dask scheduler, such as tcp://10.0.0.1:8786, whose workers access the same files',
     )
 
 

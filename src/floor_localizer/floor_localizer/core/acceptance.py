@@ -1,18 +1,16 @@
-"""When a match is more than chance: the expected number of chance alignments, from the map's density and
-size.
+"""Significance of a match: the expected number of chance alignments, from the map's density and size.
 
-An a-contrario test (Moisan & Stival, "A probabilistic criterion to detect rigid point matches between two
-images", 2004), here for a view of a floor. Two view dots can be laid on every pair of map dots that is as far
-apart, up to the tolerance of the scale; each such pair is one pose. Under a pose, another view dot has a map
-dot within r of it by chance with p = density * pi * r^2. Any two of k matched dots may be the pair, and k may
-be any of 3..n, so
+This is the number of false alarms (NFA) of an a-contrario test (Moisan & Stival, "A probabilistic criterion to
+detect rigid point matches between two images", 2004), here for a view of a floor. Two view dots match every pair of
+map dots of the same length, up to the scale tolerance; each such pair is one pose. Under a pose, another view dot has
+a map dot within r by chance with p = density * pi * r^2. Any two of k matched dots may be the pair, and k may be any
+of 3..n, so
 
     E(k, r) = N density 2 pi d (2 s d + 4 r) * (n - 2) C(n, k) C(k, 2) * p(r)^(k - 2)
 
-bounds how many poses of the whole map are expected to match k of n view dots within r by chance, where N is
-the number of map dots, d the distance of the two farthest matched dots and s the share by which the scale may
-be off. r is the largest residual of the k. The smallest E over k is the evidence of a match: no number in it
-is tuned to a floor.
+bounds the expected number of poses on the whole map that match k of n view dots within r by chance. N is the number
+of map dots, d the largest distance between matched dots, s the relative scale tolerance, and r the largest residual
+of the k matches. The result is the smallest E over k. It has no parameter that is tuned to a floor.
 """
 
 from __future__ import annotations
@@ -33,16 +31,15 @@ def log_chance_alignments(
     density: float,
     scale_tolerance: float,
 ) -> float:
-    """Return the logarithm of how many poses as good as this one are expected by chance, infinite without a
-    match.
+    """Return the logarithm of the expected number of chance alignments as good as this match, infinite without a match.
 
     Args:
-        residuals: shape (n,), distance of each view dot from its map dot [m], infinite where there is none.
-        smallest_residual: residuals below this are no evidence: the accuracy of map and model [m].
-        distance: between the two farthest matched view dots [m].
-        dots_in_map: number of map dots where the pose may be.
-        density: of the map where there are dots [1/m^2].
-        scale_tolerance: share by which the scale may be off.
+        residuals: shape (n,), distance of each view dot from its map dot [m], infinite without a match.
+        smallest_residual: lower limit of the residuals, the accuracy of map and model [m].
+        distance: largest distance between matched view dots [m].
+        dots_in_map: number of map dots in the area of the search.
+        density: density of the map's dots on the occupied floor [1/m^2].
+        scale_tolerance: maximum relative error of the scale.
     """
     ordered = np.sort(residuals)
     n = len(ordered)

@@ -1,4 +1,4 @@
-"""What dot extraction hands to matching: the dots of one image."""
+"""The dots of one image: output of dot extraction, input of matching."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class DetectedDots:
-    """Dots found in one image, in the raw (distorted) image's coordinates.
+    """Dots detected in one image, in coordinates of the raw (distorted) image.
 
     Attributes:
         pixels: shape (n, 2), centroids u and v [px]; the origin is the centre of the upper left pixel.
-        diameters: shape (n,), diameter of the disc of equal area [px].
-        sigmas: shape (n,), standard deviation of a centroid along each axis [px].
+        diameters: shape (n,), diameters of discs of equal area [px].
+        sigmas: shape (n,), standard deviations of the centroids along each axis [px].
     """
 
     pixels: NDArray[np.float64]

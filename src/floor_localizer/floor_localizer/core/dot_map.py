@@ -1,4 +1,4 @@
-"""The floor's dots as the localizer knows them (the paper's floor dot database, 2.1)."""
+"""The map of the floor's dots (the paper's floor dot database, 2.1)."""
 
 from __future__ import annotations
 

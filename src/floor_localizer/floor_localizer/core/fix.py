@@ -1,4 +1,4 @@
-"""What localization answers: a pose with its evidence, or the reason why there is none."""
+"""Result of localization: a pose with its quality, or the reason for no pose."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from shirube_geometry import PlanarPose
 
 @dataclass(frozen=True)
 class PosePrior:
-    """Where the robot is expected.
+    """Prior: the expected pose with its tolerances.
 
     Attributes:
-        T_map_base: the expected pose.
-        radius: the robot is no farther from it than this [m].
-        turn: and its heading is no farther off than this [rad]; pi where nothing is known.
-        must_hold: whether a pose elsewhere is refused (an area given from outside), or looked for when there
-            is none here (an expectation from the last pose, which a kidnapping breaks).
+        T_map_base: expected pose.
+        radius: maximum distance of the robot from it [m].
+        yaw_tolerance: maximum difference from its yaw [rad]; pi if the yaw is unknown.
+        is_strict: whether poses outside are rejected (an initial pose from the user); else the whole map is searched if
+            there is no pose inside (a prediction from the last pose, which is wrong after a kidnapping).
     """
 
     T_map_base: PlanarPose
@@ -35,17 +35,17 @@ class Fix:
     """A pose.
 
     Attributes:
-        T_map_base: the robot's pose.
-        covariance: shape (3, 3), of x, y [m] and yaw [rad].
-        dots: the dots in view.
-        matched: shape (n,), which of them were found on the map.
-        map_points: shape (n, 2), the map dots they were matched with [m], NaN where there is none.
-        match_rate: share of the dots that were found.
-        scale: height of the camera over its mounted height, less one.
+        T_map_base: pose of the robot.
+        covariance: shape (3, 3), covariance of x, y [m] and yaw [rad].
+        dots: dots in view.
+        matched: shape (n,), whether each dot was matched to the map.
+        map_points: shape (n, 2), matched map dots [m], NaN for unmatched dots.
+        match_rate: fraction of the dots that were matched.
+        scale: relative height error of the camera: height over mounted height, minus one.
         tilt: roll and pitch of the robot [rad].
-        expected_chance_alignments: how many poses as good as this are expected by chance (see `acceptance`).
-        used_prior: whether the pose was found near where it was expected.
-        sheet: name of the floor in whose frame pose and map dots are; empty for the frame of the whole map.
+        expected_chance_alignments: expected number of equally good poses by chance (see `acceptance`).
+        used_prior: whether the pose was found within the prior.
+        level: name of the floor level in whose frame pose and map dots are; empty for the frame of the whole map.
     """
 
     T_map_base: PlanarPose
@@ -70,17 +70,17 @@ class NoFixReason(Enum):
     MIRRORED = 'the dots match the map only mirrored: is the image or the map flipped?'
     AMBIGUOUS = 'the dots match several places of the map'
     UNCERTAIN = 'the best match could be chance'
-    OUTSIDE_AREA = 'the dots match no place of the given area'
+    OUTSIDE_AREA = 'the dots match no place within the prior'
 
 
 @dataclass(frozen=True)
 class NoFix:
-    """No pose, and why.
+    """No pose, with the reason.
 
     Attributes:
-        reason: the kind of failure.
-        detail: numbers to it, for the diagnostics.
-        dots: the dots in view, None where the image gave none to look at.
+        reason: kind of failure.
+        detail: figures for the diagnostics.
+        dots: dots in view, None if the image was not processed.
     """
 
     reason: NoFixReason

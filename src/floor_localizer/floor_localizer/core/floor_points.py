@@ -1,4 +1,4 @@
-"""Dots where they lie on the floor, in the base frame of a moment."""
+"""Dots projected to the floor, in the base frame at one time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from shirube_geometry import PlanarPose
 
-# Dots of two views that are nearer than this many standard deviations are the same dot.
+# Maximum distance between two observations of the same dot [standard deviations].
 _SAME = 4.0
 
 
@@ -20,8 +20,8 @@ class FloorPoints:
     """Dots on the floor.
 
     Attributes:
-        points: shape (n, 2), in the base frame [m].
-        sigmas: shape (n,), standard deviation along each axis [m].
+        points: shape (n, 2), positions in the base frame [m].
+        sigmas: shape (n,), standard deviations along each axis [m].
     """
 
     points: NDArray[np.float64]
@@ -29,19 +29,19 @@ class FloorPoints:
 
 
 def move_points(points: FloorPoints, T_new_old: PlanarPose, error: float) -> FloorPoints:
-    """Take points to the base frame of a later moment.
+    """Transform points to the base frame at a later time.
 
     Args:
-        points: in the old base frame.
-        T_new_old: the old base frame in the new one, by odometry.
-        error: of the odometry, as a share of the distance driven.
+        points: points in the old base frame.
+        T_new_old: the old base frame in the new one, from odometry.
+        odometry_error: error of the odometry as a fraction of the distance driven.
     """
     driven = math.hypot(T_new_old.x, T_new_old.y)
     return FloorPoints(T_new_old.transform(points.points), np.hypot(points.sigmas, error * driven / 3.0))
 
 
 def join_points(first: FloorPoints, second: FloorPoints) -> FloorPoints:
-    """Return the points of both; those of the first that are the same as one of the second are left out."""
+    """Return the union of two sets of points; points of the first that also are in the second are dropped."""
     if len(first.points) == 0 or len(second.points) == 0:
         return second if len(first.points) == 0 else first
     distances, nearest = cKDTree(second.points).query(first.points)

@@ -1,12 +1,12 @@
-"""Where a robot is, from one image of the floor under it.
+"""Pose of a robot from one image of the floor under it.
 
-The steps of Fukase & Kanamori with what makes each of them fast and safe:
+The steps of Fukase & Kanamori, each with a faster or safer method:
 
-1. the dots of the image and where they lie on the floor (3.1);
-2. a place of the map that has the same dots: near the expected pose if there is one, else by constellations looked up
-   in an index of the map (2.2, in place of the pole-star table), else by pairs laid on the whole map;
-3. the match over the whole view, and whether it can be chance (2.3.3, with a bound that is computed, not tuned);
-4. the pose by least squares over all matched dots, with the camera's height and the robot's tilt.
+1. detect the dots of the image and project them to the floor (3.1);
+2. generate hypotheses: near the prior if there is one, else by geometric hashing of constellations (2.2, in place of
+   the pole-star table), else by matching pairs of dots to the whole map;
+3. match the whole view and test its significance (2.3.3, with a computed bound instead of a tuned threshold);
+4. fit the pose to all matched dots by least squares, with the camera's height and the robot's tilt.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, wrap_angle
 _LEAST_DOTS = 5
 _NEAR_PAIRS = 12
 _MIRROR_CELLS = 40000
-# An area wider than this [m] is searched by way of the whole map.
+# Priors with a larger radius [m] are searched with the whole map.
 _WIDEST_NEAR = 0.5
 
 
 class FloorLocalizer:
-    """Finds the pose of a robot on one floor. Keeps nothing between images."""
+    """Finds the pose of a robot on one floor. Has no state between images."""
 
     def __init__(
         self,
@@ -52,13 +52,13 @@ class FloorLocalizer:
         settings: LocalizerSettings | None = None,
         detector: DotDetector | None = None,
     ) -> None:
-        """Make a localizer.
+        """Create a localizer.
 
         Args:
-            floor: the floor's dots, made ready for the search by `index_map`.
-            mount: where the camera sits on the robot.
-            settings: how dots are matched, None for the defaults.
-            detector: finds the dots of an image, None for the default one.
+            floor: the floor's dots, indexed by `index_map`.
+            mount: pose of the camera on the robot.
+            settings: settings of the matching, None for the defaults.
+            detector: dot detector, None for the default one.
 
         Raises:
             FloorLocalizerError: a camera that does not look at the floor.
@@ -72,12 +72,12 @@ class FloorLocalizer:
     def locate(
         self, image: NDArray[np.uint8], camera: PinholeCamera, prior: PosePrior | None = None
     ) -> Fix | NoFix:
-        """Find the pose from an image, on a map of sheets in the frame of its sheet.
+        """Find the pose from an image, on a map of several levels in the frame of its level.
 
         Args:
             image: shape (h, w) grey or (h, w, 3) blue, green, red.
             camera: the camera's intrinsics, for images of this size.
-            prior: where the robot is expected on the whole map, if that is known.
+            prior: expected pose on the whole map, if known.
 
         Raises:
             DotImageError: the image is of another type or shape.
@@ -85,7 +85,7 @@ class FloorLocalizer:
         return self.on_sheet(self.locate_dots(self.detect(image), camera, prior))
 
     def on_sheet(self, result: Fix | NoFix) -> Fix | NoFix:
-        """Return a result of `locate_dots` in the frame of the sheet that the robot is on, if the map has any."""
+        """Return a result of `locate_dots` in the frame of the robot's level, if the map has levels."""
         if isinstance(result, NoFix):
             return result
         sheet = sheet_of(self._floor.sheets, result.T_map_base.x, result.T_map_base.y)
@@ -99,33 +99,33 @@ class FloorLocalizer:
         )
 
     def pose_on_map(self, pose: PlanarPose, sheet: str) -> PlanarPose:
-        """Return where a pose on a sheet lies on the whole map.
+        """Transform a pose from the frame of a level to the whole map.
 
         Args:
-            pose: in the frame of the sheet.
-            sheet: its name; empty for a map without sheets.
+            pose: pose in the frame of the level.
+            level: name of the level; empty for a map without levels.
 
         Raises:
-            FloorLocalizerError: the map has no such sheet.
+            FloorLocalizerError: the map has no such level.
         """
         sheets = {one.name: one for one in self._floor.sheets}
         if not sheet and not sheets:
             return pose
         if sheet not in sheets:
             known = ', '.join(sheets) or 'none'
-            raise FloorLocalizerError(f'the map has no sheet {sheet!r}; it has: {known}')
+            raise FloorLocalizerError(f'the map has no level {sheet!r}; it has: {known}')
         return sheets[sheet].pose_on_map(pose)
 
     def detect(self, image: NDArray[np.uint8]) -> DetectedDots:
-        """Find the dots of an image, as `locate`."""
+        """Detect the dots of an image; argument and errors as for `locate`."""
         return self._detector.detect(image)
 
     def floor_points(self, dots: DetectedDots, camera: PinholeCamera) -> FloorPoints:
-        """Return where dots lie on the floor for the camera as mounted; one beyond the horizon is left out."""
+        """Project dots to the floor, for the camera as mounted; dots above the horizon are dropped."""
         return self._on_floor(dots, camera)[1]
 
     def _on_floor(self, dots: DetectedDots, camera: PinholeCamera) -> tuple[DetectedDots, FloorPoints]:
-        """Return the dots that are not beyond the horizon, and where they lie on the floor."""
+        """Return the dots below the horizon and their positions on the floor."""
         points = self._mount.floor_points_from_rays(camera.rays_from_pixels(dots.pixels))
         below = np.isfinite(points).all(axis=1)
         dots = DetectedDots(dots.pixels[below], dots.diameters[below], dots.sigmas[below])
@@ -146,15 +146,15 @@ class FloorLocalizer:
         """Find the pose on the whole map from the dots of an image.
 
         Args:
-            dots: the dots, in the raw image's coordinates.
+            dots: the dots, in coordinates of the raw image.
             camera: the camera's intrinsics.
-            prior: where the robot is expected, if that is known.
-            earlier: dots of earlier views in the base frame of now, that help when these are too few.
-            effort: share of the search budgets of the settings that a view which matches nowhere may take.
+            prior: expected pose on the whole map, if known.
+            earlier: dots of earlier views in the current base frame, used in addition.
+            effort: fraction of the search budgets of the settings to spend.
         """
         dots, points = self._on_floor(dots, camera)
         if len(dots) == 0:
-            return NoFix(NoFixReason.NO_DOTS, 'the image shows none', dots)
+            return NoFix(NoFixReason.NO_DOTS, 'no dots detected in the image', dots)
         if earlier is not None:
             points = join_points(earlier, points)
         if len(points.points) < _LEAST_DOTS:
@@ -184,7 +184,7 @@ class FloorLocalizer:
         )
 
     def _search(self, view: ViewDots, prior: PosePrior | None, effort: float) -> tuple[Search, bool]:
-        """Search near the prior, then everywhere unless the prior must hold."""
+        """Search near the prior, then on the whole map unless the prior is strict."""
         settings, floor = self._settings, self._floor
         if prior is not None and prior.radius <= _WIDEST_NEAR:
             search = self._new_search(view, _dots_near(floor, prior))
@@ -206,9 +206,9 @@ class FloorLocalizer:
     def _fix(
         self, points: FloorPoints, pose: NDArray[np.float64], dots: DetectedDots, used_prior: bool
     ) -> Fix | NoFix:
-        """Fit the whole model from a pose of the search."""
+        """Fit the full model, starting from a pose of the search."""
         settings, start = self._settings, _level_state(pose, self._mount)
-        # Uniform within the tolerance has the tolerance over sqrt(3) for its standard deviation.
+        # Standard deviation of the uniform distribution: tolerance over sqrt(3).
         priors = np.array(
             [settings.scale_tolerance, settings.tilt_tolerance, settings.tilt_tolerance]
         ) / math.sqrt(3.0)
@@ -236,10 +236,10 @@ class FloorLocalizer:
     def _no_fix(
         self, view: ViewDots, search: Search, dots: DetectedDots, used_prior: bool, effort: float
     ) -> NoFix:
-        """Tell why there is no pose."""
+        """Return the reason for no pose."""
         found = f'{search.best[5]:.0f} of {len(dots)} dots match at best'
         if math.isfinite(search.best[0]):
-            found += f', {math.exp(min(search.best[0], 700.0)):.1g} such places are expected by chance'
+            found += f', expected chance alignments {math.exp(min(search.best[0], 700.0)):.1g}'
         if used_prior:
             return NoFix(NoFixReason.OUTSIDE_AREA, found, dots)
         if search.best[0] < 0.0:
@@ -249,22 +249,22 @@ class FloorLocalizer:
         return NoFix(NoFixReason.NO_MATCH, found, dots)
 
     def _is_mirrored(self, view: ViewDots, cells: int) -> bool:
-        """Tell whether the mirrored view matches the map, as far as so many cells of the index tell."""
+        """Return whether the mirrored view matches the map, within a budget of index cells."""
         search = self._new_search(view, float(len(self._floor.grid.points)))
         return search_constellations(self._floor.grid, self._floor.index, mirrored(view), search, cells)
 
 
 def _level_state(pose: NDArray[np.float64], mount: CameraMount) -> NDArray[np.float64]:
-    """Return the state of the level robot, shape (6,), that puts the dots where a pose of the search puts them."""
+    """Return the state without tilt, shape (6,), that is equivalent to a pose of the search."""
     a, b = complex(pose[1], pose[2]), complex(pose[3], pose[4])
     scale = abs(a) - 1.0
-    # Seen from higher up the view is larger about the camera's foot, in the similarity about the base.
+    # A higher camera scales the view about the point below the camera, but the similarity scales it about the base.
     base = b + scale * a / abs(a) * complex(mount.xyz[0], mount.xyz[1])
     return np.array([base.real, base.imag, math.atan2(a.imag, a.real), scale, 0.0, 0.0])
 
 
 def _alike_poses(search: Search) -> list[NDArray[np.float64]]:
-    """Return the best pose of a search, and its rival if that looks the same."""
+    """Return the best pose of a search, and the runner-up if it is about as good."""
     rival = search.rival
     looks_same = is_accepted(search, rival) and rival[5] >= LOOKS_SAME * search.best[5]
     return [search.best, rival] if looks_same else [search.best]
@@ -275,13 +275,13 @@ def _place(pose: NDArray[np.float64]) -> str:
 
 
 def _is_in_area(pose: NDArray[np.float64], prior: PosePrior) -> bool:
-    """Tell whether a pose of the search is where the prior allows it."""
+    """Return whether a pose of the search is within the prior."""
     found = PlanarPose(float(pose[3]), float(pose[4]), math.atan2(pose[2], pose[1]))
     expected = prior.T_map_base
     return found.distance_to(expected) <= prior.radius and abs(found.turn_to(expected)) <= prior.turn
 
 
 def _dots_near(floor: IndexedMap, prior: PosePrior) -> float:
-    """Return how many map dots a dot of the view may be, counted by the prior's area and range of headings."""
+    """Return the expected number of map dots within the prior, weighted by its range of yaw."""
     area = math.pi * (prior.radius + floor.grid.cell) ** 2
     return max(floor.density * area * min(prior.turn / math.pi, 1.0), 1.0)

@@ -1,4 +1,4 @@
-"""The figures of a dot map: how many dots, how dense, how large they are, and what its index costs."""
+"""Statistics of a dot map: number, density and size of the dots, and size of the index."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from floor_localizer.core.dot_map import DotMap
 
 @dataclass(frozen=True)
 class MapFigures:
-    """What a map holds.
+    """Statistics of a map.
 
     Attributes:
         dots: number of dots.
         lower: shape (2,), lower left corner of the dots' bounding box [m].
         upper: shape (2,), upper right corner [m].
-        area: of the floor that holds dots; gaps between rooms do not count [m^2].
-        density: dots on a square metre of that area [1/m^2].
+        area: area of the occupied floor, without gaps between rooms [m^2].
+        density: density of dots in that area [1/m^2].
         diameters: shape (3,), smallest, median and largest known diameter [m]; None if none is known.
-        diameters_known: share of the dots with a diameter.
+        known_diameter_fraction: fraction of the dots with a known diameter.
         constellations: number of constellations in the index.
-        bytes_per_dot: size of dots and index in memory and in the binary form, over the number of dots.
+        bytes_per_dot: size of dots and index, in memory and in the binary format, per dot [bytes].
     """
 
     dots: int
@@ -40,11 +40,11 @@ class MapFigures:
 
 
 def describe_map(dot_map: DotMap, floor: IndexedMap) -> MapFigures:
-    """Return the figures of a map.
+    """Return the statistics of a map.
 
     Args:
         dot_map: the dots.
-        floor: the same map made ready for the search.
+        floor: the same map with its index.
     """
     density = 1.0 / typical_spacing(dot_map.points) ** 2
     known = dot_map.diameters[np.isfinite(dot_map.diameters)]

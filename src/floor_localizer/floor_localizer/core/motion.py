@@ -1,4 +1,4 @@
-"""How far the robot may have moved since it was last seen, from odometry or without."""
+"""Prediction of the next pose, with its tolerances, from odometry or from the last velocity."""
 
 from __future__ import annotations
 
@@ -11,41 +11,40 @@ from floor_localizer.core.settings import TrackerSettings
 from shirube_geometry import PlanarPose
 
 _KEPT = 4000
-# Odometry that is older than this beside an image says nothing about it [s].
+# Odometry with a larger time difference from an image is not used [s].
 _STALE = 0.25
 
 
 class Motion:
-    """Remembers odometry and the last poses, and expects the next one."""
+    """Buffers odometry and the last two poses, and predicts the next pose."""
 
     def __init__(self, settings: TrackerSettings) -> None:
-        """Begin without knowledge.
+        """Start with empty buffers.
 
         Args:
-            settings: how far the robot may be from where it is expected.
+            settings: tolerances of the prediction.
         """
         self._settings = settings
         self._odometry: deque[tuple[float, PlanarPose]] = deque(maxlen=_KEPT)
         self._poses: deque[tuple[float, PlanarPose]] = deque(maxlen=2)
 
     def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
-        """Take an odometry pose; one that is not newer than the last is left out."""
+        """Add an odometry pose; ignored unless newer than the last one."""
         if not self._odometry or stamp > self._odometry[-1][0]:
             self._odometry.append((stamp, T_odom_base))
 
     def add_pose(self, stamp: float, T_map_base: PlanarPose) -> None:
-        """Take a pose that was found."""
+        """Add a pose that was found."""
         self._poses.append((stamp, T_map_base))
 
     def forget_poses(self) -> None:
-        """Forget where the robot was, not how it moved."""
+        """Clear the poses, but not the odometry."""
         self._poses.clear()
 
     def odometry_at(self, stamp: float) -> PlanarPose | None:
-        """Return ``T_odom_base`` at a time, between messages or a little beyond them, None when there is none near.
+        """Interpolate ``T_odom_base`` at a time; None without odometry close in time.
 
-        An image is often newer than the last odometry: then the robot is taken to have gone on as between the
-        last two messages.
+        An image is often newer than the last odometry: then the pose is extrapolated from the last two messages.
         """
         if not self._odometry:
             return None
@@ -61,14 +60,12 @@ class Motion:
         return before[1] @ _share_of_step(before, after, (stamp - before[0]) / (after[0] - before[0]))
 
     def between(self, earlier: float, later: float) -> PlanarPose | None:
-        """Return the pose at ``later`` in the base frame at ``earlier`` by odometry, None where it is not
-        known.
-        """
+        """Return the pose at ``later`` in the base frame at ``earlier`` from odometry, None if unknown."""
         start, end = self.odometry_at(earlier), self.odometry_at(later)
         return None if start is None or end is None else start.inverse() @ end
 
     def expect(self, stamp: float) -> PosePrior | None:
-        """Return where the robot is expected, None when nothing is known or too little to be of use."""
+        """Predict the pose at a time; None if unknown or too uncertain to be useful."""
         if not self._poses or stamp < self._poses[-1][0]:
             return None
         last_stamp, last = self._poses[-1]
@@ -87,7 +84,7 @@ class Motion:
         )
 
     def _by_velocity(self, stamp: float) -> PosePrior:
-        """Expect the velocity between the last two poses, or any up to what the acceleration allows."""
+        """Predict with the velocity between the last two poses; the tolerances cover the maximum acceleration."""
         settings = self._settings
         last_stamp, last = self._poses[-1]
         dt = stamp - last_stamp

@@ -1,14 +1,14 @@
 """The pose from matched dots: least squares over the robot's pose, the camera's height and its tilt.
 
-The robot is a rigid body on soft wheels: it lifts by a share of the camera's height and tilts about ``base_link``, and
-the camera with its mount (c, R) goes along. With the ray v_i of a dot in the optical frame,
+The robot is a rigid body on a soft suspension: it rises by a fraction of the camera's height and tilts about
+``base_link``, together with the camera and its mount (c, R). With the ray v_i of a dot in the optical frame,
 
     d_i = Tilt R v_i,   o = Tilt c + (0, 0, scale c_z),   p_i = o_xy - o_z / d_iz * d_ixy,
     m_i = T_map_base p_i + noise
 
-The six unknowns (x, y, yaw, scale, roll, pitch) minimise the sum of squared residuals over the dots' variances plus the
-squared scale and tilts over theirs: what suspension and load leave open. The covariance is the inverse of the normal
-matrix, the Cramer-Rao bound of this model.
+The six unknowns (x, y, yaw, scale, roll, pitch) minimise the squared residuals over the dots' variances plus the
+squared scale and tilts over their prior variances, which model suspension and load. The covariance is the inverse of
+the normal matrix, the Cramer-Rao bound of this model.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ _STEP = 1e-6
 
 
 class MountedRays(NamedTuple):
-    """What the camera sees and where it sits.
+    """Rays of the dots and the camera's mount.
 
     Attributes:
-        rays: shape (n, 3), undistorted rays of the dots in the optical frame, of any length.
+        rays: shape (n, 3), undistorted rays of the dots in the optical frame, not normalized.
         rotation: shape (3, 3), ``R_base_camera`` as mounted.
         position: shape (3,), optical centre in the base frame as mounted [m].
     """
@@ -40,12 +40,12 @@ class MountedRays(NamedTuple):
 
 @njit(cache=True)
 def map_point(mounted: MountedRays, k: int, state: NDArray[np.float64]) -> tuple[float, float]:
-    """Return where the ray of dot ``k`` meets the floor in the map frame [m].
+    """Return the intersection of dot ``k``'s ray with the floor, in the map frame [m].
 
     Args:
         mounted: the rays and the camera's mount.
         k: index of the dot.
-        state: shape (6,), x, y [m], yaw [rad], scale (share of the height), roll and pitch [rad].
+        state: shape (6,), x, y [m], yaw [rad], scale (relative height error), roll and pitch [rad].
     """
     v, r = mounted.rays[k], mounted.rotation
     dx, dy, dz = _tilt(
@@ -63,7 +63,7 @@ def map_point(mounted: MountedRays, k: int, state: NDArray[np.float64]) -> tuple
 
 @njit(cache=True)
 def _tilt(x: float, y: float, z: float, state: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Turn a vector of the level base frame by the state's roll, then its pitch."""
+    """Rotate a vector of the untilted base frame by the state's roll, then its pitch."""
     cos, sin = math.cos(state[4]), math.sin(state[4])
     y, z = cos * y - sin * z, sin * y + cos * z
     cos, sin = math.cos(state[5]), math.sin(state[5])
@@ -82,12 +82,12 @@ def fit_pose(
     """Fit the state to matched dots by Gauss-Newton, in place, and return its covariance, shape (6, 6).
 
     Args:
-        mounted: the rays of n dots.
-        targets: shape (n, 2), the map dots they are matched with [m].
-        sigmas: shape (n,), standard deviation of each residual along each axis [m].
-        matched: shape (n,), which dots take part.
-        prior_sigmas: shape (3,), standard deviations of scale and of the two tilts [-, rad, rad].
-        state: shape (6,), start and result, as in `map_point`.
+        mounted: the rays of n dots and the camera's mount.
+        targets: shape (n, 2), matched map dots [m].
+        sigmas: shape (n,), standard deviations of the residuals along each axis [m].
+        matched: shape (n,), whether each dot is used.
+        prior_sigmas: shape (3,), prior standard deviations of scale, roll and pitch [-, rad, rad].
+        state: shape (6,), initial state; overwritten with the result.
     """
     normal = np.zeros((UNKNOWNS, UNKNOWNS))
     for _ in range(8):

@@ -1,9 +1,8 @@
-"""From a pose by similarity to the pose by the whole model: match again under it, fit again, until the
-matches stay.
+"""Refine a similarity to the full pose model: match and fit alternately until the matches converge.
 
-A tilted camera shifts a dot at distance r from the middle of the view by up to tilt r^2 / height, which no similarity
-takes up and which may be many times the dots' noise. Where noise alone leaves dots out, they are first looked for that
-far from where they should be; from then on the residuals of the fit before tell how far.
+A tilted camera shifts a dot at distance r from the centre of the view by up to tilt r^2 / height. A similarity does not
+model this, and it may be many times the dots' noise. If too many dots are unmatched within the noise gate, the first
+search radius includes this shift; later radii follow from the residuals of the previous fit.
 """
 
 from __future__ import annotations
@@ -20,17 +19,17 @@ from floor_localizer.core.constellation.dot_grid import DotGrid, nearest_dot
 from floor_localizer.core.pose_fit import MountedRays, fit_pose, map_point
 
 _MOST_FITS = 8
-# A dot of the first fit is looked for this many gates away,
+# Search radius of the first fit [gates].
 _FIRST_GATES = 2.5
-# and for the tilt, too, when that leaves out more than this share of the dots that are found so: a few that are left
-# out are false, and few dots would be bent to them by a tilt that is not there,
+# The tilt is included in the search radius only if the radius without it misses more than this fraction of the matches:
+# a few missing ones are outliers, and with few dots a false tilt would fit them.
 _LEFT_OUT = 0.3
-# but for the tilt no farther than this share of the mean spacing: beyond, a dot is found by chance.
+# Maximum search radius for the tilt [mean dot spacings]; beyond it, matches are random.
 _FARTHEST_BY_TILT = 0.25
 _FARTHEST = 0.45
-# The median length of a plane normal vector of unit deviation along each axis.
+# Median length of a normally distributed 2D vector with unit standard deviation along each axis.
 _MEDIAN_LENGTH = math.sqrt(2.0 * math.log(2.0))
-# A median of many is certain to so many of its own standard deviations.
+# Confidence margin of a median [standard deviations of the median].
 _CERTAIN = 2.0
 
 
@@ -39,8 +38,8 @@ class Refinement(NamedTuple):
 
     Attributes:
         state: shape (6,): x, y [m], yaw [rad], scale, roll, pitch [rad].
-        covariance: shape (6, 6), of the state.
-        matches: shape (n,), index of each dot's map dot in the grid, -1 where there is none.
+        covariance: shape (6, 6), covariance of the state.
+        matches: shape (n,), index of each dot's map dot in the grid, -1 without a match.
     """
 
     state: NDArray[np.float64]
@@ -56,14 +55,14 @@ def refine(
     start: NDArray[np.float64],
     prior_sigmas: NDArray[np.float64],
 ) -> Refinement:
-    """Fit the whole model to all dots that match the map under it.
+    """Fit the full model to all dots that match the map under it.
 
     Args:
         grid: the map.
         mounted: the rays of n dots and the camera's mount.
-        sigmas: shape (n,), standard deviation of each dot's place [m].
-        start: shape (6,), a state near the right one.
-        prior_sigmas: shape (3,), of scale and tilts.
+        sigmas: shape (n,), standard deviations of the dots' positions [m].
+        start: shape (6,), initial state.
+        prior_sigmas: shape (3,), prior standard deviations of scale, roll and pitch [-, rad, rad].
     """
     n = len(sigmas)
     state = start.copy()
@@ -89,7 +88,7 @@ def refine(
 
 @njit(cache=True)
 def _stayed(matches: NDArray[np.int64], previous: NDArray[np.int64]) -> bool:
-    """Tell whether all matches are the previous ones, and make them the previous ones."""
+    """Return whether all matches equal the previous ones, and copy them to the previous ones."""
     same = True
     for k in range(len(matches)):
         same = same and matches[k] == previous[k]
@@ -105,14 +104,14 @@ def _reaches_by_tilt(
     state: NDArray[np.float64],
     prior_sigmas: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return how far off each dot may be while the tilt is not known, shape (n,) [m]."""
+    """Return the search radius of each dot for an unknown tilt, shape (n,) [m]."""
     n = len(sigmas)
     places = np.empty((n, 2))
     for k in range(n):
         places[k, 0], places[k, 1] = map_point(mounted, k, state)
     middle_x, middle_y = np.mean(places[:, 0]), np.mean(places[:, 1])
     squares = (places[:, 0] - middle_x) ** 2 + (places[:, 1] - middle_y) ** 2
-    # A tolerance is the square root of 3 standard deviations of what is uniform within it.
+    # Tolerance of a uniform distribution: sqrt(3) standard deviations.
     tilt = math.sqrt(3.0) * max(prior_sigmas[1], prior_sigmas[2])
     shifts = np.minimum(tilt / mounted.position[2] * squares, _FARTHEST_BY_TILT * grid.cell)
     return GATE * sigmas + shifts
@@ -127,7 +126,7 @@ def _match(
     matches: NDArray[np.int64],
     targets: NDArray[np.float64],
 ) -> int:
-    """Write each dot's map dot within its reach, or -1, and where that is; return the number of matches."""
+    """Write each dot's map dot within its radius, or -1, and its position; return the number of matches."""
     matched = 0
     for k in range(len(reaches)):
         x, y = map_point(mounted, k, state)
@@ -147,8 +146,8 @@ def _spread(
     targets: NDArray[np.float64],
     sigmas: NDArray[np.float64],
 ) -> float:
-    """Return by how much the residuals exceed the dots' standard deviations for certain, by their median: few false
-    matches do not count.
+    """Return a lower confidence bound of the residuals over the dots' standard deviations, from the median, which is
+    robust to outliers.
     """
     ratios = np.empty(len(sigmas))
     count = 0

@@ -1,4 +1,4 @@
-"""The localizer over time: the last pose and the odometry tell where to look, and sparse views help each other."""
+"""Tracking over time: priors from the last pose and odometry; sparse views are merged by odometry."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from floor_localizer.core.motion import Motion
 from floor_localizer.core.settings import TrackerSettings
 from shirube_geometry import PinholeCamera, PlanarPose
 
-# An area is searched out to this many standard deviations of the pose that was given.
+# Radius of the search area of an initial pose [standard deviations].
 _AREA_SIGMAS = 3.0
 
 
 class FloorTracker:
-    """Follows a robot from image to image."""
+    """Tracks a robot from image to image."""
 
     def __init__(self, localizer: FloorLocalizer, settings: TrackerSettings | None = None) -> None:
-        """Begin without knowing where the robot is.
+        """Start without a prior.
 
         Args:
-            localizer: finds the pose in one image.
-            settings: how far the robot may be from where it is expected, None for the defaults.
+            localizer: finds the pose from one image.
+            settings: settings of prediction and search, None for the defaults.
         """
         self._localizer = localizer
         self._settings = settings or TrackerSettings()
@@ -38,19 +38,19 @@ class FloorTracker:
         self._last_thorough = -math.inf
 
     def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
-        """Take an odometry pose at a time [s]."""
+        """Add an odometry pose at a time [s]."""
         self._motion.add_odometry(stamp, T_odom_base)
 
     def set_area(self, T_map_base: PlanarPose, covariance: NDArray[np.float64], sheet: str = '') -> None:
-        """Take the area where the robot is, from outside: only there is it looked for until it is found.
+        """Set an initial pose: only the area around it is searched until the robot is found.
 
         Args:
-            T_map_base: the middle of the area.
-            covariance: shape (3, 3), of x, y [m] and yaw [rad].
-            sheet: in whose frame the area is, for a map of sheets.
+            T_map_base: centre of the area.
+            covariance: shape (3, 3), covariance of x, y [m] and yaw [rad].
+            level: name of the level in whose frame the area is, for a map of several levels.
 
         Raises:
-            FloorLocalizerError: the map has no such sheet.
+            FloorLocalizerError: the map has no such level.
         """
         middle = self._localizer.pose_on_map(T_map_base, sheet)
         self.relocalize()
@@ -59,17 +59,17 @@ class FloorTracker:
         self._area = PosePrior(middle, radius, turn, must_hold=True)
 
     def relocalize(self) -> None:
-        """Forget where the robot is."""
+        """Drop all priors, so that the next image is searched in the whole map."""
         self._area = None
         self._motion.forget_poses()
         self._seen.clear()
         self._last_thorough = -math.inf
 
     def track(self, stamp: float, image: NDArray[np.uint8], camera: PinholeCamera) -> Fix | NoFix:
-        """Find the pose in the next image, on a map of sheets in the frame of its sheet.
+        """Find the pose from the next image, on a map of several levels in the frame of its level.
 
         Args:
-            stamp: when it was taken [s].
+            stamp: time of the image [s].
             image: shape (h, w) grey or (h, w, 3) blue, green, red.
             camera: the camera's intrinsics.
 
@@ -79,10 +79,10 @@ class FloorTracker:
         return self.track_dots(stamp, self._localizer.detect(image), camera)
 
     def track_dots(self, stamp: float, dots: DetectedDots, camera: PinholeCamera) -> Fix | NoFix:
-        """Find the pose from the dots of the next image, as `track`."""
+        """Find the pose from the dots of the next image; otherwise as `track`."""
         prior = self._area or self._motion.expect(stamp)
         thorough = stamp - self._last_thorough >= self._settings.thorough_interval
-        # A fifth of a second: with all effort for every image a camera would outrun the search.
+        # Takes a fifth of a second: a thorough search for every image would be slower than the camera.
         effort = self._settings.thorough_effort if thorough else self._settings.usual_effort
         result = self._localizer.locate_dots(dots, camera, prior, effort=effort)
         if thorough or isinstance(result, Fix):
@@ -98,7 +98,7 @@ class FloorTracker:
         return self._localizer.on_sheet(result)
 
     def _needs_help(self, result: Fix | NoFix) -> bool:
-        """Tell whether one view alone is not enough for a robot to drive by."""
+        """Return whether one view alone is not reliable enough."""
         if isinstance(result, Fix):
             return (
                 not result.used_prior
@@ -114,7 +114,7 @@ class FloorTracker:
         prior: PosePrior | None,
         alone: Fix | NoFix,
     ) -> Fix | NoFix:
-        """Find the pose from this view and the earlier ones that odometry joins to it."""
+        """Find the pose from this view, merged by odometry with the earlier ones."""
         earlier = self._earlier_points(stamp)
         if earlier is not None:
             effort = self._settings.usual_effort
@@ -123,11 +123,13 @@ class FloorTracker:
                 return joined
         if isinstance(alone, NoFix):
             return alone
-        detail = f'{alone.expected_chance_alignments:.1g} such places expected by chance; the next view may confirm it'
+        detail = (
+            f'expected chance alignments {alone.expected_chance_alignments:.1g}; waiting for a second view'
+        )
         return NoFix(NoFixReason.UNCERTAIN, detail, dots)
 
     def _earlier_points(self, stamp: float) -> FloorPoints | None:
-        """Return the dots of the earlier views without a pose in the base frame of now."""
+        """Return the dots of the earlier views without a pose, in the current base frame."""
         joined = FloorPoints(np.empty((0, 2)), np.empty(0))
         for seen_stamp, points in self._seen:
             step = self._motion.between(seen_stamp, stamp)

@@ -1,8 +1,8 @@
-"""How unique the places of a map are: does the robot's view at a place look like the view at another?
+"""Uniqueness of the places of a map: can the view at a place be confused with another place?
 
-The map's own dots in a view are searched for in the whole map as those of an image are, but on after the
-first match, so that the best one elsewhere is found. A second search is for the view's mirror image: where
-the map holds one, a flipped image or map would go unnoticed.
+The map's own dots in a view are searched in the whole map like those of an image, but the search continues after the
+first match to find the runner-up. A second search is for the view's mirror image: if the map contains it, a flipped
+image or map would not be detected.
 """
 
 from __future__ import annotations
@@ -25,36 +25,36 @@ from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mi
 from floor_localizer.core.settings import LocalizerSettings
 from shirube_settings import setting
 
-# A place that looks the same shares a quarter of the view's constellations: some are among so many.
+# An ambiguous place shares a quarter of the view's constellations: some are among this number.
 _LOOKUPS = 200
-# So few dots need not hold a constellation; laying pairs on the map finds them all the same.
+# Views with up to this many dots may have no constellation; the pair search finds them.
 _FEW = 14
 
 
 @dataclass(frozen=True)
 class ViewSettings:
-    """What the camera will see, for the inspection of a map."""
+    """The camera's view, for the inspection of a map."""
 
     view_size: float = setting(
         0.09, 'side of the square of floor in view', unit='m', minimum=0.01, maximum=2.0
     )
     dot_sigma: float = setting(
         0.00015,
-        'accuracy of a dot in the image, on the floor, along each axis',
+        'standard deviation of a detected dot on the floor along each axis',
         unit='m',
         minimum=0.0,
         maximum=0.01,
     )
-    places_max: int = setting(2000, 'places that are looked at, at most', minimum=1, maximum=10_000_000)
+    places_max: int = setting(2000, 'maximum number of inspected places', minimum=1, maximum=10_000_000)
 
 
 class PlaceKind(Enum):
-    """What a robot that stands there can tell."""
+    """Whether a robot can be located at a place."""
 
     UNIQUE = 'unique'
-    THIN = 'too few dots to be told from chance'
-    TWIN = 'looks like another place'
-    MIRRORED_TWIN = 'looks like the mirror image of another place'
+    THIN = 'too few dots for a significant match'
+    TWIN = 'ambiguous with another place'
+    MIRRORED_TWIN = 'ambiguous with the mirror image of another place'
 
 
 @dataclass(frozen=True)
@@ -62,13 +62,13 @@ class Place:
     """One place of a map.
 
     Attributes:
-        x: middle of the view [m].
-        y: middle of the view [m].
-        kind: what a robot that stands there can tell.
+        x: x of the view's centre [m].
+        y: y of the view's centre [m].
+        kind: whether a robot can be located there.
         dots: number of dots in view.
-        expected_chance_alignments: how many places as good as the whole view are expected by chance.
-        rival_share: share of the view's dots that match at the best other place.
-        rival: where that is, x and y [m]; None where nothing matches elsewhere.
+        expected_chance_alignments: expected number of chance alignments as good as the whole view.
+        runner_up_fraction: fraction of the view's dots that match at the best other place.
+        runner_up: x and y of that place [m]; None if nothing matches elsewhere.
     """
 
     x: float
@@ -81,10 +81,10 @@ class Place:
 
 
 def list_places(grid: DotGrid, settings: ViewSettings) -> NDArray[np.float64]:
-    """Return the places to look at, shape (n, 2) [m]: a square lattice over the floor, where there are dots,
-    and some of the dots where the lattice meets none.
+    """Return the places to inspect, shape (n, 2) [m]: a square lattice over the occupied floor, or some of the dots
+    if no lattice point has dots in view.
 
-    The views lie side by side, or with gaps between them on a large floor.
+    The views are adjacent, or have gaps between them on a large floor.
     """
     lower = np.array([grid.x0, grid.y0])
     upper = np.max(grid.points, axis=0).astype(np.float64)
@@ -107,7 +107,7 @@ def inspect_places(
     view_settings: ViewSettings,
     settings: LocalizerSettings,
 ) -> Iterator[Place]:
-    """Tell of each place, shape (n, 2) [m], how unique it is."""
+    """Yield the uniqueness of each place, shape (n, 2) [m]."""
     for x, y in places:
         yield inspect_place(floor, (float(x), float(y)), view_settings, settings)
 
@@ -118,13 +118,13 @@ def inspect_place(
     view_settings: ViewSettings,
     settings: LocalizerSettings,
 ) -> Place:
-    """Tell how unique the view around a place is.
+    """Return how unique the view around a place is.
 
     Args:
         floor: the map.
-        middle: of the view [m].
+        centre: x and y of the view's centre [m].
         view_settings: size of the view and accuracy of its dots.
-        settings: how dots are matched.
+        settings: settings of the matching.
     """
     dots = _dots_in_view(floor.grid, *middle, view_settings.view_size)
     view = _view(dots - middle, floor.density, view_settings, settings)
@@ -175,7 +175,7 @@ def _view(
 
 
 def _search(floor: IndexedMap, view: ViewDots, settings: LocalizerSettings) -> Search:
-    """Search as the localizer does, for one place that cannot be chance."""
+    """Search for one significant place, as the localizer does."""
     search = new_search(
         len(view.z), float(len(floor.grid.points)), settings.chance_alignments_max, settings.match_rate_min
     )
@@ -185,9 +185,9 @@ def _search(floor: IndexedMap, view: ViewDots, settings: LocalizerSettings) -> S
 
 
 def _log_chance(floor: IndexedMap, view: ViewDots) -> float:
-    """Return the logarithm of how many places are expected to match a view like its own by chance.
+    """Return the logarithm of the expected number of chance alignments of a view with its own place.
 
-    The dots' residuals are those of the Rayleigh distribution, one in each of n equal shares of it.
+    The residuals are the midpoint quantiles of the Rayleigh distribution.
     """
     n = len(view.z)
     residuals = view.sigma * np.sqrt(-2.0 * np.log1p(-(np.arange(n) + 0.5) / n))
@@ -198,14 +198,14 @@ def _log_chance(floor: IndexedMap, view: ViewDots) -> float:
 
 
 def _search_on(floor: IndexedMap, view: ViewDots, found: Search) -> Search:
-    """Look more constellations up after a place is found, so that one that looks alike is found too."""
+    """Look up more constellations after a place is found, to find an ambiguous place too."""
     search = found._replace(log_accept=-math.inf)
     search_constellations(floor.grid, floor.index, view, search, search.counts[0] + _LOOKUPS)
     return search
 
 
 def _elsewhere(search: Search, middle: tuple[float, float], spacing: float) -> NDArray[np.float64]:
-    """Return the better of the two poses that is not the view's own; of equals either may be the best."""
+    """Return the better pose that is not the view's own; of two equal poses, either may be the best."""
     best = search.best
     off = max(abs(best[3] - middle[0]), abs(best[4] - middle[1]))
     is_own = off < spacing and abs(complex(best[1] - 1.0, best[2])) < 0.2

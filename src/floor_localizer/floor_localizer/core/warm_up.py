@@ -1,7 +1,6 @@
-"""Runs every compiled kernel once on a tiny made-up floor, so that the first real image does not wait for a
-compiler.
+"""Compile the numba kernels: run all of them once on a small synthetic floor, before the first real image.
 
-The kernels are compiled at their first use, which takes about a minute, and kept on disk from then on.
+Compilation takes about a minute at the very first start; afterwards numba loads the kernels from its cache on disk.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from floor_localizer.core.localizer import FloorLocalizer
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
 _DOTS = 200
-_SIDE = 0.2  # of the made-up floor [m]
+_SIDE = 0.2  # side of the synthetic floor [m]
 _SEEN = 0.04  # half the width of the view [m]
 _POSE = PlanarPose(_SIDE / 2.0, _SIDE / 2.0, 0.3)
 
@@ -32,7 +31,7 @@ def warm_up() -> None:
 
 
 def _extract_dots() -> None:
-    """Extract dots from grey and coloured images of nothing much."""
+    """Extract dots from a grey and a colour image."""
     image = np.full((235, 235), 200, dtype=np.uint8)
     for u, v in _camera_view()[2].astype(int):
         image[max(v - 3, 0) : v + 3, max(u - 3, 0) : u + 3] = 40
@@ -54,7 +53,7 @@ def _search() -> None:
 
 
 def _camera_view() -> tuple[DotMap, PinholeCamera, NDArray[np.float64]]:
-    """Return a made-up floor, a camera and where it sees the floor's dots, shape (n, 2) [px]."""
+    """Return a synthetic floor, a camera and the floor's dots in its image, shape (n, 2) [px]."""
     floor = np.random.default_rng(0).uniform(0.0, _SIDE, (_DOTS, 2))
     points = _POSE.inverse().transform(floor)
     points = points[(np.abs(points) < _SEEN).all(axis=1)]

@@ -1,1 +1,1 @@
-"""Files in and out: dot maps, calibrations, images, poses."""
+"""Reading and writing of files: dot maps, calibrations, images, poses."""

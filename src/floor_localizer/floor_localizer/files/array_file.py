@@ -1,4 +1,4 @@
-"""Arrays in numpy's own form, written so that a full disk is told as such."""
+"""Arrays in numpy's npy format, written so that a full disk is reported as such."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from numpy.lib import format as numpy_form
 from numpy.typing import NDArray
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""What the system says where there is no room for a file."""
+"""Errors of the system when the disk is full."""
 
 
 def write_array(file: IO[bytes], array: NDArray[Any]) -> None:
-    """Write an array as `numpy.save` does, but through the file itself.
+    """Write an array in the format of `numpy.save`, but through the file object.
 
-    Numpy writes to the disk past the file: a disk that fills up is told without saying so, or not at all.
+    Numpy bypasses the file object and reports a full disk with a misleading error, or not at all.
 
     Args:
         file: open for writing.
-        array: of any shape.
+        array: array of any shape.
 
     Raises:
-        OSError: the place cannot be written to; one of `NO_ROOM` where the disk is full.
+        OSError: the file cannot be written; with one of `DISK_FULL_ERRORS` if the disk is full.
     """
     whole = np.asarray(array, order='C')
     numpy_form.write_array_header_1_0(file, numpy_form.header_data_from_array_1_0(whole))

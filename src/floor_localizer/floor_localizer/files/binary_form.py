@@ -1,13 +1,13 @@
-"""The dot map in the suite's own binary form: the dots with their index, opened without being read whole.
+"""The dot map in the suite's binary format: dots and index, memory-mapped instead of read.
 
 The file begins with a magic number, then version, length and checksum of a header, then the header as JSON,
-then the arrays, little-endian, each at a multiple of 64 bytes:
+then the arrays, little-endian, each aligned to 64 bytes:
 
     magic 8 bytes | version uint32 | header length uint32 | CRC-32 of the header uint32 | header | arrays
 
-The header holds the file's size, the numbers of the grids, the rules that the index was made by, and for each
-array its type, shape and place. Points are float32: exact to half a micrometre ten metres from the origin, and to four
-micrometres a hundred metres from it.
+The header contains the size of the file, the scalars of the grids, the parameters of the index, and type, shape and
+offset of each array. Points are float32: their rounding error is half a micrometre at ten metres from the origin, and
+four micrometres at a hundred metres.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ VERSION = 3
 _PREFIX = struct.Struct('<8sIII')
 _ALIGNMENT = 64
 HEAD = 1 << 16
-"""Bytes before the arrays."""
+"""Size of prefix and header, the offset of the first array [bytes]."""
 _REMEDY = 'write it again from its CSV with "inspect_map MAP.csv --write MAP.dotmap"'
-# An index made by other rules than the search's would find nothing.
+# The index must have been built with the parameters of the search, otherwise nothing would be found.
 _RULES = {
     'lower': list(constellation_key.LOWER),
     'lanes': constellation_key.LANE_HASHES.tolist(),
@@ -58,17 +58,17 @@ TYPES = {
     'index.starts': '<u4',
     'index.entries': '<u8',
 }
-"""Type of each array, in the order in which they lie in the file."""
+"""Type of each array, in the order of the file."""
 
 
 @dataclass(frozen=True)
 class BinaryMap:
-    """What the file holds.
+    """Content of the file.
 
     Attributes:
         floor: the dots with their index.
-        diameters: shape (N,) float32, in the order of the grid's points [m], NaN where unknown; shape (0,) where none
-            is known.
+        diameters: shape (N,) float32, diameters in the order of the grid's points [m], NaN if unknown; shape (0,) if
+            all are unknown.
     """
 
     floor: IndexedMap
@@ -76,10 +76,10 @@ class BinaryMap:
 
 
 def save_binary(path: Path, binary_map: BinaryMap) -> None:
-    """Write a map so that it is whole or not there.
+    """Write a map atomically.
 
     Raises:
-        DotMapError: the place cannot be written to.
+        DotMapError: the file cannot be written.
     """
     values = _values_of(binary_map)
     arrays = {name: np.ascontiguousarray(values[name], dtype) for name, dtype in TYPES.items()}
@@ -97,12 +97,12 @@ def save_binary(path: Path, binary_map: BinaryMap) -> None:
 
 @dataclass(frozen=True)
 class ArrayPlace:
-    """Where an array lies in the file.
+    """Type, shape and location of an array in the file.
 
     Attributes:
-        dtype: its type.
-        shape: its shape.
-        offset: its first byte.
+        dtype: numpy type.
+        shape: shape of the array.
+        offset: offset of the first byte in the file [bytes].
     """
 
     dtype: str
@@ -111,12 +111,12 @@ class ArrayPlace:
 
     @property
     def bytes(self) -> int:
-        """How long it is."""
+        """Size of the array [bytes]."""
         return math.prod(self.shape) * np.dtype(self.dtype).itemsize
 
 
 def places_of(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, ArrayPlace]:
-    """Return where arrays of such shapes lie; only the last one's place does not depend on its own size."""
+    """Return the locations of arrays with these shapes; no location depends on the size of the last array."""
     places, end = {}, HEAD
     for name, dtype in TYPES.items():
         places[name] = ArrayPlace(dtype, tuple(shapes[name]), end)
@@ -125,15 +125,15 @@ def places_of(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, ArrayPlace]:
 
 
 def end_of(places: Mapping[str, ArrayPlace]) -> int:
-    """Return the size of the file."""
+    """Return the size of the file [bytes]."""
     return _aligned(max(place.offset + place.bytes for place in places.values()))
 
 
 def head_of(path: Path, places: Mapping[str, ArrayPlace], binary_map: BinaryMap) -> bytes:
-    """Return what stands before the arrays of a map.
+    """Return prefix and header of a map's file.
 
     Raises:
-        DotMapError: the names of the sheets are too long.
+        DotMapError: the names of the levels are too long.
     """
     header = {
         'rules': _RULES,
@@ -146,16 +146,16 @@ def head_of(path: Path, places: Mapping[str, ArrayPlace], binary_map: BinaryMap)
     }
     text = json.dumps(header).encode()
     if len(text) > HEAD - _PREFIX.size:
-        raise DotMapError(f'{path}: the names of the sheets are too long; shorten them')
+        raise DotMapError(f'{path}: the names of the levels are too long; shorten them')
     text = text.ljust(HEAD - _PREFIX.size)
     return _PREFIX.pack(MAGIC, VERSION, len(text), zlib.crc32(text)) + text
 
 
 def load_binary(path: Path) -> BinaryMap:
-    """Open a map; its arrays are read-only views of the file, read when they are used.
+    """Open a map; its arrays are read-only, memory-mapped views of the file.
 
     Raises:
-        DotMapError: a file that is missing, truncated, damaged, of another version, or no dot map.
+        DotMapError: a file that is missing, truncated, corrupted, of another version, or no dot map.
     """
     try:
         if path.stat().st_size < _PREFIX.size:
@@ -172,17 +172,17 @@ def load_binary(path: Path) -> BinaryMap:
         binary_map = _assemble(values | header['numbers'])
         _check_sizes(binary_map)
     except (KeyError, TypeError, ValueError) as fault:
-        raise DotMapError(f'{path}: is damaged, its header contradicts its content; {_REMEDY}') from fault
+        raise DotMapError(f'{path}: is corrupted, its header contradicts its content; {_REMEDY}') from fault
     return binary_map
 
 
 def map_file(path: Path) -> NDArray[np.uint8]:
-    """Return the bytes of a file without reading them; the array keeps the mapping alive.
+    """Return the memory-mapped bytes of a file; the array keeps the mapping alive.
 
-    A search reads single pages all over the file: read-ahead, up to megabytes for each, would read it whole.
+    A search reads single pages all over the file: read-ahead, up to megabytes per page, would load the whole file.
 
     Raises:
-        OSError: it cannot be read.
+        OSError: the file cannot be read.
     """
     with path.open('rb') as file:
         mapping = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
@@ -195,7 +195,7 @@ def _aligned(place: int) -> int:
 
 
 def _values_of(binary_map: BinaryMap) -> dict[str, Any]:
-    """Return all arrays and numbers of a map by their names in the file."""
+    """Return all arrays and scalars of a map by their names in the file."""
     floor = binary_map.floor
     sheets = [[sheet.name, sheet.offset, sheet.lower, sheet.upper] for sheet in floor.sheets]
     values: dict[str, Any] = {
@@ -218,20 +218,20 @@ def _assemble(values: dict[str, Any]) -> BinaryMap:
 
 
 def _read_header(path: Path, content: NDArray[np.uint8]) -> dict[str, Any]:
-    """Return the header of a file of this version whose arrays are all there."""
+    """Return the header of a complete file of this version."""
     magic, version, length, checksum = _PREFIX.unpack(content[: _PREFIX.size].tobytes())
     if magic != MAGIC:
-        raise DotMapError(f'{path}: is no dot map; give a {SUFFIX} that inspect_map wrote, or a CSV')
+        raise DotMapError(f'{path}: is not a dot map; give a {SUFFIX} that inspect_map wrote, or a CSV')
     if version != VERSION:
         raise DotMapError(f'{path}: has version {version}, this program reads version {VERSION}; {_REMEDY}')
     text = content[_PREFIX.size : _PREFIX.size + length].tobytes()
     if len(text) < length:
         raise DotMapError(f'{path}: is truncated; {_REMEDY}')
     if zlib.crc32(text) != checksum:
-        raise DotMapError(f'{path}: is damaged, the checksum of its header is wrong; {_REMEDY}')
+        raise DotMapError(f'{path}: is corrupted, the checksum of its header is wrong; {_REMEDY}')
     header: dict[str, Any] = json.loads(text)
     if header['rules'] != _RULES:
-        raise DotMapError(f'{path}: has an index of another version of this program; {_REMEDY}')
+        raise DotMapError(f'{path}: has an index from another version of this program; {_REMEDY}')
     if len(content) < header['size']:
         raise DotMapError(f'{path}: is truncated ({len(content)} of {header["size"]} bytes); {_REMEDY}')
     return header
@@ -245,13 +245,13 @@ def _place_in(header: dict[str, Any], name: str) -> ArrayPlace:
 
 
 def array_at(content: NDArray[np.uint8], place: ArrayPlace) -> NDArray[Any]:
-    """Return one array of the content of a file without reading it."""
+    """Return a view of one array in the content of a file."""
     part = content[place.offset : place.offset + place.bytes]
     return part.view(place.dtype).reshape(place.shape)
 
 
 def _check_sizes(binary_map: BinaryMap) -> None:
-    """Check that the arrays belong together, as the search reads them without looking."""
+    """Check that the sizes of the arrays are consistent, because the search does not check bounds."""
     grid, index, addresses = binary_map.floor.grid, binary_map.floor.index, binary_map.floor.addresses
     dots, constellations = len(grid.points), len(index.entries)
     fits = (

@@ -1,4 +1,4 @@
-"""A camera's mount as the node's parameters, and intrinsics as camera_calibration writes them."""
+"""Writes a camera's mount as a parameter file, and its intrinsics in the format of camera_calibration."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from shirube_geometry import CameraMount, PinholeCamera
 
 
 def save_mount(path: Path, mount: CameraMount, notes: Sequence[str]) -> None:
-    """Write ``camera_xyz`` and ``camera_rpy`` as a parameter file of the node, whole or not at all.
+    """Write ``camera_xyz`` and ``camera_rpy`` as a parameter file of the node, atomically.
 
     Args:
         path: the file.
-        mount: the camera in the base frame.
-        notes: lines of comment that stand above.
+        mount: pose of the camera in the base frame.
+        notes: comment lines at the top of the file.
 
     Raises:
-        OSError: the place cannot be written to.
+        OSError: the file cannot be written.
     """
     parameters = {
         'camera_xyz': [round(value, 6) for value in mount.xyz],
@@ -32,10 +32,10 @@ def save_mount(path: Path, mount: CameraMount, notes: Sequence[str]) -> None:
 
 
 def save_intrinsics(path: Path, camera: PinholeCamera) -> None:
-    """Write the intrinsics, whole or not at all.
+    """Write the intrinsics, atomically.
 
     Raises:
-        OSError: the place cannot be written to.
+        OSError: the file cannot be written.
     """
     content = {
         'image_width': camera.width,

@@ -1,4 +1,4 @@
-"""The dot map as CSV: the header ``x,y,diameter``, then a dot a line, in metres; diameter may be empty."""
+"""The dot map as CSV: the header ``x,y,diameter``, then one dot per line, in metres; diameter may be empty."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def load_csv(path: Path) -> DotMap:
     """
     lines = _read_lines(path)
     if not any(lines):
-        raise DotMapError(f'{path}: is empty; write the header "{HEADER}" and a dot a line, in metres')
+        raise DotMapError(f'{path}: is empty; write the header "{HEADER}" and one dot per line, in metres')
     _check_columns(path, lines[0])
     numbers = [number for number, line in enumerate(lines[1:], start=2) if line]
     table = parse_rows(path, [lines[number - 1] for number in numbers], numbers)
@@ -36,10 +36,10 @@ def load_csv(path: Path) -> DotMap:
 
 
 def save_csv(path: Path, dot_map: DotMap) -> None:
-    """Write a map, to a micrometre and so that it is whole or not there.
+    """Write a map atomically, rounded to a micrometre.
 
     Raises:
-        DotMapError: the place cannot be written to.
+        DotMapError: the file cannot be written.
     """
     try:
         with written_beside(path) as file:
@@ -60,16 +60,16 @@ def _read_lines(path: Path) -> list[str]:
         ) from fault
     except UnicodeDecodeError as fault:
         raise DotMapError(
-            f'{path}: is no text; give a CSV with the header "{HEADER}", or a .dotmap'
+            f'{path}: is not a text file; give a CSV with the header "{HEADER}", or a .dotmap'
         ) from fault
     return [line.strip() for line in text.split('\n')]
 
 
 def check_header(path: Path, head: bytes) -> None:
-    """Refuse a file whose first line is not the header of a dot map.
+    """Check that the first line of a file is the header of a dot map.
 
     Raises:
-        DotMapError: naming what stands there.
+        DotMapError: another header, which the message quotes.
     """
     _check_columns(path, head.decode('utf-8-sig', 'replace').strip())
 
@@ -83,15 +83,15 @@ def _check_columns(path: Path, head: str) -> None:
 
 
 def parse_rows(path: Path, rows: list[str], numbers: list[int]) -> NDArray[np.float64]:
-    """Parse rows all at once, and one by one only to tell which is malformed.
+    """Parse rows all at once, and one by one only to find the malformed one.
 
     Args:
-        path: of the file, for the message.
-        rows: that are not empty.
-        numbers: in which line of the file each stands.
+        path: path of the file, for the message.
+        rows: nonempty rows.
+        numbers: line number of each row in the file.
 
     Returns:
-        x, y and diameter, shape (n, 3), NaN for an empty diameter.
+        x, y and diameter, shape (n, 3) [m], NaN for an empty diameter.
 
     Raises:
         DotMapError: a row is malformed.
@@ -109,7 +109,7 @@ def parse_rows(path: Path, rows: list[str], numbers: list[int]) -> NDArray[np.fl
 
 
 def _parse_row(where: str, row: str) -> list[float]:
-    """Return the three numbers of a row, NaN for an empty diameter, or refuse it."""
+    """Return the three numbers of a row, NaN for an empty diameter, or raise a DotMapError."""
     fields = [field.strip() for field in row.split(',')]
     if len(fields) != len(_COLUMNS):
         raise DotMapError(f'{where}: has {len(fields)} fields instead of 3; write "{HEADER}"')
@@ -121,7 +121,7 @@ def _parse_row(where: str, row: str) -> list[float]:
         try:
             values.append(float(field))
         except ValueError as fault:
-            raise DotMapError(f'{where}: {name} is "{field}", no number; give metres') from fault
+            raise DotMapError(f'{where}: {name} is "{field}", not a number; give metres') from fault
         if math.isnan(values[-1]):
             raise DotMapError(f'{where}: {name} is {field}, not finite; give metres or leave the dot out')
     return values

@@ -1,4 +1,4 @@
-"""Is this a map of dots in metres? The checks that every dot map passes before it is used."""
+"""Validation of dot maps: finite numbers, plausible units, enough dots, no duplicates."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from floor_localizer.core.dot_map import DotMap
 from floor_localizer.files.file_errors import DotMapError
 
 LEAST_DOTS = 20
-# Two dots this near are one dot listed twice: chips that touch have centres a millimetre apart [m].
+# Maximum distance of duplicates; touching chips have centres a millimetre apart [m].
 _SAME_PLACE = 1e-5
-# A camera that sees twenty dots at such a spacing hangs higher than any robot's belly [m].
+# Maximum plausible spacing: to see twenty such dots, a camera must be higher than any robot's belly [m].
 _WIDEST_SPACING = 0.2
 _LARGEST_DIAMETER = 0.1
-# Maps in millimetres have numbers above these, maps in centimetres below.
+# Maps in millimetres have values above these, maps in centimetres below.
 _SPACING_IN_MILLIMETRES, _DIAMETER_IN_MILLIMETRES = 4.0, 0.8
 
 
 def check_dot_map(dot_map: DotMap, source: str, place: Callable[[int], str]) -> None:
-    """Refuse what is no map of dots in metres.
+    """Check that a map is a valid map of dots in metres.
 
     Args:
-        dot_map: the map; NaN diameters are unknown ones.
+        dot_map: the map; NaN diameters are unknown.
         source: name of the file, for the message.
-        place: tells where in the file a dot stands, as ``line 7``.
+        locate: returns the location of a dot in the file, such as ``line 7``.
 
     Raises:
-        DotMapError: numbers that are not finite, diameters that are not positive, too few dots, a dot twice,
-            or a unit other than metres.
+        DotMapError: numbers that are not finite, diameters that are not positive, too few dots, duplicates, or a unit
+            other than metres.
     """
     check_number(len(dot_map), source)
     check_dots(dot_map.points, dot_map.diameters, source, place)
@@ -46,7 +46,7 @@ def check_dot_map(dot_map: DotMap, source: str, place: Callable[[int], str]) -> 
 
 
 def check_number(dots: int, source: str) -> None:
-    """Refuse a map of too few dots."""
+    """Check that a map has enough dots."""
     if dots < LEAST_DOTS:
         raise DotMapError(
             f'{source}: has {dots} dots, at least {LEAST_DOTS} are needed; survey more of the floor'
@@ -59,13 +59,13 @@ def check_dots(
     source: str,
     place: Callable[[int], str],
 ) -> None:
-    """Refuse numbers that no dot can have: `check_dot_map` as far as it looks at each dot alone.
+    """Check each dot on its own: coordinates and diameter.
 
     Args:
-        points: shape (n, 2) [m].
-        diameters: shape (n,) [m], NaN where unknown.
-        source: as for `check_dot_map`.
-        place: as for `check_dot_map`.
+        points: shape (n, 2), dots [m].
+        diameters: shape (n,), diameters [m], NaN if unknown.
+        source: name of the file, for the message.
+        locate: returns the location of a dot in the file, such as ``line 7``.
 
     Raises:
         DotMapError: numbers that are not finite, diameters that are not positive.
@@ -88,7 +88,7 @@ def _first(mask: NDArray[np.bool_]) -> int:
 
 
 def check_units(diameter: float, spacing: float, source: str) -> None:
-    """Refuse a map that is not in metres, told by median diameter (0 if unknown) and spacing of the dots [m]."""
+    """Check that a map is in metres, by the median diameter (0 if unknown) and the spacing of its dots [m]."""
     if diameter > _LARGEST_DIAMETER:
         sign, is_millimetres = f'diameters of {diameter:.3g} m', diameter > _DIAMETER_IN_MILLIMETRES
     elif spacing > _WIDEST_SPACING:
@@ -102,11 +102,11 @@ def check_units(diameter: float, spacing: float, source: str) -> None:
 
 
 def find_twins(points: NDArray[np.float64], lower: NDArray[np.float64]) -> tuple[int, int] | None:
-    """Return two dots of the same place, the earlier one first, or None.
+    """Return two dots at the same position, the earlier one first, or None.
 
     Args:
-        points: shape (n, 2) [m].
-        lower: shape (2,), what their places are counted from [m].
+        points: shape (n, 2), dots [m].
+        lower: shape (2,), origin of the quantization [m].
     """
     steps = np.round((points - lower) / _SAME_PLACE).astype(np.int64)
     order = np.lexsort(steps.T)

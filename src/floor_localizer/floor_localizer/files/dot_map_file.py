@@ -1,4 +1,4 @@
-"""A dot map from a file, whichever of the two forms it has."""
+"""Reads and writes dot maps in either format, CSV or binary."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from floor_localizer.files.csv_form import load_csv
 
 
 def load_indexed_map(path: Path) -> IndexedMap:
-    """Load a map ready for the search: the binary form is opened at once, a CSV is indexed in a second.
+    """Load a map with its index: the binary format is memory-mapped, a CSV is indexed (about a second).
 
     Raises:
         DotMapError: a file that is missing, malformed or no map of dots in metres.
@@ -25,7 +25,7 @@ def load_indexed_map(path: Path) -> IndexedMap:
 
 
 def load_dot_map(path: Path) -> DotMap:
-    """Load the dots alone.
+    """Load the dots only.
 
     Raises:
         DotMapError: a file that is missing, malformed or no map of dots in metres.
@@ -36,7 +36,7 @@ def load_dot_map(path: Path) -> DotMap:
 
 
 def load_dots_and_index(path: Path) -> tuple[DotMap, IndexedMap]:
-    """Load both, which is faster than one after the other.
+    """Load the dots and the index, faster than with two calls.
 
     Raises:
         DotMapError: a file that is missing, malformed or no map of dots in metres.
@@ -46,15 +46,15 @@ def load_dots_and_index(path: Path) -> tuple[DotMap, IndexedMap]:
 
 
 def write_indexed_map(path: Path, dot_map: DotMap, floor: IndexedMap) -> None:
-    """Write the binary form of a map.
+    """Write a map in the binary format, atomically.
 
     Args:
-        path: the file, which is replaced when it is whole.
+        path: the file.
         dot_map: the dots.
-        floor: what `index_map` made of them.
+        floor: the same map with its index, from `index_map`.
 
     Raises:
-        DotMapError: the place cannot be written to.
+        DotMapError: the file cannot be written.
     """
     _, order = build_dot_grid(dot_map.points)
     diameters = dot_map.diameters[order].astype(np.float32)
@@ -69,7 +69,7 @@ def dots_of(binary_map: BinaryMap) -> DotMap:
 
 
 def _is_binary(path: Path) -> bool:
-    """Tell by its name, or by its first bytes, whether a file has the binary form."""
+    """Return whether a file is in the binary format, from its suffix or its first bytes."""
     if path.suffix == SUFFIX:
         return True
     try:

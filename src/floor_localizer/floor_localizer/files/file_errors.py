@@ -1,4 +1,4 @@
-"""What can be wrong with a file; each message is one line that names file, field and remedy."""
+"""Errors of files; each message is one line that names file, field and remedy."""
 
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 

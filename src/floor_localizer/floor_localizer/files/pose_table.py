@@ -1,4 +1,4 @@
-"""The poses of located images as a CSV, with the reason where there is none."""
+"""The poses of located images as a CSV, with the reason for each image without a pose."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ COLUMNS = (
 
 
 def save_pose_table(path: Path, images: Sequence[LocatedImage]) -> None:
-    """Write a line an image, in metres and radians; it is whole or not there.
+    """Write one line per image, in metres and radians, atomically.
 
     Raises:
-        OSError: the place cannot be written to.
+        OSError: the file cannot be written.
     """
     text = io.StringIO()
     table = csv.writer(text, lineterminator='\n')

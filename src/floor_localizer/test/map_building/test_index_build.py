@@ -150,7 +150,7 @@ def test_sheets_hold_their_floors_side_by_side(tmp_path):
     ('old', 'new', 'part'),
     [
         (b'x,y,diameter', b'a,b,c', 'line 1: the header is "a,b,c"'),
-        (None, b'0.1,zero,0.002\n', 'y is "zero", no number'),
+        (None, b'0.1,zero,0.002\n', 'y is "zero", not a number'),
         (None, b'0.1,inf,0.002\n', 'y is not finite'),
         (None, b'0.1,0.2,-0.002\n', 'diameter is -0.002'),
         (None, b'0.1,0.2\n', 'has 2 fields instead of 3'),

@@ -1,4 +1,4 @@
-"""Candidate regions: the paper's figures 9 to 13 in small, and the grid against counting by hand."""
+"""Candidate regions: small versions of the paper's figures 9 to 13, and the grid compared to explicit counting."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Geometric congruence: the example of the paper's figures 14 to 20, and laws of the pruning."""
+"""Geometric congruence: the example of the paper's figures 14 to 20, and properties of the pruning."""
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ def remaining(matrix: NDArray[np.bool_]) -> list[str]:
 
 
 def image_and_floor_of_figure_18() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Place dots so that the candidates agree as printed; C1, C4 and C5 lie on one line."""
+    """Place dots so that the candidates agree as printed; C1, C4 and C5 are collinear."""
     C1, C3, C4, C5 = np.zeros(2), polar(0.050, 70.0), polar(0.035, 20.0), polar(0.060, 20.0)
     C2, C6 = polar(0.040, 130.0), polar(0.045, 80.0)
     image = np.array([C1, C2, C3, C4, C5, C6])

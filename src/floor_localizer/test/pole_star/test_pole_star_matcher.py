@@ -20,7 +20,7 @@ def view_of(
     spurious: float = 0.0,
     floor: NDArray[np.float64] = FLOOR,
 ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-    """Return image dots and the floor dots they are (-1: spurious)."""
+    """Return image dots and the indices of their floor dots (-1: spurious)."""
     points = T_map_view.inverse().transform(floor)
     inside = np.flatnonzero(np.abs(points).max(axis=1) <= 0.045)
     kept = rng.permutation(inside)[round(missing * len(inside)) :]

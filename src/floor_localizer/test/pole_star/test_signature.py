@@ -1,4 +1,4 @@
-"""Pole-star signatures: laws of the distances and of the vote."""
+"""Pole-star signatures: properties of the distances and of the vote."""
 
 import numpy as np
 import pytest

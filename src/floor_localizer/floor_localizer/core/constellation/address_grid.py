@@ -1,6 +1,6 @@
-"""The paper's matching address matrix (2.3.3), one bit a block: is there a map dot at this place?
+"""The paper's matching address matrix (2.3.3) as an occupancy bitmap: one bit per block of the floor.
 
-A glance at one bit tells what a search for the nearest dot tells ten times slower: enough to drop a wrong guess.
+Reading one bit is ten times faster than a nearest-dot query, and enough to reject a wrong hypothesis.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.dot_grid import DotGrid
 
-# In units of the mean spacing of dots: how far from a block's centre a dot makes it occupied, and a block's side.
+# Maximum distance of a dot from the centre of an occupied block, and side of a block [mean dot spacings].
 _REACH, _BLOCK = 0.15, 0.06
 
 
@@ -22,7 +22,7 @@ class AddressGrid(NamedTuple):
     """Blocks of the floor that are occupied by a dot.
 
     Attributes:
-        bits: shape (rows, columns / 8) uint8, one bit a block.
+        bits: shape (rows, columns / 8) uint8, one bit per block.
         x0: lower edge of the first column [m].
         y0: lower edge of the first row [m].
         block: side of a block [m].
@@ -36,13 +36,13 @@ class AddressGrid(NamedTuple):
 
 @njit(cache=True)
 def address_shape(rows: int, columns: int) -> tuple[int, int]:
-    """Return the shape of the bits for a grid of so many rows and columns of cells."""
+    """Return the shape of the bits for a grid with these numbers of rows and columns of cells."""
     return math.ceil(rows / _BLOCK) + 8, (math.ceil(columns / _BLOCK) + 8) // 8 + 1
 
 
 @njit(cache=True)
 def build_address_grid(grid: DotGrid) -> AddressGrid:
-    """Mark the blocks whose centres are near a dot."""
+    """Mark the blocks whose centres are close to a dot."""
     block, reach = _BLOCK * grid.cell, _REACH * grid.cell
     bits = np.zeros(address_shape(grid.rows, grid.columns), dtype=np.uint8)
     rows, columns = bits.shape[0], 8 * bits.shape[1]
@@ -63,7 +63,7 @@ def build_address_grid(grid: DotGrid) -> AddressGrid:
 
 @njit(cache=True)
 def is_occupied(addresses: AddressGrid, x: float, y: float) -> bool:
-    """Tell whether there is a map dot at a place of the map [m]."""
+    """Return whether there is a map dot at a position of the map [m]."""
     column = int((x - addresses.x0) / addresses.block)
     row = int((y - addresses.y0) / addresses.block)
     if row < 0 or column < 0 or row >= addresses.bits.shape[0] or column >= addresses.bits.shape[1] * 8:

@@ -1,7 +1,7 @@
-"""Grow a guess from a few dots to the whole view, or drop it as soon as it is hopeless.
+"""Verify a pose hypothesis, from a few seed dots to the whole view, with a sequential probability ratio test.
 
-A similarity (turn, scale, shift) of the plane is a pair of complex numbers: a view dot z lies at ``a * z + b`` on the
-map. With every dot that is found where it should be, the fit over all of them gets better and reaches farther.
+A similarity transform of the plane (rotation, scale, translation) is a pair of complex numbers: view dot z maps to
+``a * z + b``. Each matched dot refines the fit, so that dots farther away can be predicted.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ from numpy.typing import NDArray
 from floor_localizer.core.constellation.dot_grid import DotGrid, nearest_dot
 from floor_localizer.core.constellation.view_dots import ViewDots
 
-# A dot is looked for within this many standard deviations of where it should be.
+# Matching gate: maximum residual of a match [standard deviations].
 GATE = 3.2
-# A match nearer than this many standard deviations is hardly false.
+# Residual below which a match is almost surely correct [standard deviations].
 _CLOSE = 2.0
-# A dot is never looked for farther than this, in units of the mean spacing: beyond, a dot is found by chance.
+# Maximum search radius [mean dot spacings]; beyond it, matches are random.
 _FARTHEST = 0.25
-# Share of a view's dots that a right guess finds at least: the middle between the worst right view and chance.
+# Probability that a dot matches under a correct hypothesis: halfway between the worst correct view and chance.
 _SHARE_IF_RIGHT = 0.5
-# A guess is dropped when the dots tried so far are this many times likelier by chance (Wald's sequential test).
+# Wald's sequential probability ratio test: reject the hypothesis below this log-likelihood ratio.
 _LOG_HOPELESS = -math.log(10.0)
-# It is worth a look at the whole view when they are this many times likelier by truth, and tried no further beyond.
+# Above the first, the whole view is matched; above the second, no more neighbours are tested.
 _LOG_WORTHY = math.log(30.0)
 _LOG_PLAIN = math.log(10000.0)
 
 
 class MatchSums(NamedTuple):
-    """Sums over matched dots from which their least-squares similarity follows.
+    """Sums over matched dots from which their least-squares similarity is computed.
 
     Attributes:
-        number: of matched dots.
+        size: number of matched dots.
         z: sum of the view dots.
         m: sum of the map dots.
         zz: sum of squared magnitudes of the view dots.
@@ -51,7 +51,7 @@ class MatchSums(NamedTuple):
 
 @njit(cache=True)
 def no_matches() -> MatchSums:
-    """Return the sums over nothing."""
+    """Return the sums over no matches."""
     return MatchSums(0.0, complex(0.0, 0.0), complex(0.0, 0.0), 0.0, complex(0.0, 0.0))
 
 
@@ -64,7 +64,7 @@ def add_match(sums: MatchSums, z: complex, m: complex) -> MatchSums:
 
 @njit(cache=True)
 def fit_similarity(sums: MatchSums) -> tuple[complex, complex, float]:
-    """Return the least-squares similarity (a, b) of two or more matches and the spread of their view dots [m^2]."""
+    """Return the least-squares similarity (a, b) of two or more matches and the scatter of their view dots [m^2]."""
     spread = sums.zz - (sums.z.real * sums.z.real + sums.z.imag * sums.z.imag) / sums.number
     a = (sums.zm - np.conj(sums.z) * sums.m / sums.number) / spread
     return a, (sums.m - a * sums.z) / sums.number, spread
@@ -74,20 +74,20 @@ def fit_similarity(sums: MatchSums) -> tuple[complex, complex, float]:
 def grow(
     grid: DotGrid, view: ViewDots, seeds: NDArray[np.int64], map_i: int, map_j: int
 ) -> tuple[bool, complex, complex]:
-    """Grow the guess that the first two seeds are two map dots through the neighbours of the last seed.
+    """Verify the hypothesis that the first two seeds are two map dots, on the neighbours of the last seed.
 
     Args:
         grid: the map.
         view: the view.
-        seeds: shape (s,), s >= 2, view dots; those after the first two must be found on the map, and as they made the
-            guess they are no evidence for it.
-        map_i: the map dot of the first seed.
-        map_j: the map dot of the second.
+        seeds: shape (s,), s >= 2, view dots; those after the first two must match the map. They generated the
+            hypothesis and therefore do not count in the likelihood ratio.
+        map_i: map dot of the first seed.
+        map_j: map dot of the second seed.
 
     Returns:
-        whether the guess is worth a look at the whole view, and its similarity (a, b).
+        whether the hypothesis is likely enough to match the whole view, and its similarity (a, b).
     """
-    # Sums about a dot of the map keep their digits far from the map's origin.
+    # Sums relative to a map dot keep their precision far from the map's origin.
     origin = complex(grid.points[map_i, 0], grid.points[map_i, 1])
     end = complex(grid.points[map_j, 0], grid.points[map_j, 1]) - origin
     sums = add_match(no_matches(), view.z[seeds[0]], complex(0.0, 0.0))
@@ -110,10 +110,10 @@ def grow(
 def _weigh_neighbours(
     grid: DotGrid, view: ViewDots, sums: MatchSums, origin: complex, seeds: NDArray[np.int64]
 ) -> tuple[float, MatchSums]:
-    """Try the neighbours of the last seed from near to far until the guess is hopeless or plain.
+    """Test the neighbours of the last seed, nearest first, until the hypothesis is rejected or certain.
 
     Returns:
-        the logarithm of how much likelier they are by truth than by chance, and the sums with those that were found.
+        log-likelihood ratio of the hypothesis to chance, and the sums including the matched neighbours.
     """
     evidence = 0.0
     for k in view.nearest[seeds[-1]]:
@@ -133,7 +133,7 @@ def _weigh_neighbours(
 
 @njit(cache=True)
 def _find(grid: DotGrid, view: ViewDots, sums: MatchSums, origin: complex, z: complex) -> tuple[int, float]:
-    """Return the map dot where a view dot should be by the matches so far, or -1, and how far it was looked for [m]."""
+    """Return the map dot nearest to the predicted position of a view dot, or -1, and the search radius [m]."""
     a, b, spread = fit_similarity(sums)
     off = z - sums.z / sums.number
     squared = off.real * off.real + off.imag * off.imag
@@ -150,7 +150,7 @@ def _map_dot(grid: DotGrid, i: int) -> complex:
 
 @njit(cache=True)
 def contains(dots: NDArray[np.int64], dot: int) -> bool:
-    """Tell whether a dot is among others."""
+    """Return whether a dot is in an array of dots."""
     for other in dots:  # noqa: SIM110 - numba compiles no any() over a generator
         if other == dot:
             return True
@@ -166,15 +166,15 @@ def match_view(
     matches: NDArray[np.int64],
     residuals: NDArray[np.float64],
 ) -> tuple[int, complex, complex]:
-    """Match all dots of a view under a guess and fit the similarity to them, until the matches stay.
+    """Match all dots of a view under a hypothesis and refit the similarity, until the matches converge.
 
     Args:
         grid: the map.
         view: the view.
-        a: turn and scale of the guess.
-        b: its shift [m].
-        matches: shape (n,), written: the index of each dot's map dot in the grid, or -1.
-        residuals: shape (n,), written: its distance from there [m], infinite where there is none.
+        a: rotation and scale of the hypothesis.
+        b: translation of the hypothesis [m].
+        matches: shape (n,), output: index of each dot's map dot in the grid, or -1.
+        residuals: shape (n,), output: distance of each dot from its map dot [m], infinite without a match.
 
     Returns:
         the number of matches and the similarity (a, b) fitted to them.
@@ -208,9 +208,9 @@ def match_closely(
     matches: NDArray[np.int64],
     residuals: NDArray[np.float64],
 ) -> tuple[int, complex, complex]:
-    """Fit to the near matches alone, then match all dots again; arguments and results as in `match_view`.
+    """Fit to the closest matches only, then match all dots again; arguments and results as in `match_view`.
 
-    In a view of few dots a single false match bends the fit so far that the true ones look like chance.
+    In a view of few dots, a single outlier biases the fit so much that the inliers look random.
     """
     if _match_once(grid, view, a, b, _CLOSE * view.sigma, matches, residuals) < 3:
         return 0, a, b
@@ -240,7 +240,7 @@ def _match_once(
 
 @njit(cache=True)
 def _fit(grid: DotGrid, view: ViewDots, matches: NDArray[np.int64]) -> tuple[complex, complex]:
-    """Return the least-squares similarity over all matched dots."""
+    """Return the least-squares similarity (a, b) of all matched dots."""
     origin = complex(0.0, 0.0)
     sums = no_matches()
     for k in range(len(matches)):

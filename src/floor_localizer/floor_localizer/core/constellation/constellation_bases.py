@@ -1,4 +1,4 @@
-"""The bases of a view in the order in which they are worth a look-up."""
+"""The baselines of a view, in the order in which their constellations are looked up."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from floor_localizer.core.constellation.constellation_key import OTHERS
 from floor_localizer.core.constellation.lens import distance, dots_in_lens
 from floor_localizer.core.constellation.view_dots import ViewDots
 
-# A base with more dots in its lens is left out: hardly any of its constellations would be whole and indexed.
+# Baselines with more dots in their lune are skipped: hardly any of their constellations would be complete and indexed.
 MOST_CROWDED = 12
-# Bases of as many dots are put into so many classes of length.
+# Number of length classes for baselines with equally many dots in their lunes.
 _LENGTHS = 8
 
 
 class ViewBases(NamedTuple):
-    """Bases of a view, those with few dots in their lenses first, and of these the longer ones first.
+    """Baselines of a view, sorted by the number of dots in their lunes, then from long to short.
 
     Attributes:
-        ends: shape (p, 2), their dots.
-        lengths: shape (p,) [m].
-        crowds: shape (p,), number of dots in their lenses.
+        ends: shape (p, 2), dots at both ends.
+        lengths: shape (p,), lengths [m].
+        lune_counts: shape (p,), numbers of dots in the lunes.
     """
 
     ends: NDArray[np.int64]
@@ -34,7 +34,7 @@ class ViewBases(NamedTuple):
 
 @njit(cache=True)
 def list_bases(view: ViewDots, shortest: float, longest: float) -> ViewBases:
-    """List the bases of a view with a length in a range [m] that have dots enough for a constellation."""
+    """List the baselines of a view with a length in a range [m] and enough dots for a constellation."""
     n, m = view.nearest.shape
     bases = ViewBases(np.empty((n * m, 2), dtype=np.int64), np.empty(n * m), np.empty(n * m, dtype=np.int64))
     lens = np.empty(MOST_CROWDED + 1, dtype=np.int64)
@@ -60,7 +60,7 @@ def list_bases(view: ViewDots, shortest: float, longest: float) -> ViewBases:
 
 @njit(cache=True)
 def _order(crowds: NDArray[np.int64], lengths: NDArray[np.float64], longest: float) -> NDArray[np.int64]:
-    """Return the order by crowd, then from long to short in classes of length (a counting sort)."""
+    """Return the order by lune count, then from long to short in classes of length (a counting sort)."""
     starts = np.zeros((MOST_CROWDED + 1) * _LENGTHS + 1, dtype=np.int64)
     classes = np.empty(len(crowds), dtype=np.int64)
     for k in range(len(crowds)):

@@ -1,4 +1,4 @@
-"""The index: every small constellation of six map dots, in the bucket of its key."""
+"""The index: a geometric hash table of all small constellations of six map dots."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ from floor_localizer.core.constellation.index_entry import base_word, pack_entry
 from floor_localizer.core.constellation.index_rules import IndexRules, index_rules
 from floor_localizer.core.constellation.lens import MOST_GROUPS, groups_of_four
 
-# A base is indexed when at most so many dots are in its lens.
+# Maximum number of dots in the lune of an indexed baseline.
 MOST_IN_LENS = 6
 _NEIGHBOURS = 64
 _UNKNOWN, _GOOD, _BAD = 0, 1, 2
-# Room for so many constellations a dot is made at first.
+# Constellations per dot for which memory is allocated initially.
 _ROOM = 18
 
 
 class ConstellationIndex(NamedTuple):
-    """Constellations of six dots by their key; the arrays may be memory-mapped.
+    """Constellations of six dots, hashed by their key; the arrays may be memory-mapped.
 
     Attributes:
-        entries: shape (M,) uint64, what is kept of each constellation (`index_entry`), bucket by bucket.
-        starts: shape (buckets + 1,) uint32, where each bucket begins.
-        step: an eighth of a cell's side in units of the base's length.
-        longest: no base is longer [m].
+        entries: shape (M,) uint64, packed constellations (`index_entry`), bucket by bucket.
+        starts: shape (buckets + 1,) uint32, first entry of each bucket.
+        step: quantization step, an eighth of a cell's side [baseline lengths].
+        longest: maximum length of a baseline [m].
     """
 
     entries: NDArray[np.uint64]
@@ -51,15 +51,15 @@ class ConstellationIndex(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """A dot and those around it.
+    """A dot and its neighbours.
 
     Attributes:
         dots: shape (64,), indices in the grid.
-        points: shape (64, 2), from the first dot [m].
-        x: shape (64,), the same along x.
-        y: shape (64,), along y.
-        squared: shape (64,), squared distances from it [m^2].
-        near: shape (64,), room to gather them in.
+        points: shape (64, 2), offsets from the first dot [m].
+        x: shape (64,), offsets along x [m].
+        y: shape (64,), offsets along y [m].
+        squared: shape (64,), squared distances from the first dot [m^2].
+        candidates: shape (64,), buffer for the unsorted neighbours.
     """
 
     dots: NDArray[np.int64]
@@ -71,12 +71,12 @@ class Surroundings(NamedTuple):
 
 
 class _KeyRoom(NamedTuple):
-    """Room to make the keys of one base in.
+    """Buffers for the keys of one baseline.
 
     Attributes:
-        xy: shape (4, 2), coordinates of the others.
-        steps: shape (8,), their steps.
-        verdicts: shape (2,), whether the other end is found again from either end.
+        xy: shape (4, 2), coordinates of the inner dots.
+        steps: shape (8,), quantized coordinates.
+        recoverable: shape (2,), whether the other end can be recovered from each end's entry.
     """
 
     xy: NDArray[np.float64]
@@ -87,8 +87,8 @@ class _KeyRoom(NamedTuple):
 def build_constellation_index(grid: DotGrid) -> ConstellationIndex:
     """Index the smallest constellations around every dot, about sixteen each.
 
-    Few large constellations tell places apart as well as many small ones, and sixteen a dot leave some whole when half
-    of the dots are missing. The size follows the density around each dot, so sparse places are indexed like dense ones.
+    With sixteen per dot, some remain complete when half of the dots are missing. Their size adapts to the local
+    density, so that sparse areas are indexed as well as dense ones.
     """
     rules = index_rules(len(grid.points), grid.cell)
     buckets, entries = list_constellations(grid, 0, len(grid.points), 0, rules)
@@ -102,17 +102,17 @@ def build_constellation_index(grid: DotGrid) -> ConstellationIndex:
 def list_constellations(
     grid: DotGrid, begin: int, end: int, number_before: int, rules: IndexRules
 ) -> tuple[NDArray[np.uint32], NDArray[np.uint64]]:
-    """List the constellations of some dots, each once: of the ends of its base, the earlier one counts.
+    """List the constellations of a range of dots, each once: it belongs to the earlier end of its baseline.
 
     Args:
-        grid: the map, or a part of it that reaches at least four cells beyond these dots.
-        begin: the first of these dots in that grid.
-        end: one past the last.
-        number_before: dots of the map before the first of the grid.
+        grid: the map, or a part of it that extends at least four cells beyond these dots.
+        begin: index of the first dot of the range in the grid.
+        end: index after the last dot of the range.
+        index_offset: number of map dots before the first dot of the grid.
         rules: how the map is indexed.
 
     Returns:
-        the bucket of each, shape (M,), and what is kept of it, shape (M,).
+        buckets, shape (M,), and entries, shape (M,), of the constellations.
     """
     around = _room_around()
     room = _KeyRoom(np.empty((OTHERS, 2)), np.empty(LANES, dtype=np.int64), np.empty(2, dtype=np.int64))
@@ -170,9 +170,9 @@ def _add_entries(
     entries: NDArray[np.uint64],
     total: int,
 ) -> int:
-    """Write the constellations of one base behind the ``total`` that are there, and return how many there are then.
+    """Append the constellations of one baseline to the ``total`` existing ones and return the new total.
 
-    A base of which one end is not found again from the other is left out: another dot is too near.
+    A baseline is skipped where rounding makes its other end unrecoverable because another dot is too close.
     """
     if len(groups) == 0:
         return total
@@ -198,15 +198,15 @@ def _add_entries(
 def sort_into_buckets(
     buckets: NDArray[np.uint32], entries: NDArray[np.uint64], first_bucket: int, starts: NDArray[np.uint32]
 ) -> NDArray[np.uint64]:
-    """Return entries bucket by bucket, those of one bucket in the order in which they came (a counting sort).
+    """Return entries bucket by bucket, in stable order (a counting sort).
 
     Args:
-        buckets: shape (m,), the bucket of each, all within the range of ``starts``.
-        entries: shape (m,).
-        first_bucket: the bucket that ``starts`` begins with.
-        starts: shape (b + 1,), zeros; written: where each bucket begins.
+        buckets: shape (m,), bucket of each entry, all within the range of ``starts``.
+        entries: shape (m,), packed constellations.
+        first_bucket: first bucket of ``starts``.
+        starts: shape (b + 1,), zeros; output: first entry of each bucket.
     """
-    # The bucket of a key counts one place ahead: filling it moves its beginning to its end, where the next one begins.
+    # Counted one element ahead: filling a bucket moves its begin to its end, which is the begin of the next one.
     begins = starts[1:]
     for bucket in buckets:
         begins[bucket - first_bucket] += np.uint32(1)
@@ -225,7 +225,7 @@ def sort_into_buckets(
 
 @njit(cache=True)
 def _look_around(grid: DotGrid, first: int, widest: float, around: Surroundings) -> int:
-    """Write the dots around one, itself first and the others from near to far, and return their number."""
+    """Write a dot and its neighbours, nearest first, and return their number."""
     x, y = np.float64(grid.points[first, 0]), np.float64(grid.points[first, 1])
     dots, xs, ys, squared = around.dots, around.x, around.y, around.squared
     near = around.near[: dots_within(grid, x, y, widest, around.near)]
@@ -248,10 +248,10 @@ def _look_around(grid: DotGrid, first: int, widest: float, around: Surroundings)
 
 @njit(cache=True)
 def _dots_in_lens(around: Surroundings, second: int, lens: NDArray[np.int64]) -> int:
-    """Write the dots in the lens of the base from the middle dot to ``second`` if it is indexed, return their number.
+    """Write the dots in the lune of the baseline from the centre dot to ``second`` and return their number.
 
-    As the dots are in order, only those before the second are near enough to the first. Most bases have too many dots
-    in their lenses, and to count them first takes a fraction of the time: there is nothing to be decided on the way.
+    Returns 0 if the baseline is not indexed. As the dots are sorted by distance, only those before ``second`` are
+    candidates. Most baselines have too many dots in their lune; counting first, without branches, is much faster.
     """
     x, y, most = around.x[second], around.y[second], around.squared[second]
     inside = 0
@@ -278,18 +278,18 @@ def _cut_key(
     xy: NDArray[np.float64],
     steps: NDArray[np.int64],
 ) -> int:
-    """Write the key of one constellation with its ends so that the others are more on the first one's side.
+    """Write the canonical key of one constellation: the inner dots are on average closer to its first end.
 
     Args:
-        points: shape (n, 2), dots [m]; the first is one end of the base.
-        second: the other end.
-        others: shape (4,), the other dots.
-        step: side of a step in units of the base's length.
-        xy: shape (4, 2), room to work in.
-        steps: shape (8,), written.
+        points: shape (n, 2), dots [m]; the first is one end of the baseline.
+        second: index of the other end.
+        inner_dots: shape (4,), indices of the inner dots.
+        step: quantization step [baseline lengths].
+        xy: shape (4, 2), buffer.
+        steps: shape (8,), output: the key.
 
     Returns:
-        1 if the ends changed places in it, else 0.
+        1 if the ends were swapped, else 0.
     """
     base_coordinates(points, np.int64(0), second, others, xy)
     swapped = 1 if imbalance(xy) > 0.0 else 0

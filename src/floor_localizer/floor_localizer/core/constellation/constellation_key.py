@@ -1,10 +1,9 @@
-"""The invariants of six dots under shift, turn and scale: what the index stores and the search looks up.
+"""Geometric hashing: the similarity invariants of six dots, which the index stores and the search looks up.
 
-The two dots farthest apart are the base: the first is put at (0, 0), the second at (1, 0). The other four then have
-coordinates that neither shift, turn nor scale changes; in order of their x they make eight numbers, the lanes of a
-key.
-A key lies in a cell of the eight-dimensional grid; the cell is hashed to a bucket, and what is kept of the key besides
-is in which eighth of the cell it lies along each lane.
+The two dots farthest apart are the baseline: they are mapped to (0, 0) and (1, 0). The coordinates of the other four,
+the inner dots, are then invariant to translation, rotation and scale. Sorted by x, they are the eight numbers of a key.
+A key is quantized into cells of an eight-dimensional grid. The cell is hashed to a bucket; the entry also stores the
+subcell, which eighth of the cell contains the key along each coordinate.
 """
 
 from __future__ import annotations
@@ -14,17 +13,17 @@ from numba import njit
 from numpy.typing import NDArray
 
 OTHERS = 4
-"""Dots of a constellation besides its base."""
+"""Number of dots of a constellation other than the two ends of its baseline."""
 
 LANES = 2 * OTHERS
 
-# Inside the lens of points that are nearer to both ends of the base than its length, x is in 0..1 and y in +-0.866;
-# the rest is room for noise.
+# In the lune, the points closer to both ends of the baseline than its length, x is in 0..1 and y in +-0.866; the rest
+# is margin for noise.
 X_LOWER, Y_LOWER = -0.1, -1.0
 LOWER = (X_LOWER, Y_LOWER)
 
 PARTS = 8
-"""A cell is so many steps wide along each lane."""
+"""Quantization steps per cell along each coordinate."""
 PART_BITS = np.uint64(3)
 _PART_MASK = np.uint64(PARTS - 1)
 _FINEST, _COARSEST = 0.03, 0.3
@@ -42,21 +41,21 @@ LANE_HASHES = np.array(
     ],
     dtype=np.uint64,
 )
-"""What a step to the next cell along a lane adds to a hash: odd numbers without a pattern."""
+"""Hash increments from a cell to the next one along each coordinate: odd pseudorandom numbers."""
 
 
 @njit(cache=True)
 def base_coordinates(
     points: NDArray[np.float64], first: int, second: int, others: NDArray[np.int64], xy: NDArray[np.float64]
 ) -> None:
-    """Write the coordinates of the other dots in the frame of a base to ``xy``.
+    """Write the coordinates of the inner dots in the frame of a baseline to ``xy``.
 
     Args:
         points: shape (n, 2), dots [m].
         first: index of the dot at (0, 0).
         second: index of the dot at (1, 0).
-        others: shape (4,), indices of the other dots.
-        xy: shape (4, 2), written: their coordinates in units of the base's length.
+        inner_dots: shape (4,), indices of the inner dots.
+        xy: shape (4, 2), output: their coordinates [baseline lengths].
     """
     ex = points[second, 0] - points[first, 0]
     ey = points[second, 1] - points[first, 1]
@@ -70,13 +69,13 @@ def base_coordinates(
 
 @njit(cache=True)
 def imbalance(xy: NDArray[np.float64]) -> float:
-    """Return how far the mean x of the others is beyond the middle of the base, in units of its length."""
+    """Return the offset of the inner dots' mean x from the middle of the baseline [baseline lengths]."""
     return np.sum(xy[:, 0]) / OTHERS - 0.5
 
 
 @njit(cache=True)
 def turn_around(xy: NDArray[np.float64]) -> None:
-    """Exchange the ends of the base in ``xy``, shape (4, 2), in place."""
+    """Swap the ends of the baseline in ``xy``, shape (4, 2), in place."""
     for k in range(OTHERS):
         xy[k, 0] = 1.0 - xy[k, 0]
         xy[k, 1] = -xy[k, 1]
@@ -84,7 +83,7 @@ def turn_around(xy: NDArray[np.float64]) -> None:
 
 @njit(cache=True)
 def sort_by_x(xy: NDArray[np.float64]) -> None:
-    """Put the others, shape (4, 2), in order of their x, in place."""
+    """Sort the inner dots, shape (4, 2), by x, in place."""
     for k in range(1, OTHERS):
         x, y = xy[k, 0], xy[k, 1]
         m = k
@@ -95,16 +94,16 @@ def sort_by_x(xy: NDArray[np.float64]) -> None:
 
 
 def cell_step(keys: int, crowding: float) -> float:
-    """Return the side of a step, an eighth of a cell's, in units of the base's length for an index of so many keys.
+    """Return the quantization step, an eighth of a cell's side, for an index of a given size [baseline lengths].
 
-    More keys in a cell are read at once; fewer make cells so fine that noise leaves them.
+    Fuller cells need fewer reads; emptier cells are so small that noise moves keys out of them.
 
-    The cells of eight coordinates shrink with the eighth root of the number of keys, so that a cell holds as many in a
-    large index as in a small one.
+    The side of an eight-dimensional cell shrinks with the eighth root of the number of keys, so that cells are equally
+    full in large and small indices.
 
     Args:
         keys: number of keys.
-        crowding: how many share a cell.
+        keys_per_cell: mean number of keys per cell.
     """
     side = min(max((crowding / max(keys, 1)) ** (1.0 / LANES), _FINEST), _COARSEST)
     return side / PARTS
@@ -112,19 +111,19 @@ def cell_step(keys: int, crowding: float) -> float:
 
 @njit(cache=True)
 def to_steps(value: float, lower: float, step: float) -> int:
-    """Return the number of the step that a coordinate is in; what lies below the range is in its first."""
+    """Return the quantization step of a coordinate; values below the range are clipped to step 0."""
     return max(int((value - lower) / step), 0)
 
 
 @njit(cache=True)
 def from_steps(steps: int, lower: float, step: float) -> float:
-    """Return the coordinate in the middle of a step."""
+    """Return the coordinate at the centre of a quantization step."""
     return lower + (steps + 0.5) * step
 
 
 @njit(cache=True)
 def cut_into_steps(xy: NDArray[np.float64], step: float, steps: NDArray[np.int64]) -> None:
-    """Write the steps of the coordinates of the others, shape (4, 2), to ``steps``, shape (8,): x y x y ..."""
+    """Write the quantized coordinates of the inner dots, shape (4, 2), to ``steps``, shape (8,): x y x y ..."""
     for k in range(OTHERS):
         steps[2 * k] = to_steps(xy[k, 0], X_LOWER, step)
         steps[2 * k + 1] = to_steps(xy[k, 1], Y_LOWER, step)
@@ -132,7 +131,7 @@ def cut_into_steps(xy: NDArray[np.float64], step: float, steps: NDArray[np.int64
 
 @njit(cache=True)
 def hash_of_steps(steps: NDArray[np.int64]) -> np.uint64:
-    """Return the hash of the cell that eight steps are in: the next cell along a lane is one addition away."""
+    """Return the hash of the cell of a quantized key: the next cell along a coordinate is one addition away."""
     mixed = np.uint64(0)
     for k in range(LANES):
         mixed += np.uint64(steps[k] // PARTS) * LANE_HASHES[k]
@@ -141,13 +140,13 @@ def hash_of_steps(steps: NDArray[np.int64]) -> np.uint64:
 
 @njit(cache=True)
 def bucket_of_hash(mixed: np.uint64, buckets: int) -> int:
-    """Return the bucket in 0 .. buckets - 1, fewer than 2**32, of a hash: its upper bits are well mixed."""
+    """Return the bucket, 0 .. buckets - 1 with buckets < 2**32, of a hash: its upper bits are well mixed."""
     return int(((mixed >> np.uint64(32)) * np.uint64(buckets)) >> np.uint64(32))
 
 
 @njit(cache=True)
 def pack_parts(steps: NDArray[np.int64]) -> np.uint64:
-    """Return where in its cell a key is, three bits a lane, the first lane uppermost."""
+    """Return the subcell of a key: three bits per coordinate, the first coordinate uppermost."""
     parts = np.uint64(0)
     for k in range(LANES):
         parts = (parts << PART_BITS) | np.uint64(steps[k] % PARTS)
@@ -156,5 +155,5 @@ def pack_parts(steps: NDArray[np.int64]) -> np.uint64:
 
 @njit(cache=True)
 def part_of_lane(parts: np.uint64, lane: int) -> int:
-    """Return which of the eight steps of its cell a key is in along a lane."""
+    """Return the step of a key within its cell, 0 .. 7, along a coordinate."""
     return int((parts >> (PART_BITS * np.uint64(LANES - 1 - lane))) & _PART_MASK)

@@ -1,8 +1,8 @@
-"""Which cells of the index a constellation of a view may be in, the likely ones first.
+"""Cells of the index that may contain a constellation of a view, the most likely ones first.
 
-Noise moves a coordinate of a key out of its cell with a probability that follows from its distance to the nearest
-border. The cell at home and those across one or more borders are opened in the order of their probability: a look into
-the likeliest cell of every constellation costs less and finds more than a look into all cells of a few.
+Noise moves a coordinate of a key out of its cell with a probability that depends on its distance to the nearest cell
+border. The home cell and its neighbours are opened in the order of their probability: the most likely cell of every
+constellation costs less and finds more than all cells of a few constellations.
 """
 
 from __future__ import annotations
@@ -28,25 +28,25 @@ from floor_localizer.core.constellation.constellation_key import (
     turn_around,
 )
 
-# A coordinate of a key may be off by this many standard deviations.
+# Gate: maximum error of a coordinate of a key [standard deviations].
 _LANE_GATE = 2.6
-# The logistic curve of this slope is the normal distribution to a hundredth.
+# The logistic function with this slope approximates the normal distribution to 0.01.
 _SLOPE = 1.702
 _ROOM, _CELL_ROOM = 32, 1024
 
 
 class Lookups(NamedTuple):
-    """Constellations and the buckets that are to be opened for them: together, so that memory is read in parallel.
+    """A batch of constellations and the buckets to open for them: batched, so that memory is read in parallel.
 
     Attributes:
-        seeds: shape (q, 6), the view dots of each constellation, base first, the others in the order of the key.
-        xy: shape (q, 4, 2), the coordinates of its others.
-        noise: shape (q,), standard deviation of a dot's place in units of its base's length.
-        cells: shape (q, 8, 2), along each lane the cell at home and the one next to it.
-        fitting: shape (q, 8, 2) uint8, for each of these a set of bits: the eighths of the cell that a key may be in.
+        seeds: shape (q, 6), view dots of each constellation, baseline first, inner dots in the order of the key.
+        xy: shape (q, 4, 2), coordinates of its inner dots [baseline lengths].
+        noise: shape (q,), standard deviation of a dot's position [baseline lengths].
+        cells: shape (q, 8, 2), home cell and nearest neighbour cell along each coordinate.
+        compatible: shape (q, 8, 2) uint8, bit mask for each of these cells: steps of the cell within the gate.
         buckets: shape (c,), buckets to open.
-        owners: shape (c,), the constellation that each is opened for.
-        beyond: shape (c,), a set of bits: along which lanes the cell is not the one at home.
+        owners: shape (c,), index of the constellation of each bucket.
+        neighbour_bits: shape (c,), bit mask: coordinates along which the cell is the neighbour, not the home cell.
         counts: shape (2,), number of constellations and of buckets.
     """
 
@@ -62,11 +62,11 @@ class Lookups(NamedTuple):
 
 
 class Wanted(NamedTuple):
-    """Which cells are wanted: those with a probability in a range.
+    """Range of probability of the cells to open.
 
     Attributes:
-        least: the lower end, included.
-        below: the upper end, excluded.
+        minimum: lower end, included.
+        maximum: upper end, excluded.
     """
 
     least: float
@@ -75,7 +75,7 @@ class Wanted(NamedTuple):
 
 @njit(cache=True)
 def no_lookups() -> Lookups:
-    """Return room for lookups, with none in it."""
+    """Return an empty batch of lookups."""
     return Lookups(
         np.empty((_ROOM, 2 + OTHERS), dtype=np.int64),
         np.empty((_ROOM, OTHERS, 2)),
@@ -91,7 +91,7 @@ def no_lookups() -> Lookups:
 
 @njit(cache=True)
 def is_full(lookups: Lookups) -> bool:
-    """Tell whether there may be no room for the ten forms of one more constellation."""
+    """Return whether the batch may not hold the ten permutations of one more constellation."""
     return lookups.counts[0] > _ROOM - 10 or lookups.counts[1] > _CELL_ROOM // 2
 
 
@@ -104,20 +104,20 @@ def add_constellation(
     noise: float,
     wanted: Wanted,
 ) -> None:
-    """Add the wanted cells of a constellation, with either end first and neighbours along x in either order.
+    """Add the cells of a constellation in a range of probability, with both orders of its ends and x-neighbours.
 
     Args:
         index: the map's constellations.
-        lookups: what there is to look up already.
-        seeds: shape (6,), its view dots, the base first.
-        xy: shape (4, 2), the coordinates of the others; overwritten.
-        noise: standard deviation of a dot's place in units of the base's length.
-        wanted: which cells.
+        lookups: the batch so far; extended.
+        seeds: shape (6,), view dots of the constellation, the baseline first.
+        xy: shape (4, 2), coordinates of the inner dots; overwritten.
+        noise: standard deviation of a dot's position [baseline lengths].
+        probability_range: range of probability of the cells to add.
     """
     for side in range(2):
         if side == 1:
             turn_around(xy)
-        # The mean of four coordinates has the noise of a quarter of a dot and of half of either end.
+        # Noise of the mean of four coordinates: a quarter of a dot's variance and that of half of each end.
         likely = _logistic(-imbalance(xy) / (0.87 * noise))
         if likely < wanted.least:
             continue
@@ -146,7 +146,7 @@ def _sort(
     dots: NDArray[np.int64],
     sorted_dots: NDArray[np.int64],
 ) -> None:
-    """Write coordinates, shape (4, 2), and dots, shape (4,), in order of their x."""
+    """Write coordinates, shape (4, 2), and dots, shape (4,), sorted by x."""
     for k in range(OTHERS):
         m = k
         while m > 0 and sorted_xy[m - 1, 0] > xy[k, 0]:
@@ -159,7 +159,7 @@ def _sort(
 
 @njit(cache=True)
 def _swap(seeds: NDArray[np.int64], xy: NDArray[np.float64], k: int) -> None:
-    """Exchange two neighbours in the order of the key."""
+    """Swap two neighbours in the order of the key."""
     seeds[2 + k], seeds[3 + k] = seeds[3 + k], seeds[2 + k]
     for axis in range(2):
         xy[k, axis], xy[k + 1, axis] = xy[k + 1, axis], xy[k, axis]
@@ -175,7 +175,7 @@ def _add_form(
     likely: float,
     wanted: Wanted,
 ) -> None:
-    """Add the wanted cells of a constellation in one order of its dots, which is right with some probability."""
+    """Add the cells of a constellation for one permutation of its dots, which is right with some probability."""
     odds = np.empty(LANES)
     hashes = np.empty(LANES, dtype=np.uint64)
     one = lookups.counts[0]
@@ -207,14 +207,14 @@ def _add_form(
 
 @njit(cache=True)
 def _spread(dot: NDArray[np.float64], noise: float) -> float:
-    """Return the standard deviation of a coordinate: a dot's own noise and its share of that of the base's ends."""
+    """Return the standard deviation of a coordinate from the noise of the dot and of the baseline's ends."""
     x, y = dot[0], dot[1]
     return noise * math.sqrt(1.0 + x * x + (1.0 - x) * (1.0 - x) + 2.0 * y * y)
 
 
 @njit(cache=True)
 def _home(value: float, lower: float, step: float, spread: float) -> tuple[int, int, float]:
-    """Return the cell of a coordinate, the next one, and the odds that noise moved it from there."""
+    """Return the home cell of a coordinate, the nearest neighbour cell, and the odds that noise moved it from there."""
     side = PARTS * step
     place = max((value - lower) / side, 0.0)
     home = int(place)
@@ -225,7 +225,7 @@ def _home(value: float, lower: float, step: float, spread: float) -> tuple[int, 
 
 @njit(cache=True)
 def _fitting_parts(cell: int, value: float, reach: float, lower: float, step: float) -> int:
-    """Return a set of bits: which eighths of a cell have a part within reach of a coordinate."""
+    """Return a bit mask of the steps of a cell that are within the tolerance of a coordinate."""
     fitting = 0
     for part in range(PARTS):
         if abs(from_steps(cell * PARTS + part, lower, step) - value) <= reach + 0.5 * step:
@@ -235,12 +235,12 @@ def _fitting_parts(cell: int, value: float, reach: float, lower: float, step: fl
 
 @njit(cache=True)
 def fits(lookups: Lookups, lookup: int, parts: np.uint64) -> bool:
-    """Tell whether a key of an opened cell is within reach along all lanes.
+    """Return whether a key of an opened cell is within the gate along all coordinates.
 
     Args:
-        lookups: what there is to look up.
-        lookup: which cell was opened.
-        parts: where in its cell the key is, as `pack_parts` tells.
+        lookups: the batch.
+        lookup: index of the opened cell.
+        subcell: subcell of the key, from `pack_subcell`.
     """
     owner, beyond = lookups.owners[lookup], lookups.beyond[lookup]
     for k in range(LANES):  # noqa: SIM110 - numba compiles no all() over a generator
@@ -253,7 +253,7 @@ def fits(lookups: Lookups, lookup: int, parts: np.uint64) -> bool:
 def key_coordinates(
     lookups: Lookups, lookup: int, parts: np.uint64, step: float, xy: NDArray[np.float64]
 ) -> None:
-    """Write the coordinates of a key of an opened cell to ``xy``, shape (4, 2); otherwise as `fits`."""
+    """Write the coordinates of a key of an opened cell to ``xy``, shape (4, 2); arguments as for `is_compatible`."""
     owner, beyond = lookups.owners[lookup], lookups.beyond[lookup]
     for k in range(LANES):
         cell = lookups.cells[owner, k, (beyond >> k) & 1]
@@ -270,14 +270,14 @@ def _add_cells(
     steps: NDArray[np.uint64],
     wanted: Wanted,
 ) -> None:
-    """Add the cell at home and those next to it along any lanes, if they are likely enough."""
+    """Add the home cell and its neighbours along any coordinates, if they are likely enough."""
     hashes = np.empty(1 << LANES, dtype=np.uint64)
     shares = np.empty(1 << LANES)
     beyond = np.zeros(1 << LANES, dtype=np.int64)
     hashes[0], shares[0] = mixed, likely
     count = 1
     for k in range(LANES):
-        # Half of the lanes at least are far from a border.
+        # At least half of the coordinates are far from a border.
         if likely * odds[k] < wanted.least:
             continue
         for c in range(count):

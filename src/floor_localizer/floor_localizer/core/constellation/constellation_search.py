@@ -1,4 +1,4 @@
-"""Look the constellations of a view up in the index until one grows to a pose that cannot be chance."""
+"""Look up the constellations of a view in the index until one yields a pose that is significant."""
 
 from __future__ import annotations
 
@@ -37,17 +37,17 @@ from floor_localizer.core.constellation.lens import MOST_GROUPS, distance, dots_
 from floor_localizer.core.constellation.search_state import Search, judge
 from floor_localizer.core.constellation.view_dots import ViewDots
 
-# A base is too short to look up when the noise is more than this share of it: nearly every key would fit.
+# Maximum noise of a baseline as a fraction of its length; with more noise nearly every key would match.
 _NOISIEST = 0.028
-# Six dots fit when the sum of their squared residuals over the noise's is below: 97.5 % of chi square of 8 degrees.
+# Gate on the normalized squared residuals of six dots: 97.5 % quantile of chi-square with 8 degrees of freedom.
 _MISFIT_MAX = 17.5
-# 80 % of the right keys fit as closely as this, and of the wrong ones that fit, (11 / 17.5)**4, a seventh.
+# Below this misfit are 80 % of the right keys but only a seventh, (11 / 17.5)**4, of the wrong ones inside the gate.
 _CLOSE = 11.0
-# In an index of more keys wrong ones that fit cost more than all else: the close ones are tried first.
+# In an index of more keys, wrong keys inside the gate dominate the cost: keys with a small misfit are tested first.
 _MANY_KEYS = 30_000_000
-# The base of a key may be longer or shorter by so many standard deviations of a dot's place.
+# Gate on the length of a key's baseline [standard deviations of a dot's position].
 _LENGTH_GATE = 3.7
-# Cells are opened in rounds, the likely ones first: their probability, from and below, and the misfit, from and below.
+# Cells are opened in rounds, the likely ones first: ranges of probability [min, max) and misfit [min, max).
 _ROUNDS = np.array(
     [
         (0.1, math.inf, 0.0, _MISFIT_MAX),
@@ -65,21 +65,21 @@ _ROUNDS_OF_MANY = np.array(
         (0.0008, 0.004, 0.0, _MISFIT_MAX),
     ]
 )
-# A constellation with one more dot in its lens is so much less likely to be whole.
+# Factor on the probability that a constellation is complete, for each further dot in its lune.
 _FADING = 0.8
-# Places that look the same are looked for in cells as unlikely as this.
+# Minimum probability of the cells in which repetitions of the accepted place are searched.
 _LEAST_ALIKE = 0.003
-# Of no entry; typed, because numba compiles a function once more for a bare number.
+# Index of no entry; typed, because numba would compile a second version for a plain int.
 _UNKNOWN = np.int64(-1)
 
 
 class Round(NamedTuple):
-    """What is tried together.
+    """Cells and keys that are tested in one round.
 
     Attributes:
-        cells: which cells are opened.
-        misfit_from: keys that fit more closely were tried before.
-        misfit_below: keys that fit less closely are not tried.
+        cells: range of probability of the cells to open.
+        misfit_from: minimum misfit; keys below were tested in an earlier round.
+        misfit_below: maximum misfit, excluded.
     """
 
     cells: Wanted
@@ -91,13 +91,13 @@ class Round(NamedTuple):
 def search_constellations(
     grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search, most_cells: int
 ) -> bool:
-    """Look up the view's constellations until a pose is accepted or ``most_cells`` cells are opened."""
+    """Look up the view's constellations until a pose is accepted or ``max_cells`` cells are opened."""
     return search_in_rounds(grid, index, view, search, rounds_for(len(index.entries)), most_cells)
 
 
 @njit(cache=True)
 def rounds_for(keys: int) -> NDArray[np.float64]:
-    """Return the rounds for an index of so many keys, shape (r, 4), as they stand at the top of this file."""
+    """Return the rounds for an index with a number of keys, shape (r, 4): probability and misfit ranges."""
     return _ROUNDS_OF_MANY if keys > _MANY_KEYS else _ROUNDS
 
 
@@ -110,7 +110,7 @@ def search_in_rounds(
     rounds: NDArray[np.float64],
     most_cells: int,
 ) -> bool:
-    """Look up the view's constellations, rounds as `rounds_for` gives; otherwise as `search_constellations`."""
+    """Look up the view's constellations in the rounds of `rounds_for_index`; else as `search_constellations`."""
     bases = list_bases(view, view.sigma / _NOISIEST, index.longest * (1.0 + view.scale_tolerance))
     lookups = no_lookups()
     for least, below, misfit_from, misfit_below in rounds:
@@ -133,14 +133,14 @@ def _search_round(
     one: Round,
     most_cells: int,
 ) -> bool:
-    """Open the wanted cells of all constellations."""
+    """Open the cells of one round for all constellations."""
     wanted = one.cells
     lens = np.empty(int(np.max(bases.crowds)) if len(bases.crowds) > 0 else 1, dtype=np.int64)
     groups = np.empty((MOST_GROUPS, OTHERS), dtype=np.int64)
     seeds = np.empty(2 + OTHERS, dtype=np.int64)
     xy = np.empty((OTHERS, 2))
     for b in range(len(bases.lengths)):
-        # Less likely to be whole: only its likelier cells are worth as much as others' cells.
+        # Less likely to be complete: its cells must be more likely to be worth as much as other constellations' cells.
         faded = _FADING ** (bases.crowds[b] - OTHERS)
         if wanted.least > faded:
             break
@@ -169,7 +169,7 @@ def _search_round(
 def _look_up(
     grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: Search, lookups: Lookups, one: Round
 ) -> bool:
-    """Try all keys that fit until a pose is accepted; then those of the same key, for places that look the same."""
+    """Test all compatible keys until a pose is accepted; then its key's other entries, to find repeated places."""
     lookup, entry = _try_entries(grid, index, view, search, lookups, one, _UNKNOWN)
     if lookup < 0:
         return False
@@ -194,11 +194,11 @@ def _try_entries(
     one: Round,
     known: int,
 ) -> tuple[int, int]:
-    """Open all cells and return the cell and the entry of the index that an accepted pose comes from, or -1 twice.
+    """Open all cells and return the cell and the index entry of the accepted pose, or -1 twice.
 
-    With the ``known`` entry that it came from, not -1, the others are tried to the end.
-    All beginnings, then all first keys are read before any is used: they are far apart in memory, and so the processor
-    waits for them together.
+    With ``known_entry``, the entry of an already accepted pose, all other entries are tested.
+    All bucket begins, then all first entries are read before any is used: they are scattered in memory, and the cache
+    misses overlap this way.
     """
     count = lookups.counts[1]
     begins, ends = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
@@ -241,7 +241,7 @@ def _is_alike(
     entry: np.uint64,
     one: Round,
 ) -> bool:
-    """Tell whether a key, shape (4, 2), fits a constellation of the view, and the length of its base as well."""
+    """Return whether a key, shape (4, 2), and the length of its baseline match a constellation of the view."""
     noise, rounding = lookups.noise[owner], index.step / math.sqrt(12.0)
     misfit = _misfit(key, lookups.xy[owner]) / (noise * noise + rounding * rounding)
     if misfit >= one.misfit_below or misfit < one.misfit_from:
@@ -253,11 +253,11 @@ def _is_alike(
 
 @njit(cache=True)
 def _misfit(key: NDArray[np.float64], xy: NDArray[np.float64]) -> float:
-    """Return the sum of squared residuals of the best similarity from six dots to those of a key.
+    """Return the sum of squared residuals of the least-squares similarity from a view's six dots to a key's.
 
     Args:
-        key: shape (4, 2), coordinates of the others of the key; the base's ends are (0, 0) and (1, 0) on either side.
-        xy: shape (4, 2), those of the view.
+        key: shape (4, 2), coordinates of the key's inner dots; the baseline's ends are (0, 0) and (1, 0) in both.
+        xy: shape (4, 2), coordinates of the view's inner dots.
     """
     z, t = complex(1.0, 0.0), complex(1.0, 0.0)
     zz, tt, zt = 1.0, 1.0, complex(1.0, 0.0)

@@ -1,4 +1,4 @@
-"""Map dots sorted into square cells, so that the dot nearest to a place is found in constant time."""
+"""Spatial hash of the map dots: sorted into square cells, the dot nearest to a position is found in constant time."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-# A bounding box that is mostly empty floor must not cost more memory than this for every dot.
+# Maximum number of cells per dot: limits the memory of a bounding box that is mostly empty floor.
 _CELLS_PER_DOT = 16
 
 BLOCK_ROWS = 4
-"""Rows and columns of cells in a block over which pairs are counted."""
+"""Side of a block in which pairs of dots are counted [cells]."""
 
 
 class DotGrid(NamedTuple):
     """Dots in row-major order of their cells; the arrays may be memory-mapped.
 
     Attributes:
-        points: shape (N, 2) float32, dots in the map frame [m], those of one cell side by side.
-        starts: shape (rows * columns + 1,) uint32, where each cell's dots begin.
+        points: shape (N, 2) float32, dots in the map frame [m], those of one cell contiguous.
+        starts: shape (rows * columns + 1,) uint32, first dot of each cell.
         x0: lower edge of the first column [m].
         y0: lower edge of the first row [m].
         cell: side of a cell [m].
@@ -40,7 +40,7 @@ class DotGrid(NamedTuple):
 
 
 class GridFrame(NamedTuple):
-    """How the floor is cut into cells.
+    """How the floor is divided into cells.
 
     Attributes:
         x0: lower edge of the first column [m].
@@ -60,13 +60,13 @@ class GridFrame(NamedTuple):
 def grid_frame(
     lower: NDArray[np.float64], upper: NDArray[np.float64], dots: int, spacing: float
 ) -> GridFrame:
-    """Return cells that hold about one dot each.
+    """Return the layout of cells that hold about one dot each.
 
     Args:
         lower: shape (2,), lower left corner of the dots [m].
-        upper: shape (2,), their upper right corner [m].
-        dots: their number.
-        spacing: their `typical_spacing` [m].
+        upper: shape (2,), upper right corner of the dots [m].
+        dots: number of dots.
+        spacing: `typical_spacing` of the dots [m].
     """
     size = np.maximum(upper - lower, 1e-3)
     cell = max(spacing, math.sqrt(size[0] * size[1] / (_CELLS_PER_DOT * dots)))
@@ -77,7 +77,7 @@ def grid_frame(
 def rows_and_columns(
     frame: GridFrame, points: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return row and column of the cells that points, shape (N, 2) [m], are in, shape (N,) each."""
+    """Return rows and columns, shape (N,) each, of the cells of points, shape (N, 2) [m]."""
     column, row = ((points - (frame.x0, frame.y0)) / frame.cell).astype(np.int64).T
     return row, column
 
@@ -89,7 +89,7 @@ def build_dot_grid(points: NDArray[np.float64]) -> tuple[DotGrid, NDArray[np.int
         points: shape (N, 2), dots in the map frame [m], N >= 1.
 
     Returns:
-        the grid, and the order, shape (N,), such that ``points[order]`` are the grid's points.
+        the grid, and its order of the dots, shape (N,): ``points[order]`` are the grid's points.
     """
     kept = points.astype(np.float32)
     points = kept.astype(np.float64)
@@ -103,7 +103,7 @@ def build_dot_grid(points: NDArray[np.float64]) -> tuple[DotGrid, NDArray[np.int
 
 
 def sort_into_cells(cells: NDArray[np.int64], number: int) -> tuple[NDArray[np.int64], NDArray[np.uint32]]:
-    """Return the order of dots by their cells, shape (N,), and where each of the cells begins, shape (number + 1,)."""
+    """Return the order of dots by cell, shape (N,), and the first dot of each cell, shape (number + 1,)."""
     order = np.argsort(cells, kind='stable')
     starts = np.zeros(number + 1, dtype=np.uint32)
     starts[1:] = np.cumsum(np.bincount(cells, minlength=number))
@@ -111,10 +111,9 @@ def sort_into_cells(cells: NDArray[np.int64], number: int) -> tuple[NDArray[np.i
 
 
 def typical_spacing(points: NDArray[np.float64]) -> float:
-    """Return the side of the square that holds one dot on average where there are dots [m].
+    """Return the mean spacing of the dots: the side of the square that holds one dot on average [m].
 
-    Only the part of the bounding box that holds dots counts, so that a map of several rooms is as dense as
-    its rooms.
+    Only the occupied part of the bounding box counts, so that a map of several rooms is as dense as its rooms.
 
     Args:
         points: shape (N, 2), dots [m].
@@ -131,13 +130,13 @@ def spacing_of(
     dots: int,
     occupied: Callable[[float], int],
 ) -> float:
-    """Return the typical spacing of dots of which only counts are known, as `typical_spacing` [m].
+    """Return the `typical_spacing` of dots from counts of occupied squares [m].
 
     Args:
         lower: shape (2,), lower left corner of the dots [m].
-        upper: shape (2,), their upper right corner [m].
-        dots: their number.
-        occupied: tells how many squares of a side [m], laid from the corner, hold dots.
+        upper: shape (2,), upper right corner of the dots [m].
+        dots: number of dots.
+        count_occupied: returns the number of occupied squares for a side length [m], counted from the lower corner.
     """
     size = np.maximum(upper - lower, 1e-3)
     coarse = max(math.sqrt(size[0] * size[1] / max(dots / 8.0, 1.0)), 1e-4)
@@ -150,16 +149,16 @@ def spacing_of(
 def squares_of(
     points: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64], side: float
 ) -> NDArray[np.int64]:
-    """Return the numbers of the squares, laid from the corner, that points are in, shape (N,)."""
+    """Return the indices of the squares of points, counted from the lower corner, shape (N,)."""
     columns = int(max(upper[0] - lower[0], 1e-3) // side) + 1
     column, row = ((points - lower) // side).astype(np.int64).T
     return row * columns + column
 
 
 def pair_density(grid: DotGrid) -> float:
-    """Return how many other dots are found on a square metre next to a dot [1/m^2].
+    """Return the density of other dots around a dot [1/m^2].
 
-    On an evenly random floor this is the density; where dots crowd together it is higher, and so is chance.
+    On a uniformly random floor this is the density; on a clustered floor it is higher, and so are chance matches.
     """
     starts = grid.starts.astype(np.int64)
     counts = (starts[1:] - starts[:-1]).reshape(grid.rows, grid.columns)
@@ -170,7 +169,7 @@ def count_pairs(counts: NDArray[np.int64]) -> int:
     """Return the number of ordered pairs of dots that share a block of cells.
 
     Args:
-        counts: shape (rows, columns), dots in each cell; the first row begins a block.
+        counts: shape (rows, columns), number of dots in each cell; the first row begins a block.
     """
     side = BLOCK_ROWS
     rows, columns = (n // side + 1 for n in counts.shape)
@@ -181,13 +180,13 @@ def count_pairs(counts: NDArray[np.int64]) -> int:
 
 
 def density_of_pairs(pairs: int, dots: int, cell: float) -> float:
-    """Return the density that `pair_density` tells from the pairs of all blocks."""
+    """Return the density of `pair_density` from the number of pairs in all blocks [1/m^2]."""
     return max(pairs / dots / (BLOCK_ROWS * cell) ** 2, 1.0 / cell**2)
 
 
 @njit(cache=True)
 def nearest_dot(grid: DotGrid, x: float, y: float, reach: float) -> tuple[int, float]:
-    """Return the index of the dot nearest to (x, y) within ``reach`` [m] and its squared distance, or -1."""
+    """Return the index of the dot nearest to (x, y) within ``radius`` [m], or -1, and its squared distance [m^2]."""
     first_column = max(int((x - reach - grid.x0) / grid.cell), 0)
     last_column = min(int((x + reach - grid.x0) / grid.cell), grid.columns - 1)
     first_row = max(int((y - reach - grid.y0) / grid.cell), 0)
@@ -209,9 +208,9 @@ def nearest_dot(grid: DotGrid, x: float, y: float, reach: float) -> tuple[int, f
 
 @njit(cache=True)
 def dots_within(grid: DotGrid, x: float, y: float, reach: float, found: NDArray[np.int64]) -> int:
-    """Write the indices of the dots within ``reach`` [m] of (x, y) to ``found`` and return their number.
+    """Write the indices of the dots within ``radius`` [m] of (x, y) to ``found`` and return their number.
 
-    When there are more than ``found`` holds, the rest is left out.
+    Dots beyond the size of ``found`` are left out.
     """
     first_column = max(int((x - reach - grid.x0) / grid.cell), 0)
     last_column = min(int((x + reach - grid.x0) / grid.cell), grid.columns - 1)

@@ -1,9 +1,9 @@
-"""What the index keeps of a constellation, in one 64-bit word.
+"""A constellation of the index, packed into 64 bits.
 
-    24 bits: eighth of the cell along each lane | 5: length of the base | 7: its direction | 28: its dot at (0, 0)
+    24 bits: subcell of the key | 5: length of the baseline | 7: its direction | 28: its dot at (0, 0)
 
-The other end of the base is the map dot nearest to where length and direction point; a constellation of which that
-is not true is not indexed.
+The other end of the baseline is the map dot nearest to the point given by length and direction; constellations for
+which that is wrong are not indexed.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ _PARTS_SHIFT = np.uint64(DOT_BITS + 12)
 _DOT_MASK = np.uint64(DOTS_MAX - 1)
 _DIRECTION_MASK = np.uint64(_DIRECTIONS - 1)
 _LENGTH_MASK = np.uint64(_LENGTHS - 1)
-# Lengths fall by this factor from one to the next; the last is an eighth of the longest.
+# Step of the logarithm of the length; the shortest length is an eighth of the longest.
 _STEP = 3.0 * math.log(2.0) / _LENGTHS
 LENGTH_ROUNDING = 0.5 * _STEP
-"""A length is kept to this share."""
-# The other end is looked for a little farther than rounding puts it off, in units of the length.
+"""Maximum relative rounding error of a length."""
+# Search radius for the other end [baseline lengths]: the maximum rounding error and a margin.
 _REACH = 1.1 * math.hypot(LENGTH_ROUNDING, math.pi / _DIRECTIONS)
 
 
 @njit(cache=True)
 def base_word(dx: float, dy: float, longest: float) -> np.uint64:
-    """Return what an entry keeps of a base besides its first dot.
+    """Return the bits of an entry for the length and direction of a baseline.
 
     Args:
-        dx: from the dot at (0, 0) to the one at (1, 0) along x [m].
+        dx: offset of the dot at (1, 0) from the dot at (0, 0) along x [m].
         dy: the same along y [m].
-        longest: the longest base of the index [m].
+        longest: maximum length of the index's baselines [m].
     """
     turn = math.atan2(dy, dx) / (2.0 * math.pi)
     direction = math.floor(turn * _DIRECTIONS + 0.5) % _DIRECTIONS
@@ -52,43 +52,43 @@ def base_word(dx: float, dy: float, longest: float) -> np.uint64:
 
 @njit(cache=True)
 def pack_entry(parts: np.uint64, base: np.uint64, first: int) -> np.uint64:
-    """Return the word for a constellation.
+    """Return the entry of a constellation.
 
     Args:
-        parts: where in its cell the key is, as `pack_parts` tells.
-        base: as `base_word` tells.
-        first: the dot at (0, 0), below `DOTS_MAX`.
+        subcell: subcell of the key, from `pack_subcell`.
+        packed_baseline: length and direction, from `pack_baseline`.
+        first: index of the dot at (0, 0), less than `DOTS_MAX`.
     """
     return parts << _PARTS_SHIFT | base | np.uint64(first)
 
 
 @njit(cache=True)
 def parts_of_entry(entry: np.uint64) -> np.uint64:
-    """Return where in its cell the key is, as `pack_parts` tells."""
+    """Return the subcell of the key, as `pack_subcell` does."""
     return entry >> _PARTS_SHIFT
 
 
 @njit(cache=True)
 def first_of_entry(entry: np.uint64) -> int:
-    """Return the dot at (0, 0)."""
+    """Return the index of the dot at (0, 0)."""
     return int(entry & _DOT_MASK)
 
 
 @njit(cache=True)
 def length_of_entry(entry: np.uint64, longest: float) -> float:
-    """Return the length of the base [m], to a share of `LENGTH_ROUNDING`."""
+    """Return the length of the baseline [m], with a relative error up to `LENGTH_ROUNDING`."""
     return longest * math.exp(-(np.float64((entry >> _LENGTH_SHIFT) & _LENGTH_MASK) + 0.5) * _STEP)
 
 
 @njit(cache=True)
 def second_of_entry(grid: DotGrid, entry: np.uint64, first: int, longest: float) -> int:
-    """Return the dot at (1, 0), or -1 where there is none.
+    """Return the index of the dot at (1, 0), or -1 if there is none.
 
     Args:
-        grid: the map, or the part of it around the base.
-        entry: the word.
-        first: the dot at (0, 0) in that grid.
-        longest: the longest base of the index [m].
+        grid: the map, or the part of it around the baseline.
+        entry: the packed constellation.
+        first: index of the dot at (0, 0) in that grid.
+        longest: maximum length of the index's baselines [m].
     """
     length = length_of_entry(entry, longest)
     direction = np.float64((entry >> _DIRECTION_SHIFT) & _DIRECTION_MASK)

@@ -1,4 +1,4 @@
-"""How densely a map is indexed: by the number of its dots alone, so that its parts can be indexed apart."""
+"""How densely a map is indexed. Depends only on the number of its dots, so that its parts can be indexed separately."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from floor_localizer.core.constellation.index_entry import DOTS_MAX
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 
 LARGE_MAP = 5_000_000
-"""A map of more dots is indexed more sparsely, and pairs are not laid on it."""
-# Longest base in units of the mean spacing of dots.
+"""Maps with more dots are indexed more sparsely, and are not searched by pairs of dots."""
+# Maximum length of a baseline [mean dot spacings].
 _WIDEST = 3.0
 
 
 class _Thrift(NamedTuple):
-    """How much memory the index of a map may take.
+    """Memory budget of a map's index.
 
     Attributes:
-        stride: of a base with the most dots in its lens, one constellation of so many is indexed.
-        keys_per_dot: about so many constellations a dot come of that.
-        keys_per_bucket: about so many share a bucket.
-        crowding: about so many share a cell.
+        stride: only every stride-th constellation of baselines with the fullest lunes is indexed.
+        keys_per_dot: approximate number of constellations per dot.
+        keys_per_bucket: mean number of keys per bucket.
+        keys_per_cell: mean number of keys per cell.
     """
 
     stride: int
@@ -32,7 +32,7 @@ class _Thrift(NamedTuple):
 
 
 _SMALL = _Thrift(1, 15.3, 4.0, 0.5)
-# Memory is slower than the processor there: fewer, fuller cells.
+# Bound by memory latency: fewer, fuller cells.
 _LARGE = _Thrift(4, 7.7, 8.0, 2.0)
 
 
@@ -40,10 +40,10 @@ class IndexRules(NamedTuple):
     """How a map is indexed.
 
     Attributes:
-        stride: of a base with the most dots in its lens, one constellation of so many is indexed.
+        stride: only every stride-th constellation of baselines with the fullest lunes is indexed.
         buckets: number of buckets.
-        step: an eighth of a cell's side in units of the base's length.
-        longest: no base is longer [m].
+        step: quantization step, an eighth of a cell's side [baseline lengths].
+        longest: maximum length of a baseline [m].
     """
 
     stride: int
@@ -53,14 +53,14 @@ class IndexRules(NamedTuple):
 
 
 def index_rules(dots: int, cell: float) -> IndexRules:
-    """Return how a map is indexed: by the number of its dots alone, so that its parts can be indexed apart.
+    """Return how a map is indexed, from the number of its dots only: its parts can be indexed separately.
 
     Args:
         dots: number of dots.
         cell: side of the grid's cells [m].
 
     Raises:
-        FloorLocalizerError: there are more dots than an entry can name.
+        FloorLocalizerError: there are more dots than an entry can address.
     """
     if dots > DOTS_MAX:
         raise FloorLocalizerError(

@@ -1,4 +1,4 @@
-"""A dot map made ready for the search."""
+"""A dot map with its search index."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from floor_localizer.core.sheets import Sheet
 
 @dataclass(frozen=True)
 class IndexedMap:
-    """What the search needs of a map.
+    """A map and everything that the search needs.
 
     Attributes:
-        grid: the dots sorted into cells.
-        index: their constellations by key.
-        addresses: the matching address matrix, empty for a large map (`LARGE_MAP`).
-        density: dots on a square metre where there are dots [1/m^2].
-        sheets: the floors that the map is made of; none for a map of one floor.
+        grid: spatial hash of the dots.
+        index: geometric hash table of their constellations.
+        addresses: occupancy bitmap (the paper's matching address matrix), empty for a large map (`LARGE_MAP`).
+        density: density of the dots on the occupied floor [1/m^2].
+        levels: floor levels of the map; none for a map of a single floor.
     """
 
     grid: DotGrid
@@ -37,16 +37,16 @@ class IndexedMap:
 
 
 def index_map(dot_map: DotMap) -> IndexedMap:
-    """Make a map ready for the search; for the paper's 91 582 dots it takes about a second."""
+    """Index a map for the search; the paper's 91 582 dots take about a second."""
     grid, _ = build_dot_grid(dot_map.points)
     return IndexedMap(grid, build_constellation_index(grid), address_grid(grid), pair_density(grid))
 
 
 def address_grid(grid: DotGrid) -> AddressGrid:
-    """Return the matching address matrix of a map; pairs are not laid on a large one, whose matrix is empty."""
+    """Return the occupancy bitmap of a map; empty for a large map, which is not searched by pairs."""
     if len(grid.points) > LARGE_MAP:
         addresses = AddressGrid(np.zeros((0, 0), dtype=np.uint8), grid.x0, grid.y0, grid.cell)
     else:
         addresses = build_address_grid(grid)
-    addresses.bits.flags.writeable = False  # as in a file: one compilation of the search serves both
+    addresses.bits.flags.writeable = False  # as in a file, so that numba compiles the search only once
     return addresses

@@ -1,6 +1,7 @@
-"""Which dots make a constellation on a base: those in its lens, no two of them farther apart than its ends.
+"""Constellations of a baseline: four dots in its lune, no two of them farther apart than the baseline's ends.
 
-Map and view are searched by the same rule, so that what the index holds is what a view asks for.
+The lune is the intersection of the discs around both ends through the other end. Map and view are enumerated by the
+same rule, so that the index contains what a view looks up.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ MOST_GROUPS = 1024
 
 @njit(cache=True)
 def distance(points: NDArray[np.float64], i: int, j: int) -> float:
-    """Return the distance of two dots [m]."""
+    """Return the distance between two dots [m]."""
     dx = np.float64(points[i, 0]) - np.float64(points[j, 0])
     dy = np.float64(points[i, 1]) - np.float64(points[j, 1])
     return math.sqrt(dx * dx + dy * dy)
@@ -33,15 +34,15 @@ def dots_in_lens(
     longest: float,
     lens: NDArray[np.int64],
 ) -> int:
-    """Write the dots that are no farther than ``longest`` from both ends of a base, and return their number.
+    """Write the dots within ``longest`` of both ends of a baseline, and return their number.
 
     Args:
         points: shape (n, 2), dots [m].
-        first: one end of the base.
-        second: the other end.
-        near: dots around the first end from near to far, where the others are looked for.
-        longest: no two dots of a constellation are farther apart [m].
-        lens: shape (m,), written; what does not fit is left out.
+        first: index of one end of the baseline.
+        second: index of the other end.
+        neighbours: candidate dots, sorted by distance from the first end.
+        longest: maximum distance between two dots of a constellation [m].
+        lune: shape (m,), output; dots beyond its size are left out.
     """
     found = 0
     most = longest * longest
@@ -61,14 +62,13 @@ def dots_in_lens(
 def groups_of_four(
     points: NDArray[np.float64], lens: NDArray[np.int64], longest: float, groups: NDArray[np.int64]
 ) -> int:
-    """Write all groups of four dots of a lens of which no two are farther apart than ``longest``, return
-    their number.
+    """Write all quadruples of dots of a lune with mutual distances up to ``longest``, and return their number.
 
     Args:
         points: shape (n, 2), dots [m].
-        lens: shape (m,), the dots to choose from.
-        longest: [m].
-        groups: shape (MOST_GROUPS, 4), written; what does not fit is left out.
+        lune: shape (m,), dots in the lune.
+        longest: maximum distance between two dots [m].
+        quadruples: shape (MAX_QUADRUPLES, 4), output; quadruples beyond its size are left out.
     """
     together = _close_pairs(points, lens, longest)
     count = 0
@@ -91,7 +91,7 @@ def groups_of_four(
 
 @njit(cache=True)
 def _close_pairs(points: NDArray[np.float64], lens: NDArray[np.int64], longest: float) -> NDArray[np.int64]:
-    """Return for each dot of a lens a set of bits: which of those before it are within ``longest`` [m]."""
+    """Return a bit mask for each dot of a lune: the dots before it that are within ``longest`` [m]."""
     together = np.zeros(len(lens), dtype=np.int64)
     for i in range(len(lens)):
         for j in range(i):

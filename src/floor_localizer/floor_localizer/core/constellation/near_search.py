@@ -1,4 +1,4 @@
-"""Find the pose near where it is expected: only the map dots around the expected places of a pair are tried."""
+"""Search for the pose near a prior: only map dots around the predicted positions of a pair are tested."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from floor_localizer.core.constellation.view_dots import ViewDots
 
 _SHORTEST, _LONGEST = 1.2, 5.0
 _MOST_AROUND = 20000
-# With a turn this open [rad] the far end of a pair is looked for all around.
+# Above this yaw tolerance [rad] the second dot of a pair is searched in all directions.
 _ANY_TURN = 0.5
 
 
@@ -31,16 +31,16 @@ def search_near(
     turn: float,
     most_pairs: int,
 ) -> bool:
-    """Lay pairs of the view on the map dots around where they are expected, until a pose is accepted.
+    """Match pairs of the view to the map dots around their predicted positions, until a pose is accepted.
 
     Args:
         grid: the map.
         view: the view.
         search: the state of the search.
         expected: shape (3,), x, y [m] and yaw [rad] of the base frame in the map.
-        radius: how far the base may be from there [m].
-        turn: how far its heading may be off [rad].
-        most_pairs: after so many pairs without a pose there is none here.
+        radius: maximum distance of the base from the expected position [m].
+        yaw_tolerance: maximum difference from the expected yaw [rad].
+        max_pairs: maximum number of pairs to test.
     """
     a = complex(math.cos(expected[2]), math.sin(expected[2]))
     b = complex(expected[0], expected[1])
@@ -76,8 +76,8 @@ def search_near(
 def _is_near(
     view: ViewDots, a: complex, b: complex, found_a: complex, found_b: complex, radius: float, turn: float
 ) -> bool:
-    """Tell whether a found similarity is within reach of the expected one, with room for its own error."""
+    """Return whether a similarity is within the prior's tolerances, with a margin for its own error."""
     off = found_a * np.conj(a)
-    # A camera that hangs higher or lower puts the base off by that share of the way to the view.
+    # A camera height error shifts the base by the same fraction of its distance from the view.
     room = 1.5 * radius + 0.005 + view.scale_tolerance * abs(view.z[0])
     return abs(found_b - b) <= room and abs(math.atan2(off.imag, off.real)) <= 1.5 * turn + 0.05

@@ -1,4 +1,4 @@
-"""For each dot of a view the others from near to far."""
+"""The nearest neighbours of each dot of a view, sorted by distance."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-# The first circle holds so many times the dots that are wanted, on average; one near the border holds fewer.
+# Expected number of dots in the first search circle, as a multiple of the wanted number; fewer near the border.
 _MORE = 1.5
 
 
 @njit(cache=True)
 def order_neighbours(points: NDArray[np.float64], most: int) -> NDArray[np.int64]:
-    """Return for each dot, shape (n, 2), the indices of up to ``most`` others from near to far, shape (n, m)."""
+    """Return the indices of up to ``limit`` neighbours of each dot, shape (n, 2), nearest first, shape (n, m)."""
     n = len(points)
     m = max(min(n - 1, most), 0)
     nearest = np.empty((n, m), dtype=np.int64)
     if m == 0:
         return nearest
-    # Sorted along x, the candidates for a circle follow each other.
+    # Sorted along x, the candidates for a circle are contiguous.
     order = np.argsort(points[:, 0])
     x, y = points[order, 0], points[order, 1]
     squared, near = np.empty(n), np.empty(n, dtype=np.int64)
@@ -38,7 +38,7 @@ def order_neighbours(points: NDArray[np.float64], most: int) -> NDArray[np.int64
 
 @njit(cache=True)
 def _area(points: NDArray[np.float64]) -> float:
-    """Return the area of the box around points, shape (n, 2)."""
+    """Return the area of the bounding box of points, shape (n, 2)."""
     x, y = points[:, 0], points[:, 1]
     return float((np.max(x) - np.min(x)) * (np.max(y) - np.min(y)))
 
@@ -52,9 +52,9 @@ def _sort_within(
     squared: NDArray[np.float64],
     near: NDArray[np.int64],
 ) -> int:
-    """Write the places of the dots up to a squared distance from dot i to ``near``, near to far; return how many.
+    """Write the indices of the dots up to a squared distance from dot i to ``near``, sorted; return their number.
 
-    The dots are sorted by x; ``squared`` is room for their squared distances.
+    The dots are sorted by x; ``squared`` is a buffer for their squared distances.
     """
     reach = math.sqrt(most)
     count = 0

@@ -1,6 +1,6 @@
-"""Lay pairs of view dots on every pair of map dots that is as far apart: slower than the index, but two dots suffice.
+"""Match pairs of view dots to all pairs of map dots of the same length: slower than the index, but two dots suffice.
 
-This finds what the constellation index cannot: views in which so many dots are missing that no constellation is whole.
+Fallback for views with so many missing dots that no constellation is complete.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from floor_localizer.core.constellation.lens import distance
 from floor_localizer.core.constellation.search_state import Search, is_accepted, judge
 from floor_localizer.core.constellation.view_dots import ViewDots
 
-# Bases in units of the mean spacing: shorter ones leave the turn too open, longer ones fit too many map pairs.
+# Length of pairs [mean dot spacings]: shorter pairs leave the yaw too uncertain, longer ones match too many map pairs.
 _SHORTEST, _LONGEST = 1.0, 2.0
-# Of the dots next to a pair so many are looked up at the most, and a guess is dropped when so many are not there.
+# Number of neighbours of a pair that are looked up, and number of misses that reject a hypothesis.
 _GLANCES, _MISSES = 6, 4
 
 
@@ -28,7 +28,7 @@ _GLANCES, _MISSES = 6, 4
 def search_pairs(
     grid: DotGrid, addresses: AddressGrid, view: ViewDots, search: Search, most_pairs: int
 ) -> bool:
-    """Lay up to ``most_pairs`` pairs of the view on the map until a pose is accepted; none on one without addresses."""
+    """Match up to ``max_pairs`` pairs of the view to the map until a pose is accepted; none without a bitmap."""
     if addresses.bits.size == 0:
         return False
     seeds = np.empty(2, dtype=np.int64)
@@ -43,7 +43,7 @@ def search_pairs(
 
 @njit(cache=True)
 def choose_pairs(view: ViewDots, shortest: float, longest: float) -> NDArray[np.int64]:
-    """List the pairs of dots with a length in a range [m], shape (p, 2), each dot once before any comes again."""
+    """List the pairs of dots with a length in a range [m], shape (p, 2), pairs of unused dots first."""
     n, m = view.nearest.shape
     pairs = np.empty((n * m, 2), dtype=np.int64)
     uses = np.empty(n * m)
@@ -66,7 +66,7 @@ def choose_pairs(view: ViewDots, shortest: float, longest: float) -> NDArray[np.
 def _lay_on_map(
     grid: DotGrid, addresses: AddressGrid, view: ViewDots, search: Search, seeds: NDArray[np.int64]
 ) -> None:
-    """Lay one pair of the view on every map pair of its length, to the end: places may look alike."""
+    """Match one pair of the view to all map pairs of its length, without stopping early, to detect ambiguity."""
     length = distance(view.points, seeds[0], seeds[1])
     slack = view.scale_tolerance * length + math.sqrt(2.0) * GATE * view.sigma
     glances = _glances(view, seeds)
@@ -96,7 +96,7 @@ def _lay_on_map(
 
 @njit(cache=True)
 def _glances(view: ViewDots, seeds: NDArray[np.int64]) -> NDArray[np.complex128]:
-    """Return the places of the dots next to a pair in the frame of the pair: first dot at 0, second at 1."""
+    """Return the positions of the neighbours of a pair in the pair's frame: first dot at 0, second at 1."""
     zi, zj = view.z[seeds[0]], view.z[seeds[1]]
     off = np.abs(view.z - 0.5 * (zi + zj))
     off[seeds[0]] = off[seeds[1]] = math.inf
@@ -108,7 +108,7 @@ def _glances(view: ViewDots, seeds: NDArray[np.int64]) -> NDArray[np.complex128]
 def _looks_right(
     addresses: AddressGrid, glances: NDArray[np.complex128], x: float, y: float, dx: float, dy: float
 ) -> bool:
-    """Tell whether enough of the dots next to a pair are on the map when the pair lies at (x, y) and (x+dx, y+dy)."""
+    """Return whether enough neighbours of a pair are on the map when the pair is at (x, y) and (x+dx, y+dy)."""
     misses = 0
     for g in glances:
         if not is_occupied(addresses, x + g.real * dx - g.imag * dy, y + g.imag * dx + g.real * dy):

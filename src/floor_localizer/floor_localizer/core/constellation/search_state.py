@@ -1,4 +1,4 @@
-"""What a search knows so far, and the judgement of a guess over the whole view."""
+"""State of a search: best pose and runner-up; scoring of a hypothesis on the whole view."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.constellation.view_dots import ViewDots
 
 LOOKS_SAME = 0.8
-"""A place that matches this share of what the best place matches looks the same."""
+"""A runner-up with at least this fraction of the best pose's matches makes the pose ambiguous."""
 
-# The fitted scale may be off by this much more than the camera's height, for its own error.
+# Margin on the scale tolerance for the error of the fitted scale.
 _SCALE_MARGIN = 1.3
-# So many matches are no chance, whatever the distance of the farthest.
+# Above this number of matches, their extent is approximated by the bounding box.
 _MANY = 40
 
 
@@ -28,15 +28,15 @@ class Search(NamedTuple):
     """State of a search, shared by its steps.
 
     Attributes:
-        best: shape (6,): logarithm of the expected chance alignments, a.real, a.imag, b.real, b.imag, matched
-            dots.
-        rival: shape (6,), the same of the best pose elsewhere.
-        counts: shape (3,): cells of the index opened, guesses tried, guesses matched over the whole view.
-        matches: shape (n,), room for the matches of a guess.
-        residuals: shape (n,), room for their residuals.
-        dots_in_scope: number of map dots where the pose may be.
-        log_accept: a pose is taken when the logarithm of the expected chance alignments is below this.
-        least_matches: and at least so many dots are matched.
+        best: shape (6,), best pose: logarithm of the expected chance alignments, a.real, a.imag, b.real, b.imag,
+            number of matched dots.
+        runner_up: shape (6,), the same for the best pose at another place.
+        counts: shape (3,): index cells opened, hypotheses verified, hypotheses scored on the whole view.
+        matches: shape (n,), buffer for the matches of a hypothesis.
+        residuals: shape (n,), buffer for the residuals of a hypothesis [m].
+        candidate_dots: number of map dots in the area of the search.
+        log_threshold: maximum logarithm of the expected chance alignments of an accepted pose.
+        min_matches: minimum number of matched dots of an accepted pose.
     """
 
     best: NDArray[np.float64]
@@ -50,13 +50,13 @@ class Search(NamedTuple):
 
 
 def new_search(dots: int, dots_in_scope: float, accept_below: float, match_rate_min: float) -> Search:
-    """Return the state of a search that has not begun.
+    """Return the initial state of a search.
 
     Args:
         dots: number of dots in view.
-        dots_in_scope: number of map dots where the pose may be.
-        accept_below: a pose is taken when fewer chance alignments are expected.
-        match_rate_min: and at least this share of the dots in view is matched.
+        candidate_dots: number of map dots in the area of the search.
+        max_chance: maximum number of expected chance alignments of an accepted pose.
+        match_rate_min: minimum match rate of an accepted pose, as a fraction of the dots in view.
     """
     nothing = np.array([math.inf, 1.0, 0.0, 0.0, 0.0, 0.0])
     return Search(
@@ -73,13 +73,13 @@ def new_search(dots: int, dots_in_scope: float, accept_below: float, match_rate_
 
 @register_jitable
 def is_accepted(search: Search, pose: NDArray[np.float64]) -> bool:
-    """Tell whether ``search.best`` or ``search.rival`` is no chance."""
+    """Return whether ``search.best`` or ``search.runner_up`` is significant."""
     return pose[0] < search.log_accept and pose[5] >= search.least_matches
 
 
 @njit(cache=True)
 def judge(grid: DotGrid, view: ViewDots, search: Search, a: complex, b: complex) -> bool:
-    """Match the whole view under a guess, keep the best pose and its rival, and tell whether the best is
+    """Match the whole view under a hypothesis, update best pose and runner-up, and return whether the best is
     accepted.
     """
     search.counts[2] += 1
@@ -107,7 +107,7 @@ def _copy(pose: NDArray[np.float64], target: NDArray[np.float64]) -> None:
 
 @njit(cache=True)
 def _weigh(view: ViewDots, search: Search, match: tuple[int, complex, complex]) -> NDArray[np.float64]:
-    """Return a match over the whole view, whose residuals the search holds, in the form of ``search.best``."""
+    """Return a match of the whole view, with the residuals in ``search``, in the form of ``search.best``."""
     matched, a, b = match
     chance = math.inf
     if matched >= 3 and abs(abs(a) - 1.0) <= _SCALE_MARGIN * view.scale_tolerance:
@@ -124,7 +124,7 @@ def _weigh(view: ViewDots, search: Search, match: tuple[int, complex, complex]) 
 
 @njit(cache=True)
 def _same_place(grid: DotGrid, view: ViewDots, pose: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
-    """Tell whether two poses put the view at the same place with the same heading."""
+    """Return whether two poses put the view at the same position with the same yaw."""
     turn = complex(pose[1] - other[1], pose[2] - other[2])
     shift = turn * view.z[0] + complex(pose[3] - other[3], pose[4] - other[4])
     return abs(shift) < 0.5 * grid.cell and abs(turn) < 0.2
@@ -132,7 +132,7 @@ def _same_place(grid: DotGrid, view: ViewDots, pose: NDArray[np.float64], other:
 
 @njit(cache=True)
 def _widest(view: ViewDots, matches: NDArray[np.int64]) -> float:
-    """Return the distance of the two farthest matched dots [m]; of many dots, the diagonal of their bounding box."""
+    """Return the largest distance between matched dots [m]; for many dots, the diagonal of their bounding box."""
     matched = view.points[matches >= 0]
     if len(matched) > _MANY:
         x, y = matched[:, 0], matched[:, 1]

@@ -1,4 +1,4 @@
-"""The dots of one view, made ready for the search."""
+"""The dots of one view, prepared for the search."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.neighbours import order_neighbours
 
-# The largest base of a constellation and the glances of a pair stay among so many neighbours.
+# Number of neighbours per dot: enough for the longest baseline of a constellation and for the pair search.
 _NEIGHBOURS = 32
 
 
 class ViewDots(NamedTuple):
-    """The dots of one view, made ready for the search.
+    """The dots of one view, prepared for the search.
 
     Attributes:
-        points: shape (n, 2), where the dots lie on the floor in the base frame, for the camera as mounted [m].
-        z: shape (n,) complex, the same.
-        nearest: shape (n, m), for each dot the others from near to far.
-        sigma: standard deviation of a dot's place along each axis, in the image and in the map together [m].
-        bend: shift of a dot by tilt, over the square of its distance from the dots fitted so far [1/m].
-        scale_tolerance: the camera's height may be off by this share.
-        density: dots of the map on a square metre where there are dots [1/m^2].
+        points: shape (n, 2), dots on the floor in the base frame, for the camera as mounted [m].
+        z: shape (n,) complex, the same points.
+        neighbours: shape (n, m), neighbours of each dot, nearest first.
+        sigma: standard deviation of a dot's position along each axis, of image and map together [m].
+        tilt_distortion: shift of a dot by tilt over its squared distance from the dots fitted so far [1/m].
+        scale_tolerance: maximum relative error of the camera's height.
+        density: density of the map's dots on the occupied floor [1/m^2].
     """
 
     points: NDArray[np.float64]
@@ -38,11 +38,11 @@ class ViewDots(NamedTuple):
 def make_view(
     points: NDArray[np.float64], sigma: float, bend: float, scale_tolerance: float, density: float
 ) -> ViewDots:
-    """Return the view of dots that lie on the floor at ``points``, shape (n, 2) [m]; the rest as in `ViewDots`."""
+    """Return the view of dots on the floor at ``points``, shape (n, 2) [m]; other arguments as in `ViewDots`."""
     z = points[:, 0] + 1j * points[:, 1]
     return ViewDots(points, z, order_neighbours(points, _NEIGHBOURS), sigma, bend, scale_tolerance, density)
 
 
 def mirrored(view: ViewDots) -> ViewDots:
-    """Return the mirror image of a view, left and right exchanged."""
+    """Return the mirror image of a view, left and right swapped."""
     return view._replace(points=view.points * (1.0, -1.0), z=view.z.conj())

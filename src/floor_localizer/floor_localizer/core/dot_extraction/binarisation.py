@@ -1,4 +1,4 @@
-"""Binarisation (paper 3.1): contrast against the floor and a threshold that knows the floor's noise."""
+"""Binarisation (paper 3.1): contrast to the floor and a local threshold from the floor's noise."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from floor_localizer.core.dot_extraction.background import enlarged
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 
 SIGNS = {'dark': -1.0, 'light': 1.0, 'any': 0.0}
-"""The sign of the difference that a dot makes, 0 for any difference."""
+"""Sign of a dot's difference from the floor, 0 for any difference."""
 
-# Tiles, for which the noise of the floor is told, in diameters of the largest dot.
+# Side of the tiles in which the noise of the floor is estimated [diameters of the largest dot].
 _TILE = 1.6
-# Neighbouring samples of a row must lie on the same piece of floor also between many chips.
+# Enough samples that neighbouring samples of a row are on the same area of floor, even between many chips.
 _SAMPLES_A_ROW = 20
 _ROWS_A_TILE = 10
-# Dots lie in the upper part of the differences, the rest belongs to the floor; and the mean square of that
-# part of normally distributed differences of variance 1.
+# Fraction of the differences, the lower ones, that belong to the floor and not to dots; and the mean square of that
+# fraction for normally distributed differences of variance 1.
 _FLOOR_SHARE = 0.8
 _MEAN_SQUARE_OF_FLOOR_SHARE = 0.438
-# The bare floor's contrast lies about 0; where noise or colour raise it, by less than so many deviations.
+# Maximum contrast of the bare floor, which is about 0 but may be raised by noise or colour [standard deviations].
 _LARGEST_LEVEL = 2.5
-# A difference of 2 % from the floor is texture or dust, however little noise the camera has.
+# Minimum contrast of a dot: a difference of 2 % from the floor is texture or dust, independent of the camera's noise.
 _SMALLEST_CONTRAST = 0.02
 
 
 def contrast_threshold(
     image: NDArray[np.uint8], background: NDArray[np.float32], polarity: str, settings: DotDetectorSettings
 ) -> NDArray[np.float32]:
-    """Return the contrast above which a pixel belongs to a dot, for tiles of the image, shape (rows, columns).
+    """Return the minimum contrast of a dot's pixels, for tiles of the image, shape (rows, columns).
 
-    It lies above the noise and texture of the floor around, and at a part of the contrast that most dots
-    have, so that the outline of a dot does not depend on the light.
+    It is above the noise and texture of the local floor, and a fraction of the typical contrast of dots, so that the
+    outline of a dot does not depend on the illumination.
 
     Args:
         image: shape (h, w, channels), slightly smoothed grey levels.
@@ -58,7 +58,7 @@ def contrast_threshold(
 
 
 def _typical_contrast(contrasts_of_dots: NDArray[np.float32]) -> float:
-    # The median of the squares' sum: wet spots and shades, which are large but pale, do not sway it.
+    # Weighted median (weights: squares), robust to wet spots and shadows, which are large but have little contrast.
     contrasts_of_dots = np.sort(contrasts_of_dots)
     covered = np.cumsum(np.square(contrasts_of_dots))
     return float(contrasts_of_dots[np.searchsorted(covered, 0.5 * covered[-1])])
@@ -70,22 +70,22 @@ def binarise(
     polarity: str,
     threshold: NDArray[np.float32],
 ) -> NDArray[np.uint8]:
-    """Return the binary image, shape (h, w): not 0 where the contrast lies above the threshold, else 0.
+    """Return the binary image, shape (h, w): not 0 where the contrast is above the threshold, else 0.
 
-    For dark or light dots the levels that belong to the thresholds are rounded to whole grey levels.
+    For dark or light dots the thresholds are rounded to integer grey levels.
 
     Args:
         image: shape (h, w, channels), slightly smoothed grey levels.
         background: shape (rows, columns, channels), grey levels of the floor, from :func:`smooth_background`.
         polarity: ``dark``, ``light``, or ``any``.
-        threshold: shape (rows, columns), of its own, from :func:`contrast_threshold`.
+        threshold: shape (rows, columns), minimum contrast of a dot, from :func:`contrast_threshold`.
     """
     height, width = image.shape[:2]
     sign = SIGNS[polarity]
     if sign == 0.0:
         fine = cv2.resize(threshold, (width, height), interpolation=cv2.INTER_LINEAR)
         return np.asarray(contrasts(image, enlarged(background, width, height), sign) > fine, dtype=np.uint8)
-    # Contrasts of single pixels would take most of the time in a large image.
+    # Comparing grey levels is much faster than computing the contrast of each pixel.
     floor = background[..., 0]
     coarse = cv2.resize(threshold, floor.shape[::-1], interpolation=cv2.INTER_LINEAR)
     levels = np.clip(np.rint(floor * (1.0 + sign * coarse)), 0.0, 255.0).astype(np.uint8)
@@ -98,7 +98,7 @@ def binarise(
 def _floor_thresholds(
     contrast: NDArray[np.float32], rounding: NDArray[np.float32], rows: int, columns: int, sigmas: float
 ) -> NDArray[np.float32]:
-    # The contrast so many standard deviations above the bare floor's in each of rows x columns tiles.
+    # The bare floor's contrast plus a number of standard deviations, for each of rows x columns tiles.
     height, width = contrast.shape
     thresholds = np.empty((rows, columns), np.float32)
     for row in range(rows):
@@ -106,7 +106,7 @@ def _floor_thresholds(
         for column in range(columns):
             left, right = column * width // columns, (column + 1) * width // columns
             tile = contrast[top:bottom, left:right]
-            # Differences between neighbours, unlike the values, hardly know of an edge or a giant chip.
+            # Differences between neighbours are hardly affected by an edge or a giant chip.
             squares = (0.5 * (tile[:, 1:] - tile[:, :-1]) ** 2).ravel()
             count = max(1, int(_FLOOR_SHARE * len(squares)))
             variance = np.mean(np.partition(squares, count - 1)[:count]) / _MEAN_SQUARE_OF_FLOOR_SHARE
@@ -119,7 +119,7 @@ def _floor_thresholds(
 
 @njit(cache=True, error_model='numpy')
 def contrasts(image: NDArray[np.uint8], background: NDArray[np.float32], sign: float) -> NDArray[np.float32]:
-    """Return the contrast of each pixel to the floor, relative to the floor's luminance, shape (h, w).
+    """Return the contrast of each pixel to the floor as a fraction of the floor's luminance, shape (h, w).
 
     Args:
         image: shape (h, w, channels), grey levels.

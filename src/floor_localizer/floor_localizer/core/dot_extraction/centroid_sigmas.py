@@ -1,4 +1,4 @@
-"""How far a centroid may be off: noise, shape, light, what touches a dot, and dots that nobody can part."""
+"""Standard deviations of centroids: noise, shape, illumination, touching dots, and dots that cannot be separated."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from numpy.typing import NDArray
 from floor_localizer.core.dot_extraction.centroids import Blobs
 from floor_localizer.core.dot_extraction.noise_removal import excess_discords
 
-# Whatever the noise: ragged edges and unevenly coloured chips, for an edge as wide as the dot [px].
+# Error without noise: ragged edges and unevenly coloured chips, for an edge as wide as the dot [px].
 _SHAPE_SIGMA = 0.006
 _LARGEST_SOFTNESS = 0.9
-# Texture of the floor and compression are alike in neighbours: over a wide soft edge they add up.
+# Floor texture and compression noise are correlated between neighbours: over a wide soft edge they add up.
 _SOFT_NOISE = 1.3
-# Nobody sees which of two touching dots a pixel between them belongs to [part of the diameter].
+# Error of two touching dots: the pixels between them cannot be assigned [diameters].
 _SPLIT_SIGMA = 0.02
-# The background follows a change of the light with an error: of second order while the change is small.
+# Error of the background under a luminance step: of second order while the step is small.
 _STEP_SIGMA = 0.1
 _STEP_GROWTH = 0.3
-# Long ones beyond the fence over the upper quartile (Tukey's, for the logarithm of the area, in distances of the
-# quartiles) may be two: then the centroid lies between their centres.
+# Elongated blobs above Tukey's fence of the log area (upper quartile plus this number of interquartile ranges) may be
+# two merged dots: then the centroid is between their centres.
 _MERGED_FENCE = 0.5
 _MERGED_ELONGATION = 1.2
 _MERGED_SIGMA = 0.17
@@ -33,8 +33,8 @@ def centroid_sigmas(
 
     Args:
         blobs: the dots, n of them.
-        elongations: shape (n,), ratios of length to width, motion blur taken out.
-        split: shape (n,), which dots were one blob with others.
+        elongations: shape (n,), ratios of length to width, corrected for motion blur.
+        split: shape (n,), whether each dot was split from a larger blob.
     """
     diameters = blobs.diameters
     in_diameters = split * _SPLIT_SIGMA**2 + _seem_merged(blobs, elongations) * _MERGED_SIGMA**2

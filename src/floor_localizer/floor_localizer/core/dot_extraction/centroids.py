@@ -1,4 +1,4 @@
-"""Centroids, sizes and shapes of blobs, to a fraction of a pixel."""
+"""Subpixel centroids, sizes and shapes of blobs."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ from floor_localizer.core.dot_extraction.image_noise import noise_at
 from floor_localizer.core.dot_extraction.labelling import Boxes, Labels
 from floor_localizer.core.dot_extraction.surroundings import REACH
 
-# Pixels below are floor and above are dot; between, the dot covers them in part. So noise and texture of the
-# floor and of the dot's inside are kept out, and the edge, which alone tells the place, is left.
+# Pixels with less coverage are floor, with more are dot; pixels between are partly covered. This excludes noise and
+# texture of the floor and of the dot's inside, and keeps the edge, which defines the centroid.
 _FLOOR_COVERAGE = 0.15
 _DOT_COVERAGE = 0.85
 _MIDDLE_COVERAGE = 0.5
 _SATURATED = 250
 # Saturated pixels on a floor brighter than this are floor.
 _SATURATED_FLOOR = 225.0
-# A ring of fewer pixels does not tell their spread.
+# Minimum number of ring pixels for an estimate of their noise.
 _FEWEST_OF_RING = 20
-# What spreads a ring more than the noise of single pixels is common to neighbours and averages out less.
+# Weight of ring noise in excess of the pixel noise: it is correlated between neighbours and averages out less.
 _COMMON_NOISE_WEIGHT = 1.6
 
-# Share of the photons in the variance of a camera's noise; reading out and compression make the rest.
+# Fraction of photon noise in the variance of a camera's noise; the rest is read-out noise and compression.
 _PHOTONS = 0.7
 
 _COLUMNS = 12
@@ -43,19 +43,19 @@ _U, _V, _AREA, _NOISE, _UU, _UV, _VV, _CONTRAST, _STEP, _CLIPPED, _SOFTNESS, _DI
 
 
 class Blobs(NamedTuple):
-    """Blobs of one image; n of them.
+    """The n blobs of one image.
 
     Attributes:
         pixels: shape (n, 2), centroids u, v [px].
-        noises: shape (n,), standard deviation of a centroid along each axis that the floor's noise makes [px].
-        areas: shape (n,), areas, partly covered pixels counted in part [px^2].
+        noises: shape (n,), standard deviations of the centroids along each axis due to image noise [px].
+        areas: shape (n,), areas, partly covered pixels weighted by their coverage [px^2].
         covariances: shape (n, 3), second moments uu, uv, vv of the outline [px^2].
-        contrasts: shape (n,), contrast to the floor, relative to its luminance; 0 for an empty blob or one
-            that the image border cuts.
-        steps: shape (n,), how much the floor's luminance changes over the blob in the units of the contrast.
-        clipped: shape (n,), share of a blob and its soft edge that a reflection saturates.
-        softness: shape (n,), area of the partly covered pixels over that of the blob.
-        discords: shape (n,), how far the centroids by the outer and by the inner half of the edge are apart [px].
+        contrasts: shape (n,), contrast to the floor as a fraction of its luminance; 0 for an empty blob or one that is
+            cut by the image border.
+        steps: shape (n,), change of the floor's luminance over the blob, in the units of the contrast.
+        clipped: shape (n,), saturated fraction of the blob and its soft edge (reflections).
+        softness: shape (n,), area of the partly covered pixels over the area of the blob.
+        edge_asymmetries: shape (n,), distance between the centroids of the outer and the inner half of the edge [px].
     """
 
     pixels: NDArray[np.float64]
@@ -81,17 +81,17 @@ def measure_blobs(
     labels: Labels,
     boxes: Boxes,
 ) -> Blobs:
-    """Measure each blob in its own surroundings.
+    """Measure each blob in its surroundings.
 
-    A pixel weighs as much as the dot covers of it: its difference from the floor along the blob's own
-    colour, less that of the ring, over the difference in the blob's inside.
+    The weight of a pixel is its coverage by the dot: its contrast along the blob's colour, minus that of the ring, over
+    the contrast of the blob's inside.
 
     Args:
         image: shape (h, w, channels), grey levels, not smoothed.
         background: shape (h, w, channels), grey levels of the floor.
         mask: shape (h, w), the binary image.
         labels: the blobs, grown by ``grow_labels``.
-        boxes: bounding boxes of the blobs before they grew.
+        boxes: bounding boxes of the blobs before growing.
     """
     noise = noise_at(image, (boxes[:, :2] + boxes[:, 2:4] - 1) // 2)
     table = _measure(image, background, mask, labels, boxes, noise, REACH)
@@ -134,7 +134,7 @@ def _measure(
         _shape(places[:inside], row)
         light = background[(top + bottom) // 2, (left + right) // 2]
         deviation = _deviation(on_ring - floor, noise[i] * np.sqrt(np.sum((direction / light) ** 2)))
-        # Photon noise grows with the root of the light, and the edge is half floor, half dot.
+        # Photon noise is proportional to the square root of the luminance, and the edge is half floor, half dot.
         brightness = 1.0 + 0.5 * contrast * np.mean(direction)
         row[_NOISE] *= deviation / contrast * np.sqrt(1.0 - _PHOTONS + _PHOTONS * max(0.0, brightness))
         row[_STEP] = _light_step(background, places[:inside], direction)
@@ -144,7 +144,7 @@ def _measure(
 
 @njit(cache=True, error_model='numpy')
 def _deviation(residuals: Vector, of_pixels: float) -> float:
-    # Noise of a pixel around a blob, as it counts for the centroid.
+    # Effective standard deviation of a pixel around a blob, for the propagation to the centroid.
     if len(residuals) < _FEWEST_OF_RING:
         return of_pixels
     of_ring = np.sqrt(np.mean(residuals**2))
@@ -154,7 +154,7 @@ def _deviation(residuals: Vector, of_pixels: float) -> float:
 
 @njit(cache=True, error_model='numpy')
 def _places(patch: Labels, mask: Image, label: int, left: int, top: int) -> tuple[Places, int, Places]:
-    # Rows and columns of a blob and, after them, of its soft edge; the number of the former; and its ring.
+    # Pixels (row, column) of a blob, followed by those of its soft edge; number of the former; pixels of its ring.
     places, ring = np.empty((patch.size, 2), np.int64), np.empty((patch.size, 2), np.int64)
     inside = count = ring_count = 0
     for v in range(patch.shape[0]):
@@ -180,7 +180,7 @@ def _centroid(coverage: Vector, places: Places, row: Vector) -> None:
     inner_u, inner_v, _ = _weighted_mean(coverage, places, _MIDDLE_COVERAGE, _DOT_COVERAGE)
     row[_U], row[_V], row[_AREA] = u, v, area
     row[_DISCORD] = np.hypot(outer_u - inner_u, outer_v - inner_v)
-    # Propagation of unit noise of the coverage; pixels clipped to floor or dot do not pass theirs on.
+    # Propagation of unit noise of the coverage; pixels clipped to floor or dot do not contribute.
     total, count = 0.0, 0
     for k in range(len(places)):
         if _FLOOR_COVERAGE < coverage[k] < _DOT_COVERAGE:
@@ -192,7 +192,7 @@ def _centroid(coverage: Vector, places: Places, row: Vector) -> None:
 
 @njit(cache=True, error_model='numpy')
 def _weighted_mean(coverage: Vector, places: Places, low: float, high: float) -> tuple[float, float, float]:
-    # Centroid u, v and area when coverages up to low are floor and from high on are dot.
+    # Centroid u, v and area, with coverages up to low as floor and from high on as dot.
     area = su = sv = 0.0
     for k in range(len(places)):
         part = min(1.0, max(0.0, (coverage[k] - low) / (high - low)))
@@ -232,7 +232,7 @@ def _clipped(image: Image, background: Field, places: Places) -> float:
 
 @njit(cache=True, error_model='numpy')
 def _light_step(background: Field, inside: Places, direction: Vector) -> float:
-    # Floor in the light taken for floor in the shade would have this contrast, or the other way round.
+    # Contrast between the brightest and the darkest floor under the blob.
     darkest, brightest = np.inf, 0.0
     for k in range(len(inside)):
         brightness = 0.0

@@ -1,4 +1,4 @@
-"""How much of each pixel around a blob the dot covers: its difference from the floor over the dot's own."""
+"""Coverage of the pixels around a blob by the dot: contrast of the pixel over contrast of the dot."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ Field = NDArray[np.float32]
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-# The floor's level: the mean of the ring's pixels within so many deviations of the median. A few of them tell the
-# median, and the distance of the nearer sextile is about the deviation: what lies on a ring is on one side.
+# Level of the floor: mean of the ring's inliers, within this number of standard deviations of the median. Median and
+# deviation are from a sample; the deviation is the distance of the nearer sextile, as outliers are on one side.
 _FEW = 25
 _INLIER_DEVIATIONS = 3.0
-# The dot's level: the mean of its upper quarter, as a small dot has few pixels that it covers wholly.
+# Level of the dot: mean of its upper quarter, because a small dot has few fully covered pixels.
 _BINS = 64
 _UPPER_SHARE = 0.25
 
 
 @njit(cache=True, error_model='numpy')
 def direction_of(image: Image, background: Field, places: Places) -> Vector:
-    """Return the unit vector of the mean difference of some pixels from the floor, over the channels.
+    """Return the unit vector of the mean contrast of some pixels to the floor, over the channels.
 
     Args:
         image: shape (h, w, channels), grey levels.
         background: shape (h, w, channels), grey levels of the floor.
-        places: shape (n, 2), rows and columns.
+        indices: shape (n, 2), rows and columns of the pixels.
     """
     direction = np.zeros(image.shape[2])
     for k in range(len(places)):
@@ -39,7 +39,7 @@ def direction_of(image: Image, background: Field, places: Places) -> Vector:
 
 @njit(cache=True, error_model='numpy')
 def differences_along(image: Image, background: Field, places: Places, direction: Vector) -> Vector:
-    """Return the differences of pixels, shape (n,), from the floor along a direction, relative to the floor."""
+    """Return the contrasts of pixels to the floor along a direction, as fractions of the floor, shape (n,)."""
     result = np.zeros(len(places))
     for k in range(len(places)):
         v, u = places[k, 0], places[k, 1]
@@ -50,7 +50,7 @@ def differences_along(image: Image, background: Field, places: Places, direction
 
 @njit(cache=True, error_model='numpy')
 def floor_level(ring: Vector) -> float:
-    """Return the mean of a ring's differences, shape (n,), without those of what lies on it; 0 for no ring."""
+    """Return the mean of a ring's contrasts, shape (n,), without outliers; 0 without a ring."""
     if len(ring) == 0:
         return 0.0
     few = _sorted_few(ring)
@@ -80,7 +80,7 @@ def _sorted_few(values: Vector) -> Vector:
 
 @njit(cache=True, error_model='numpy')
 def dot_level(inside: Vector) -> float:
-    """Return the mean of the upper quarter of the differences of a blob's own pixels, shape (n,)."""
+    """Return the mean of the upper quarter of the contrasts of a blob's pixels, shape (n,)."""
     top = np.max(inside)
     if top <= 0.0:
         return 0.0

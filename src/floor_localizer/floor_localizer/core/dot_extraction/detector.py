@@ -1,4 +1,4 @@
-"""Dots from an image, in the steps of the paper (3.1)."""
+"""Dot detector, in the steps of the paper (3.1)."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from floor_localizer.core.dot_extraction.surroundings import grow_labels
 from shirube_settings import SettingsError, check_settings
 
 SMALLEST_SIDE = 32
-"""An image with a side shorter than this shows no pattern of dots [px]."""
+"""Minimum side of an image [px]."""
 
 SPECK = 0.5
-"""A blob of less than this part of the smallest dot's area is noise."""
+"""Minimum area of a blob, as a fraction of the smallest dot's area; smaller blobs are noise."""
 
 SMALLEST_PART = 0.55
-"""A part of a blob is a dot of its own from this part of the typical dot's diameter on; hairs are thinner."""
+"""Minimum diameter of a dot split from a blob, as a fraction of the typical dot's diameter; hairs are thinner."""
 
 
 class DotDetector:
-    """Finds the dots in images of a floor."""
+    """Detects the dots in images of a floor."""
 
     def __init__(self, settings: DotDetectorSettings | None = None) -> None:
-        """Keep the settings.
+        """Create a detector.
 
         Args:
             settings: settings of dot extraction, None for the defaults.
@@ -52,13 +52,13 @@ class DotDetector:
             )
 
     def detect(self, image: NDArray[np.uint8]) -> DetectedDots:
-        """Find the dots of one image.
+        """Detect the dots of one image.
 
         Args:
-            image: shape (h, w) grey or (h, w, 3) blue, green, red; uint8; it is not changed.
+            image: shape (h, w) grey or (h, w, 3) blue, green, red; uint8; not modified.
 
         Returns:
-            the dots in raw image coordinates, in no particular order; none on an empty floor.
+            the dots in raw image coordinates, in arbitrary order; none on an empty floor.
 
         Raises:
             DotImageError: the image is of another type or shape, or too small.
@@ -88,7 +88,7 @@ class DotDetector:
         return DetectedDots(blobs.pixels, blobs.diameters, sigmas)
 
     def _channels(self, image: NDArray[np.uint8], largest: float) -> tuple[NDArray[np.uint8], str]:
-        # The image as (h, w, 1) where brightness tells the dots, else as (h, w, 3); and the polarity.
+        # The image as (h, w, 1) if brightness distinguishes the dots, else as (h, w, 3); and the polarity.
         polarity = self.settings.polarity
         planes = np.ascontiguousarray(image).reshape(*image.shape[:2], -1)
         if polarity == 'auto':
@@ -99,10 +99,10 @@ class DotDetector:
 
 
 def check_image(image: NDArray[np.uint8]) -> None:
-    """Refuse what is no image of a floor.
+    """Check type, shape and size of an image.
 
     Raises:
-        DotImageError: one line that names the type or shape and what is expected.
+        DotImageError: one line with the type or shape and what is expected.
     """
     if not isinstance(image, np.ndarray) or image.dtype != np.uint8:
         kind = f'{image.dtype} values' if isinstance(image, np.ndarray) else type(image).__name__

@@ -1,4 +1,4 @@
-"""The parts of a binary shape: basins of the maxima of its distance transform."""
+"""Segmentation of a binary shape: watershed of its distance transform."""
 
 from __future__ import annotations
 
@@ -11,19 +11,18 @@ from numpy.typing import NDArray
 def distance_basins(
     raster: NDArray[np.uint8], thin: float, largest_waist: float, smallest_radius: float
 ) -> tuple[NDArray[np.int32], int]:
-    """Part a binary shape at its waists, without what is thin.
+    """Split a binary shape at its waists, after removing thin parts.
 
-    What a disc of ``thin`` times the radius of the shape's largest disc does not reach is left out
-    (morphological opening): hairs that touch a dot. The distance transform of a convex shape has a single
-    maximum. Pixels are flooded from the largest distance down; where the floods of two maxima meet, the shape
-    has a waist of that radius. It counts if it is narrow against the smaller of the two maxima, else the
-    floods become one.
+    Thin parts, hairs that touch a dot, are removed by morphological opening with a disc of ``thin`` times the radius of
+    the shape's largest disc. The distance transform of a convex shape has a single maximum. Pixels are flooded from the
+    largest distance down (watershed); where the basins of two maxima meet, the shape has a waist of that radius. The
+    shape is split there if the waist is narrow compared to the smaller maximum, else the basins are merged.
 
     Args:
         raster: shape (h, w), not zero inside the shape; its outer rows and columns are zero.
-        thin: radius of what is thin as a part of the largest radius.
-        largest_waist: largest ratio of a waist to the smaller maximum.
-        smallest_radius: radius below which a maximum is no part of its own [px].
+        thin: radius of the opening as a fraction of the largest radius.
+        largest_waist: maximum ratio of a waist to the smaller maximum for a split.
+        smallest_radius: minimum radius of a maximum with a basin of its own [px].
 
     Returns:
         basins, shape (h, w), 0 outside and 1, 2, … inside; and the number of basins.
@@ -37,7 +36,7 @@ def distance_basins(
 
 @njit(cache=True, error_model='numpy')
 def _squared_distances(raster: NDArray[np.uint8]) -> NDArray[np.int32]:
-    # Squared Euclidean distance of each pixel inside to the nearest one outside: a whole number.
+    # Squared Euclidean distance of each pixel inside to the nearest one outside: an integer.
     height, width = raster.shape
     far = height + width
     rows = np.zeros((height, width), np.int32)
@@ -52,7 +51,7 @@ def _squared_distances(raster: NDArray[np.uint8]) -> NDArray[np.int32]:
         for u in range(width):
             best = rows[v, u] ** 2
             step = 1
-            # Columns further away than the best distance so far cannot hold a nearer pixel.
+            # Columns farther away than the best distance so far cannot contain a nearer pixel.
             while step * step < best and step < width:
                 if u >= step:
                     best = min(best, step * step + rows[v, u - step] ** 2)
@@ -74,7 +73,7 @@ def _flood(
     peaks, parents = np.empty(flat.size), np.empty(flat.size, np.int64)
     count = 0
     for place in _descending(flat):
-        root, highest = int(np.int64(-1)), 0  # typed: numba compiles _root once more for a bare number
+        root, highest = int(np.int64(-1)), 0  # typed: numba would compile a second version for a plain int
         for step in (-1, 1, -width, width, -width - 1, -width + 1, width - 1, width + 1):
             if owner[place + step] < 0:
                 continue
@@ -84,7 +83,7 @@ def _flood(
                 if flat[place] > largest_waist * peaks[low] or peaks[low] < smallest_radius:
                     parents[low] = high
                     root, other = _root(parents, root), high
-            # A pixel follows its highest neighbour, so that no basin creeps along the flank of another.
+            # A pixel joins the basin of its highest neighbour, so that no basin spreads along the flank of another.
             if flat[place + step] > highest:
                 root, highest = other, flat[place + step]
         if root < 0:
@@ -97,7 +96,7 @@ def _flood(
 
 @njit(cache=True, error_model='numpy')
 def _descending(values: NDArray[np.int32]) -> NDArray[np.int64]:
-    # Places of the positive values, greatest first; whole numbers are sorted by counting.
+    # Indices of the positive values, largest first (a counting sort).
     starts = np.zeros(np.max(values) + 2, np.int64)
     for value in values:
         starts[value] += 1

@@ -1,4 +1,4 @@
-"""The error that an image raises which no dots can be taken from."""
+"""The error of an image from which dots cannot be extracted."""
 
 from __future__ import annotations
 
@@ -6,4 +6,4 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 
 
 class DotImageError(FloorLocalizerError):
-    """An image of a type or shape that dot extraction does not take; the message is one line."""
+    """The type, shape or size of an image is not supported; the message is one line."""

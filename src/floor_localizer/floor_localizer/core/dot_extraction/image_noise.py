@@ -1,4 +1,4 @@
-"""Noise of the camera and grain of the floor, measured in the image itself."""
+"""Noise of the camera and texture of the floor, estimated from the image itself."""
 
 from __future__ import annotations
 
@@ -6,29 +6,29 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-# Tiles are a twelfth of the image, at least so many pixels wide; some 500 differences a tile will do.
+# Tiles are a twelfth of the image, with a minimum width [px]; about 500 differences per tile suffice.
 _SMALLEST_TILE = 48
 _TILES_A_SIDE = 12
 _ROWS_A_TILE = 12
 _COLUMNS_A_TILE = 48
 _LAG = 2
-# Dots, edges and texture lie in the upper part of the differences; the lower 40 % belong to the floor.
+# The lower 40 % of the differences are floor; dots, edges and texture are among the upper ones.
 _QUANTILE = 0.4
 _QUANTILE_OF_NORMAL = 0.5244
 
 
 def noise_at(image: NDArray[np.uint8], pixels: NDArray[np.integer]) -> NDArray[np.float64]:
-    """Return the standard deviation of a pixel's noise around each of some pixels.
+    """Return the standard deviation of the image noise around each of some pixels.
 
-    It is taken from second differences of pixels two columns apart: the light's gradient has none, and
-    noise that neighbours share (demosaicing, compression, grain of the floor) counts, too.
+    It is estimated from second differences of pixels two columns apart: they are zero for an illumination gradient and
+    include correlated noise (demosaicing, compression, floor texture).
 
     Args:
         image: shape (h, w, channels), grey levels, not smoothed.
         pixels: shape (n, 2), u and v [px].
 
     Returns:
-        array, shape (n,) [grey levels]; never less than rounding to whole levels makes.
+        shape (n,) [grey levels]; at least the quantization noise of integer levels.
     """
     size = max(_SMALLEST_TILE, max(image.shape[:2]) // _TILES_A_SIDE)
     tiles = _noise_tiles(image, size)
@@ -43,7 +43,7 @@ def _noise_tiles(image: NDArray[np.uint8], size: int) -> NDArray[np.float64]:
     counts = np.zeros(2 * 255 + 1, np.int64)
     for row in range(rows):
         for column in range(columns):
-            # The last tile of a row or column reaches back to hold as many pixels as the others.
+            # The last tile of a row or column overlaps the previous one, to have the full size.
             top = max(0, min(row * size, height - size))
             left = max(0, min(column * size, width - size))
             counts[:] = 0
@@ -58,7 +58,7 @@ def _noise_tiles(image: NDArray[np.uint8], size: int) -> NDArray[np.float64]:
 
 @njit(cache=True)
 def _spread(counts: NDArray[np.int64]) -> float:
-    # Differences are whole numbers: bin k holds those between k - 1/2 and k + 1/2.
+    # Differences are integers: bin k represents the interval k - 1/2 to k + 1/2.
     wanted = _QUANTILE * np.sum(counts)
     below = 0.0
     for k in range(len(counts)):

@@ -1,4 +1,4 @@
-"""Labelling (paper 3.1): connected pixels become blobs."""
+"""Labelling (paper 3.1): connected components of the binary image."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 Labels = NDArray[np.int32]
-"""Image of labels, shape (h, w): 0 is the floor, blobs count from 1."""
+"""Label image, shape (h, w): 0 is the floor, blobs are numbered from 1."""
 
 DISCARDED = -(2**31)
-"""Label of pixels that belong neither to the floor nor to a blob."""
+"""Label of pixels that are neither floor nor blob."""
 
 Boxes = NDArray[np.int32]
 """Bounding boxes of blobs, shape (n, 5): left, top, right (exclusive), bottom (exclusive), area [px].
@@ -22,16 +22,16 @@ _WORD = 8
 
 
 def label_blobs(mask: NDArray[np.uint8], smallest_area: float = 0.0) -> tuple[Labels, Boxes]:
-    """Number the connected blobs of a binary image.
+    """Label the connected blobs of a binary image.
 
-    Pixels that touch in a corner only are not connected: so chips stay apart.
+    Uses 4-connectivity, so that chips that touch only at a corner are separate.
 
     Args:
-        mask: shape (h, w), not zero where a dot may be.
-        smallest_area: smaller blobs are specks and stay floor [px].
+        mask: shape (h, w), not zero in dots.
+        smallest_area: minimum area of a blob; smaller ones are labelled as floor [px].
     """
     height, width = mask.shape
-    # Most of an image is floor, which is passed over in words; a row ends with a zero at least.
+    # Most of an image is floor, which is skipped in chunks of 8 pixels; each padded row ends with a zero.
     padded = np.zeros((height, (width // _WORD + 1) * _WORD), np.uint8)
     padded[:, :width] = mask
     runs = _runs(padded.reshape(-1), padded.view(np.uint64).reshape(-1), padded.shape[1])
@@ -41,7 +41,7 @@ def label_blobs(mask: NDArray[np.uint8], smallest_area: float = 0.0) -> tuple[La
 
 @njit(cache=True)
 def _runs(pixels: NDArray[np.uint8], words: NDArray[np.uint64], stride: int) -> NDArray[np.int32]:
-    # Rows, first and last (exclusive) columns of the runs of pixels that are not zero.
+    # Runs of nonzero pixels: row, first and last (exclusive) column.
     runs = np.empty((1024, 3), np.int32)
     count, inside = 0, False
     for word in range(len(words)):
@@ -63,7 +63,7 @@ def _runs(pixels: NDArray[np.uint8], words: NDArray[np.uint64], stride: int) -> 
 
 @njit(cache=True)
 def _blobs_of_runs(runs: NDArray[np.int32], smallest_area: float) -> tuple[NDArray[np.int32], Boxes]:
-    # The label of each run, 0 for specks, and the boxes.
+    # Label of each run, 0 for specks, and the boxes.
     parents = _united_with_the_row_above(runs)
     numbers = np.full(len(runs), -1, np.int32)
     boxes = np.empty((len(runs), 5), np.int32)
@@ -90,7 +90,7 @@ def _blobs_of_runs(runs: NDArray[np.int32], smallest_area: float) -> tuple[NDArr
 
 @njit(cache=True)
 def _united_with_the_row_above(runs: NDArray[np.int32]) -> NDArray[np.int32]:
-    # Each run's parent in a forest whose roots are the first runs of the blobs.
+    # Union-find: each run's parent in a forest whose roots are the first runs of the blobs.
     parents = np.arange(len(runs), dtype=np.int32)
     above = 0
     for k in range(len(runs)):

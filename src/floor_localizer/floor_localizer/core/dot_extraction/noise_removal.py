@@ -1,4 +1,4 @@
-"""Noise removal (paper 3.1): hairs, scratches, specks and reflections are no dots."""
+"""Noise removal (paper 3.1): rejects hairs, scratches, specks and reflections."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from floor_localizer.core.dot_extraction.centroids import Blobs
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 
 _LARGEST_CLIPPED_SHARE = 0.05
-# The edge of a shadow makes contrasts up to 1 times the step of the light over it.
+# Minimum ratio of contrast to luminance step; the edge of a shadow has a ratio up to 1.
 _LEAST_CONTRAST_TO_STEP = 1.3
-# What else than a dot has an outline whose faint part lies elsewhere than its strong one [diameters].
+# Maximum edge asymmetry of a dot, the offset between the weak and the strong part of its edge [diameters].
 _LARGEST_DISCORD = 0.25
-# Ragged outlines make up so much, and noise so many of its deviations.
+# Edge asymmetry due to ragged outlines [diameters] and due to noise [standard deviations].
 _RAGGED_DISCORD = 0.04
 _DISCORD_NOISES = 3.0
-# Fewer blobs do not tell how motion blur stretches them.
+# Minimum number of blobs for an estimate of motion blur.
 _FEWEST_BLOBS = 8
 
 
@@ -26,15 +26,15 @@ def typical_diameter(
     largest: float,
     contrasts: NDArray[np.float64] | float = 1.0,
 ) -> float:
-    """Return the diameter of the blob in which the median pixel of all blobs of a dot's size lies [px].
+    """Return the area-weighted median diameter of the blobs of a dot's size [px].
 
-    Specks, which are many but small, do not sway it, and wet spots, which are large but pale, hardly.
+    It is robust to specks, which are many but small, and to wet spots, which are large but have little contrast.
 
     Args:
         areas: shape (n,), areas [px^2].
         smallest: diameter of the smallest dot [px].
         largest: diameter of the largest dot [px].
-        contrasts: shape (n,), contrasts of the blobs; their pixels count with the squares.
+        contrasts: shape (n,), contrasts of the blobs; their squares are additional weights.
     """
     diameters = 2.0 * np.sqrt(areas / np.pi)
     order = np.argsort(diameters)
@@ -50,7 +50,7 @@ def typical_diameter(
 def are_dots(
     blobs: Blobs, elongations: NDArray[np.float64], largest: float, settings: DotDetectorSettings
 ) -> NDArray[np.bool_]:
-    """Tell dots from dirt and reflections.
+    """Return which blobs are dots, not dirt or reflections.
 
     Args:
         blobs: the blobs, n of them.
@@ -72,14 +72,14 @@ def are_dots(
 
 
 def excess_discords(blobs: Blobs) -> NDArray[np.float64]:
-    """Return by how much discords exceed what a ragged outline and noise explain, at least 0, shape (n,) [px]."""
+    """Return the edge asymmetries in excess of those from ragged outlines and noise, at least 0, shape (n,) [px]."""
     explained = _RAGGED_DISCORD * blobs.diameters + _DISCORD_NOISES * blobs.noises
     return np.asarray(np.maximum(0.0, blobs.discords - explained))
 
 
 def elongations_of(blobs: Blobs) -> NDArray[np.float64]:
-    """Return the ratios of the blobs' lengths to their widths, motion blur taken out, shape (n,)."""
-    # Motion blur stretches all dots alike: shapes are compared with the median shape, not with a disc.
+    """Return the ratios of the blobs' lengths to their widths, corrected for motion blur, shape (n,)."""
+    # Motion blur elongates all dots equally: shapes are compared with the median shape, not with a disc.
     uu, uv, vv = blobs.covariances.T
     common = np.array([1.0, 0.0, 1.0])
     measured = blobs.contrasts > 0.0
@@ -93,7 +93,7 @@ def elongations_of(blobs: Blobs) -> NDArray[np.float64]:
 
 
 def _reflections(clipped: NDArray[np.float64], candidates: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    # Where most dots are clipped, it is the exposure and no reflection.
+    # If most dots are clipped, the image is overexposed; these are no reflections.
     if not candidates.any() or np.median(clipped[candidates]) > _LARGEST_CLIPPED_SHARE:
         return np.zeros(len(clipped), dtype=np.bool_)
     return clipped > _LARGEST_CLIPPED_SHARE

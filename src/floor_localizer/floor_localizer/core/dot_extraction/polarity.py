@@ -1,4 +1,4 @@
-"""Which dots a floor has: darker than it, lighter, or of any colour."""
+"""Polarity of a floor's dots: darker than the floor, lighter, or any colour."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.dot_extraction.labelling import label_blobs
 
-# Reflections and dust also differ from the floor; chips of a second kind make up more than this.
+# Minimum count of a second kind of chips, relative to the first; fewer are reflections and dust.
 _SECOND_KIND = 0.4
 _COLOUR_EXCESS = 1.3
 _SATURATED = 250
-# Of a dark floor, whole grey levels are coarse steps [grey levels].
+# Minimum difference [grey levels]; on a dark floor, integer grey levels are coarse steps.
 _ROUNDING = 4.0
 _SMALLEST_CONTRAST = 0.05
 _NOISE_SIGMAS = 5.0
 _COARSE_SIZE = 90.0
 _SAMPLES_A_SIDE = 16
-# What differs from the floor counts less (Cauchy), on scales that shrink from that of the light's changes to
-# that of chips [relative].
+# Scales of the Cauchy weights of a robust fit, from that of illumination changes down to that of chips [relative].
 _OUTLIER_SCALES = (0.4, 0.24, 0.14, 0.08, 0.05)
-# A smooth floor that scatters more may have an edge [relative]; then it counts who tells so many times the dots.
+# With a larger residual noise [relative] the view may contain an edge; then the local background is used if it yields
+# more dots by this factor.
 _UNEXPLAINED = 0.06
 _CLEARLY_MORE = 1.5
 _EDGE = 0.25
-# A blob that fills less than this part of its bounding box is a net of floor between chips.
+# Minimum area of a blob as a fraction of its bounding box; blobs below are the floor between chips.
 _LEAST_FILLING = 0.4
 
 
 class _Tally(NamedTuple):
-    """Blobs of a dot's size that differ from the floor: darker, lighter, and in colour or brightness; and by how much
-    the floor itself scatters [relative].
+    """Numbers of blobs of a dot's size that are darker, lighter, or different in colour or brightness; and the noise of
+    the floor [relative].
     """
 
     dark: int
@@ -45,28 +45,28 @@ class _Tally(NamedTuple):
 
     @property
     def leading(self) -> int:
-        """How many there are of the kind of which there are most."""
+        """Number of blobs of the more frequent kind."""
         return max(self.dark, self.light)
 
 
 def choose_polarity(image: NDArray[np.uint8], largest_diameter: float) -> str:
-    """Return ``dark``, ``light`` or ``any``: the kind of which there are most; their size does not count.
+    """Return ``dark``, ``light`` or ``any``: the most frequent kind of blobs, independent of their size.
 
-    The floor is what most of the image is, under a light that changes slowly. So a giant chip, which fills a
-    part of the view, stays a chip, and the floor beside it does not become a light dot. Where that leaves much
-    unexplained, by the edge of a shadow or of a mat, the floor that follows the image may tell more dots.
+    The floor is the majority of the image, under slowly changing illumination. So a giant chip that fills a part of the
+    view is still a chip, and the floor next to it is no light dot. If this model leaves large residuals, at the edge of
+    a shadow or of a mat, a local background may yield more dots.
 
     Args:
         image: shape (h, w, channels), grey levels.
         largest_diameter: diameter of the largest dot [px].
     """
-    # Whole multiples of the coarse pixel: OpenCV averages them many times faster than parts.
+    # Integer multiples of the coarse pixel: OpenCV averages them much faster.
     factor = max(1, round(max(image.shape) / _COARSE_SIZE))
     height, width, channels = image.shape[0] // factor, image.shape[1] // factor, image.shape[2]
     whole = image[: height * factor, : width * factor]
     coarse = cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA).reshape(height, width, channels)
     brightness = np.maximum(coarse.mean(axis=2, dtype=np.float32), np.float32(1.0))
-    # Twice the dots' size: they must stay the minority in the window.
+    # Twice the dots' size, so that dots are a minority in the window.
     window = 2 * round(1.2 * largest_diameter / factor) + 1
     local = np.maximum(cv2.medianBlur(brightness.astype(np.uint8), window), 1)
     largest_area = 0.25 * np.pi * (largest_diameter / factor) ** 2
@@ -75,7 +75,7 @@ def choose_polarity(image: NDArray[np.uint8], largest_diameter: float) -> str:
     usable = cv2.dilate(saturated, np.ones((3, 3), np.uint8)) == 0
     tally = _tally(coarse, brightness, _floor_brightness(local), usable, largest_area)
     if tally.noise > _UNEXPLAINED:
-        # Along an edge a dot bends the median, so that the floor beside looks like a dot of the other kind.
+        # Along an edge a dot shifts the median, so that the floor next to it looks like a dot of the other kind.
         edge = cv2.morphologyEx(local, cv2.MORPH_GRADIENT, np.ones((window, window), np.uint8))
         usable &= edge < _EDGE * local
         second = _tally(coarse, brightness, local.astype(np.float32), usable, largest_area)
@@ -110,7 +110,7 @@ def _tally(
 
 @njit(cache=True, error_model='numpy')
 def _floor_brightness(brightness: NDArray[np.uint8]) -> NDArray[np.float32]:
-    # Second order in the logarithm, fitted to some of the pixels.
+    # Second-order polynomial of the logarithm, fitted to a sample of the pixels.
     height, width = brightness.shape
     v, u = np.linspace(-1.0, 1.0, height), np.linspace(-1.0, 1.0, width)
     step = max(1, -(-max(height, width) // _SAMPLES_A_SIDE))
@@ -134,7 +134,7 @@ def _floor_brightness(brightness: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 
 def _count(mask: NDArray[np.bool_], largest_area: float) -> int:
-    # Blobs of a dot's size that are wholly in the image.
+    # Number of blobs of a dot's size that are completely in the image.
     height, width = mask.shape
     left, top, right, bottom, area = label_blobs(mask.astype(np.uint8))[1].T
     whole = (left > 0) & (top > 0) & (right < width) & (bottom < height)

@@ -1,4 +1,4 @@
-"""Splitting of touching dots: a blob with a waist is two, and a hair on a dot is none of it."""
+"""Splitting of touching dots: a blob with a waist is split, and hairs are removed from dots."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from floor_localizer.core.dot_extraction.binarisation import SIGNS, contrasts
 from floor_localizer.core.dot_extraction.distance_basins import distance_basins
 from floor_localizer.core.dot_extraction.labelling import DISCARDED, Boxes, Labels, bounding_boxes
 
-# A convex chip has no waist at all; ragged outlines of single chips have waists above this.
+# Maximum ratio of a waist for a split; ragged outlines of single chips have larger ratios, convex chips no waist.
 _LARGEST_WAIST = 0.88
-# Thinner than this part of a dot is a hair.
+# Maximum radius of a hair as a fraction of the dot's.
 _HAIR = 0.4
-# Area over the area of the ellipse of equal moments: 1 for an ellipse, 0.90 for two equal discs side by side,
+# Area over the area of the ellipse of equal moments: 1 for an ellipse, 0.90 for two equal adjacent discs,
 # 0.83 for three; two discs are also at least 1.9 times as long as wide.
 _ELLIPTIC = 0.98
 _CLUSTERED = 0.94
 _SHORT = 1.4
-# Blobs of more area than this multiple of the median are looked at whatever their shape.
+# Blobs with a larger area than this multiple of the median are split candidates, independent of their shape.
 _LARGE = 1.6
-# Blobs of more area than so many of the largest dots are no clusters of dots.
+# Maximum area of a cluster of dots, as a multiple of the largest dot's area.
 _LARGEST_CLUSTER = 25.0
-# A hair is worth being cut off if it makes up more than this part of a blob.
+# Minimum area of a hair to remove, as a fraction of the blob's.
 _SMALLEST_HAIR = 0.04
-# Contrast of the outline in which a waist is sought, as a part of the blob's: the higher, the deeper may blur
-# fill the gap between two dots.
+# Contrast of the outline in which waists are detected, as a fraction of the blob's: higher values tolerate more blur in
+# the gap between two dots.
 _OUTLINE = 0.67
-# Blobs are looked at on a raster on which they are about this many pixels wide.
+# Approximate width of the raster on which a blob is split [px].
 _RASTER = 22.0
-# That outline cuts into small dots: a part may look thinner than the smallest dot by this ratio.
+# That outline shrinks small dots: minimum ratio of a part's diameter to that of the smallest dot.
 _THINNED = 0.7
 
 
@@ -43,23 +43,21 @@ def split_touching(
     smallest_diameter: float,
     largest_diameter: float,
 ) -> tuple[Boxes, NDArray[np.bool_]]:
-    """Give the parts of blobs that consist of several dots labels of their own, in place.
+    """Split blobs that consist of several dots, in place: each part gets its own label.
 
-    The outline is sought in the unsmoothed image: smoothing fills the gaps between dots.
+    The outline is computed from the unsmoothed image, because smoothing fills the gaps between dots.
 
     Args:
-        labels: the blobs; of a split blob, pixels beside the parts go back to the floor and hairs are marked
-            as ``DISCARDED``.
+        labels: the blobs; of a split blob, pixels adjacent to the parts become floor and hairs ``DISCARDED``.
         boxes: their bounding boxes.
         image: shape (h, w, channels), grey levels, not smoothed.
         background: shape (h, w, channels), grey levels of the floor.
         polarity: ``dark``, ``light``, or ``any``.
-        smallest_diameter: diameter of the smallest dot that is split off [px].
+        smallest_diameter: minimum diameter of a part [px].
         largest_diameter: diameter of the largest dot [px].
 
     Returns:
-        the bounding boxes of the blobs and, after them, of the parts that were split off; and which of
-        these are parts of a blob.
+        the bounding boxes of the blobs, followed by those of the new parts; and which of these are parts of a blob.
     """
     smallest_area = 0.25 * np.pi * smallest_diameter**2
     largest_area = _LARGEST_CLUSTER * 0.25 * np.pi * largest_diameter**2
@@ -173,7 +171,7 @@ def _outline_raster(
             else:
                 contrast[v, u] = 0.0
     level = _OUTLINE * np.median(inside[:count])
-    # A frame of zeros keeps the flood from leaving the raster.
+    # A border of zeros keeps the watershed inside the raster.
     raster = np.zeros((rows * scale + 2, columns * scale + 2), np.uint8)
     for row in range(rows * scale):
         y = (row + 0.5) / scale - 0.5
@@ -197,8 +195,8 @@ def _interpolated(values: NDArray[np.float32], y: float, x: float) -> float:
 def _relabelled(
     labels: Labels, label: int, basins: NDArray[np.int32], scale: int, count: int
 ) -> NDArray[np.int32]:
-    # The first part keeps the blob's label; the others get the labels after the last one so far. Pixels
-    # beside a part are its soft edge and go back to the floor; what is further away is no part of any dot.
+    # The first part keeps the blob's label; the others get new labels. Pixels adjacent to a part are its soft edge and
+    # become floor; pixels farther away belong to no dot.
     height, width = labels.shape
     result = labels.copy()
     middle = 1 + scale // 2

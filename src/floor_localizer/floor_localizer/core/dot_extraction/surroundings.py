@@ -1,4 +1,4 @@
-"""The surroundings in which a blob is measured: its soft edge and a ring of floor."""
+"""The surroundings used to measure a blob: its soft edge and a ring of floor."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from floor_localizer.core.dot_extraction.labelling import Boxes, Labels
 _MARGIN = 2
 _RING = 2
 REACH = _MARGIN + _RING
-"""How far the surroundings reach beyond the bounding box of a blob [px]."""
+"""Width of the surroundings outside the bounding box of a blob [px]."""
 
 
 def grow_labels(labels: Labels, boxes: Boxes) -> None:
-    """Let all blobs grow into the floor at the same speed, in place; the border of two runs half way.
+    """Grow all blobs into the floor simultaneously, in place; the border between two blobs is halfway.
 
     Args:
-        labels: the blobs; afterwards the floor's pixels in a soft edge hold the label of their blob, those in
-            a ring its negative.
-        boxes: bounding boxes of the blobs, which stay as they are.
+        labels: the blobs; afterwards, floor pixels in a soft edge have the label of their blob, those in a ring its
+            negative.
+        boxes: bounding boxes of the blobs, not modified.
     """
     _grow(labels, boxes)
 
@@ -30,7 +30,7 @@ def _grow(labels: Labels, boxes: Boxes) -> None:
     width = labels.shape[1]
     flat = labels.reshape(-1)
     front = _outline(labels, boxes)
-    # Steps of four and of eight neighbours in turn grow an octagon, the nearest thing to a disc.
+    # Alternating steps with 4 and 8 neighbours grow an octagon, an approximate disc.
     offsets = np.array([1, width, -1, -width, width + 1, width - 1, 1 - width, -width - 1])
     for step in range(REACH):
         sign = 1 if step < _MARGIN else -1
@@ -38,7 +38,7 @@ def _grow(labels: Labels, boxes: Boxes) -> None:
         following = np.empty(neighbours * len(front), np.int64)
         count = 0
         for place in front:
-            # At the image border, from where a step could leave the image, nothing is measured.
+            # Skip the image border, where a step could leave the image and nothing is measured.
             if not (0 < place % width < width - 1 and width <= place < len(flat) - width):
                 continue
             value = sign * abs(flat[place])

@@ -1,1 +1,1 @@
-"""The paper's own method (Fukase and Kanamori), written out plainly: the measure for what betters it."""
+"""Reference implementation of the paper's method (Fukase and Kanamori), as a baseline for benchmarks."""

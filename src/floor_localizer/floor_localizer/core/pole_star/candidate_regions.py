@@ -1,14 +1,14 @@
-"""Regions of the floor where the image's dots may lie (paper 2.3.1, figs 9-13).
+"""Regions of the floor that may contain the image's dots (paper 2.3.1, figs 9-13).
 
-If image dot ``C_i`` is floor dot ``F``, all other image dots lie within ``R_i`` of ``F``, where ``R_i`` is
-the distance from ``C_i`` to the image dot farthest from it. So each image dot allows the union of the circles
-around its candidates, and the image lies where these unions overlap. As in the paper, squares stand for the
-circles, and an overlap of at least a number of unions is asked for, not of all of them.
+If image dot ``C_i`` is floor dot ``F``, all other image dots are within ``R_i`` of ``F``, where ``R_i`` is the
+distance from ``C_i`` to the image dot farthest from it. So each image dot allows the union of the circles around its
+candidates, and the image is where these unions overlap. As in the paper, the circles are replaced by squares, and
+the overlap of a minimum number of unions is required, not of all of them.
 
-The paper leaves open how the overlap is computed and how touching regions are told apart. Here it is counted
-at the nodes of a grid, and every node where enough squares overlap is a region, made up of the candidates
-whose squares cover it. At the right place each right square contains all of the image's dots, so the nodes
-need not be nearer to each other than the image is wide.
+The paper does not specify how the overlap is computed and how touching regions are separated. Here the overlap is
+counted at the nodes of a grid. Every node where enough squares overlap is a region, with the candidates whose squares
+cover it. At the right place each right square contains all of the image's dots, so the nodes can be as far apart as
+the image is wide.
 
 The overlap is a weak filter on a floor as dense as the paper's: with 1 px of noise a dot needs so many
 candidates that more than half of the image's dots allow any given node by chance.
@@ -39,12 +39,12 @@ def nodes_in_squares(
 
     Args:
         centres: shape (m, 2), centres of the squares [m].
-        reaches: shape (m,), half their sides [m].
+        radii: shape (m,), half the sides of the squares [m].
         pitch: distance between nodes [m].
 
     Returns:
         squares: shape (e,), index of a square.
-        nodes: shape (e,), number of a node that it covers.
+        nodes: shape (e,), index of a node that the square covers.
     """
     low = np.ceil((centres - reaches[:, None]) / pitch).astype(np.int64)
     high = np.floor((centres + reaches[:, None]) / pitch).astype(np.int64)
@@ -71,12 +71,12 @@ def candidate_regions(
     Args:
         image_dots: shape (m,), the image dot of each pair (image dot, candidate).
         candidate_points: shape (m, 2), the candidate of each pair on the floor [m].
-        reaches: shape (m,), ``R_i`` of the pair's image dot [m].
+        radii: shape (m,), ``R_i`` of the pair's image dot [m].
         pitch: distance between the nodes where the overlap is counted [m].
-        overlap_min: different image dots whose squares must cover a node.
+        overlap_min: minimum number of different image dots whose squares cover a node.
 
     Returns:
-        for each region the ascending indices of its pairs.
+        ascending indices of the pairs of each region.
     """
     squares, nodes = nodes_in_squares(candidate_points, reaches, pitch)
     order = np.lexsort((squares, nodes))

@@ -1,8 +1,8 @@
-"""Geometric congruence: which candidates keep the distances of their image dots (paper 2.3.2, figs 14-20).
+"""Geometric congruence: candidates whose distances agree with those of their image dots (paper 2.3.2, figs 14-20).
 
 The printed figures contradict each other: in fig. 18 (whose column sums 6, 2, 3, 5, 6, 5, 5, 4 the text
 repeats) ``F_2b`` agrees with all of ``F_1a``, ``F_3``, ``F_4`` and ``F_5``, so the text's rule keeps these
-five with sums of 4, but fig. 19 shows ``F_2b`` removed and sums of 3. The text's rule is what is built here.
+five with sums of 4, but fig. 19 shows ``F_2b`` removed and sums of 3. The text's rule is implemented here.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ def mutual_distances(points: NDArray[np.float64], image_dots: NDArray[np.intp]) 
 
     Args:
         points: shape (m, 2), the image dot or the candidate of each pair (image dot, candidate) [m].
-        image_dots: shape (m,), number of each pair's image dot.
+        image_dots: shape (m,), index of each pair's image dot.
 
     Returns:
-        shape (m, m) [m]; NaN is the paper's NA, between pairs of one and the same image dot.
+        shape (m, m) [m]; NaN (NA in the paper) between pairs of the same image dot.
     """
     distances = np.full((len(points), len(points)), np.nan)
     for i in range(len(points)):
@@ -43,22 +43,22 @@ def agreement_matrix(
     Args:
         C_d: shape (m, m), mutual distances of the image dots [m].
         F_d: shape (m, m), mutual distances of their candidates [m].
-        tolerance: largest difference that is taken for equal [m].
+        tolerance: maximum difference of two equal distances [m].
     """
     return np.abs(C_d - F_d) <= tolerance
 
 
 @njit(cache=True)
 def prune_to_congruent(agreement: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Remove the pair with the lowest column sum until every sum is one less than the number left (fig. 19).
+    """Remove the pair with the lowest column sum until every sum is one less than the remaining number (fig. 19).
 
-    The paper does not say which of several lowest columns goes; here it is the first of them.
+    The paper does not specify which of several lowest columns is removed; here it is the first.
 
     Args:
         agreement: shape (m, m), symmetric, false on the diagonal.
 
     Returns:
-        shape (k,), ascending indices of the pairs that remain; all of them agree with each other.
+        shape (k,), ascending indices of the remaining pairs; all of them agree with each other.
     """
     sums = agreement.sum(axis=0)
     remaining = np.arange(len(agreement))

@@ -1,4 +1,4 @@
-"""The match rate: the share of the image's dots that meet a dot of the floor (paper 2.3.3, fig. 21)."""
+"""The match rate: the fraction of the image's dots that match a dot of the floor (paper 2.3.3, fig. 21)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class AddressMatrix:
-    """The floor cut into square blocks; a block is occupied where it holds a dot.
+    """The floor divided into square blocks; a block is occupied if it contains a dot.
 
     Attributes:
         occupied: shape (rows, columns), row along y, column along x.
@@ -38,14 +38,14 @@ def build_address_matrix(map_points: NDArray[np.float64], block: float) -> Addre
 
 
 def match_rate(address_matrix: AddressMatrix, points: NDArray[np.float64]) -> float:
-    """Return the share of dots that lie in an occupied block.
+    """Return the fraction of dots that are in an occupied block.
 
     Args:
         address_matrix: the floor's blocks.
-        points: shape (n, 2), all dots of the image, taken to the map frame by a pose [m].
+        points: shape (n, 2), all dots of the image, transformed to the map frame [m].
 
     Returns:
-        the match rate in [0, 1]; a dot off the floor does not match, no dots at all match at rate 0.
+        the match rate in [0, 1]; dots off the floor do not match, and the rate of no dots is 0.
     """
     if len(points) == 0:
         return 0.0

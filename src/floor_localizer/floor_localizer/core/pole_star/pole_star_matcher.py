@@ -32,7 +32,7 @@ class PoleStarPose:
 
     Attributes:
         T_map_view: pose of the image's frame in the map frame.
-        match_rate: share of the image's dots in an occupied block, in [0, 1].
+        match_rate: fraction of the image's dots in an occupied block, in [0, 1].
         pairs: shape (k, 2), indices of the congruent image dots and floor dots.
     """
 
@@ -43,17 +43,17 @@ class PoleStarPose:
 
 @dataclass(frozen=True)
 class NoPose:
-    """Why an image has no pose.
+    """No pose, with the reason.
 
     Attributes:
-        reason: one line for a person.
+        reason: one line of text.
     """
 
     reason: str
 
 
 class PoleStarMatcher:
-    """Finds an image's dots among the dots of a floor, without any prior."""
+    """Finds an image's dots among the dots of a floor, without a prior."""
 
     def __init__(self, map_points: NDArray[np.float64], settings: PoleStarSettings) -> None:
         """Build the databases of a floor.
@@ -68,7 +68,7 @@ class PoleStarMatcher:
         self._address_matrix: AddressMatrix = build_address_matrix(map_points, settings.address_block)
 
     def match(self, image_points: NDArray[np.float64]) -> PoleStarPose | NoPose:
-        """Return the pose with the best match rate, or why there is none (2.3.3).
+        """Return the pose with the best match rate, or the reason for no pose (2.3.3).
 
         Args:
             image_points: shape (n, 2), all dots of the image, on the floor plane in the view's frame [m].
@@ -82,7 +82,7 @@ class PoleStarMatcher:
         """Return the first pose if its match rate is high enough (the reference match rate of 3.3.5).
 
         Args:
-            poses: as ``congruent_poses`` returns them.
+            poses: result of ``congruent_poses``.
         """
         least = self._settings.match_rate_min
         if not poses:
@@ -95,12 +95,12 @@ class PoleStarMatcher:
         """Return a pose for each region with congruent dots, the highest match rate first.
 
         Args:
-            image_points: shape (n, 2), as in ``match``, at least two.
+            image_points: shape (n, 2), as in ``match``, at least two [m].
         """
         settings = self._settings
         reaches = farthest_distances(image_points)
 
-        # 2.2: each image dot's candidates by the votes of its distances.
+        # 2.2: candidates of each image dot by the votes of its distances.
         votes = vote(self._table, image_points, settings.vote_tolerance)
         candidates = most_voted(surplus(votes), self._candidates_per_dot(reaches))
         image_dots = np.repeat(np.arange(len(image_points)), candidates.shape[1])
@@ -124,10 +124,10 @@ class PoleStarMatcher:
         return sorted(poses, key=lambda pose: pose.match_rate, reverse=True)
 
     def _candidates_per_dot(self, reaches: NDArray[np.float64]) -> int:
-        """Return how many candidates an image dot gets, so that a region holds the set number by chance.
+        """Return the number of candidates per image dot for which a region holds ``pairs_per_region`` by chance.
 
-        The paper does not say how many dots have "the most votes". A candidate picked at random falls into a
-        region with the share of the floor that its square has.
+        The paper does not specify how many dots have "the most votes". A random candidate is in a region with a
+        probability equal to its square's fraction of the floor area.
         """
         floor_area = float(np.prod(np.ptp(self._map_points, axis=0)))
         squares_area = float(np.sum((2.0 * reaches) ** 2))

@@ -11,10 +11,10 @@ from shirube_geometry import PlanarPose
 
 
 def fit_pose(image_points: NDArray[np.float64], map_points: NDArray[np.float64]) -> PlanarPose:
-    """Return the least-squares pose ``T_map_view`` of paired dots; a turn and a shift, never a mirror image.
+    """Return the least-squares pose ``T_map_view`` of paired dots: rotation and translation, without reflection.
 
     Args:
-        image_points: shape (n, 2), in the view's frame [m], at least two different points.
+        image_points: shape (n, 2), dots in the view's frame [m], at least two different points.
         map_points: shape (n, 2), the same dots in the map frame [m].
     """
     image_centre, map_centre = image_points.mean(axis=0), map_points.mean(axis=0)

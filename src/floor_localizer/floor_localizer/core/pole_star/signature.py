@@ -1,18 +1,18 @@
 """Pole-star signatures: the distances from one dot to its neighbours (paper 2.2).
 
-The text of 2.2 breaks off after the principle (2.2.1): the distances from a dot to all dots within the
-pole-star radius belong to that dot alone, and no turn of the camera changes them. What follows fills the gap:
+The text of 2.2 ends after the principle (2.2.1): the distances from a dot to all dots within the pole-star
+radius are specific to that dot and invariant to rotation. The rest is our design:
 
-- The database is a table distance → dots: ``counts[k, j]`` says how many neighbours floor dot ``j`` has at
+- The database is a table distance → dots: ``counts[k, j]`` is the number of neighbours of floor dot ``j`` at
   the quantised distance ``k``.
 - Each dot of the image in turn is the pole. Each of its distances votes, within a tolerance, for the floor
-  dots that the table holds there. A distance has one vote and shares it out: twice as many dots have a
-  neighbour 40 mm away as 20 mm away, so the longer distance says half as much.
-- A floor dot in a crowd gets votes from every pole, right or wrong. So votes are compared with what a dot
-  gets on average over all poles; else crowded places attract most candidates wherever the camera is.
+  dots with that distance in the table. A distance has one vote, divided among these dots: twice as many dots have
+  a neighbour 40 mm away as 20 mm away, so the longer distance is half as informative.
+- A floor dot in a dense area gets votes from every pole, right or wrong. So votes are compared with the average over
+  all poles; otherwise most candidates would be in dense areas.
 - The dots with the most votes above that average are the pole's candidates.
 
-A neighbour that the image lacks costs nothing; a spurious one scatters its vote over the whole floor.
+A missing neighbour costs nothing; the vote of a spurious one is distributed over the whole floor.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ class SignatureTable:
     """The signatures of all dots of a floor, by distance.
 
     Attributes:
-        counts: shape (K, N), neighbours of dot j at a distance in [k, k + 1) quanta.
-        quantum: step of the quantised distances [m].
+        counts: shape (K, N), number of neighbours of dot j at a distance in [k, k + 1) quanta.
+        quantum: quantization step of distances [m].
         radius: the pole-star radius [m].
     """
 
@@ -61,7 +61,7 @@ def build_signature_table(map_points: NDArray[np.float64], radius: float, quantu
     Args:
         map_points: shape (N, 2), the floor's dots [m].
         radius: the pole-star radius [m].
-        quantum: step of the quantised distances [m].
+        quantum: quantization step of distances [m].
     """
     size = int(np.ceil(radius / quantum))
     counts = np.zeros((size, len(map_points)), dtype=np.float32)
@@ -79,7 +79,7 @@ def vote(table: SignatureTable, image_points: NDArray[np.float64], tolerance: fl
     Args:
         table: signatures of the floor.
         image_points: shape (n, 2), dots of the image on the floor plane [m].
-        tolerance: a distance votes for the dots that have one no further from it than this [m].
+        tolerance: maximum difference between a distance and the distances it votes for [m].
 
     Returns:
         shape (n, N), votes of image dot i for floor dot j.
@@ -96,14 +96,14 @@ def vote(table: SignatureTable, image_points: NDArray[np.float64], tolerance: fl
 
 
 def surplus(votes: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the votes above average, in units of their expected scatter (the Pearson residual).
+    """Return the Pearson residuals of votes: the votes above average, over their expected standard deviation.
 
     Args:
-        votes: shape (n, N).
+        votes: shape (n, N), votes of image dots for floor dots.
 
     Returns:
         shape (n, N); the average vote of dot i for dot j is (all votes of i) x (all votes for j) / (all
-        votes), and a sum of many small votes scatters by about its square root.
+        votes), and the standard deviation of a sum of many small votes is about its square root.
     """
     tiny = np.finfo(np.float32).tiny
     by_image_dot, by_floor_dot = votes.sum(axis=1), votes.sum(axis=0)
@@ -115,8 +115,8 @@ def most_voted(votes: NDArray[np.float32], count: int) -> NDArray[np.intp]:
     """Return each image dot's candidates: the floor dots with the most votes.
 
     Args:
-        votes: shape (n, N).
-        count: candidates an image dot gets.
+        votes: shape (n, N), votes of image dots for floor dots.
+        count: number of candidates per image dot.
 
     Returns:
         shape (n, min(count, N)), indices of floor dots, in no particular order.
