@@ -21,8 +21,8 @@ WALL_WIDTH_MIN = 0.2
 def wall_normal(position: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the normal of the vertical wall that a landmark is on, shape (3,), towards the robot.
 
-    Walls are vertical, so landmarks on a wall are collinear in the horizontal plane. Of the lines through the landmark and
-    another one, the line with the most landmarks is used; without such a line the wall faces the robot.
+    Walls are vertical, so landmarks on a wall are collinear in the horizontal plane. Of the lines through the landmark
+    and another one, the line with the most landmarks is used; without such a line the wall faces the robot.
 
     Args:
         position: landmark in the place's frame, shape (3,) [m].

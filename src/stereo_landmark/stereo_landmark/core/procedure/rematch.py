@@ -1,7 +1,7 @@
 """Guided matching: matches the primitives of a target again, at the pixels that a fitted pose predicts.
 
-A pose hypothesis matches the primitive nearest to the centre of a window. On nested or adjacent outlines, as on a panel,
-that is often a wrong one. The fitted pose predicts each point in both images to a few pixels.
+A pose hypothesis matches the primitive nearest to the centre of a window. On nested or adjacent outlines, as on a
+panel, that is often a wrong one. The fitted pose predicts each point in both images to a few pixels.
 """
 
 from __future__ import annotations
