@@ -1,8 +1,8 @@
 """Pose hypotheses from the detection paths of the procedure tree (paper 3.4, figs 7 and 8).
 
-Each primitive of a target begins a path, the most reliable one first. The 3D position of each of its candidates and each
-tested yaw of the robot determine a pose, and the pose determines the windows in which the other primitives are searched.
-Hypotheses that match the same primitives are merged.
+Each primitive of a target begins a path, the most reliable one first. The 3D position of each of its candidates and
+each tested yaw of the robot determine a pose, and the pose determines the windows in which the other primitives are
+searched. Hypotheses that match the same primitives are merged.
 """
 
 from __future__ import annotations

@@ -91,8 +91,8 @@ class Teacher:
         if not rows_agree(points, self._pixel_sigma).all():
             apart = float(np.median(np.abs(points.pixels[:, 3] - points.pixels[:, 1])))
             raise StereoLandmarkError(
-                f'it is {apart:.2f} px apart in the rows of both images, so it is mismatched; select another primitive, '
-                'or recalibrate the cameras as a pair if other primitives are apart too'
+                f'it is {apart:.2f} px apart in the rows of both images, so it is mismatched; select another primitive, or '
+                'recalibrate the cameras as a pair if other primitives are apart too'
             )
         return measured
 
