@@ -91,7 +91,7 @@ class Teacher:
         if not rows_agree(points, self._pixel_sigma).all():
             apart = float(np.median(np.abs(points.pixels[:, 3] - points.pixels[:, 1])))
             raise StereoLandmarkError(
-                f'it is {apart:.2f} px apart in the rows of both images, so it is mismatched; select another primitive, or '
+                f'its rows in both images differ by {apart:.2f} px, so it is mismatched; select another primitive, or '
                 'recalibrate the cameras as a pair if other primitives are apart too'
             )
         return measured

@@ -160,7 +160,7 @@ def _near_border(draft: TargetDraft, parts: Sequence[MeasuredPrimitive], view: S
     room = min(float(min(low.min(), *([width, height] - high))) for low, high in boxes)
     if room < BORDER_SHARE * width:
         name = parts[0].name
-        text = f'{name} is {max(room, 0.0):.0f} px from the border and soon out of view; move it to the end of the order'
+        text = f'{name} is {max(room, 0.0):.0f} px from the border and soon out of view; move it to the end'
         yield Hint(Weight.NOTE, draft.name, name, text)
 
 
