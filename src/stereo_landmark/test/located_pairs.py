@@ -41,7 +41,7 @@ def with_fix(in_map=True, stamp_ns=10_000_000_000):
 
 def without_fix(stamp_ns=10_000_000_000):
     """Return a pair without."""
-    answer = NoLandmarkFix('nothing looks like it', 'place wall: meters', (MISSING,))
+    answer = NoLandmarkFix('no similar shapes in view', 'place wall: meters', (MISSING,))
     return LocatedPair(stamp_ns, IMAGE, answer, (0.0, 0.0), RIG)
 
 

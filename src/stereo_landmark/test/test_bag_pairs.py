@@ -63,7 +63,7 @@ def test_swapped_cameras_and_stamps_apart_are_told(tmp_path):
     with pytest.raises(StereoLandmarkError, match='left and right are swapped'):
         offered(tmp_path / 'swapped').images(0)
     write_pairs(tmp_path / 'apart', [(SECOND, SECOND + 5_000_000, left, right)], CALIBRATIONS)
-    with pytest.raises(StereoLandmarkError, match='no stamps in common; give --approximate-sync'):
+    with pytest.raises(StereoLandmarkError, match='no common stamps; give --approximate-sync'):
         offered(tmp_path / 'apart')
     assert len(offered(tmp_path / 'apart', '--approximate-sync', '0.01').labels) == 1
 

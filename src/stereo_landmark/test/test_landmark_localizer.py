@@ -71,7 +71,7 @@ def test_two_places_that_look_alike_are_ambiguous(places, images):
     twin = replace(places[0], name='twin')
     answer = LandmarkLocalizer([places[0], twin]).locate(*images)
     assert isinstance(answer, NoLandmarkFix)
-    assert answer.reason == 'it may be in several places'
+    assert answer.reason == 'ambiguous: several places match'
     assert isinstance(LandmarkLocalizer([places[0], twin]).locate(*images, likely=['twin']), LandmarkFix)
 
 

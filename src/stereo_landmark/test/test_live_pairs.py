@@ -127,7 +127,7 @@ def test_cameras_that_were_calibrated_anew_are_told(graph: IsolatedGraph) -> Non
         pairs = LivePairs(cameras.heard, MOUNT, rectify=False)
         shifted = replace(CALIBRATIONS[0], raw=replace(CALIBRATIONS[0].raw, cx=190.0))
         cameras.calibrations = (shifted, CALIBRATIONS[1])
-        with pytest.raises(StereoLandmarkError, match='calibrated anew; start teach again'):
+        with pytest.raises(StereoLandmarkError, match='calibration of the cameras changed; restart teach'):
             # One pair may still be on its way.
             _ = [pairs.take() for _ in range(2)]
 
@@ -145,7 +145,7 @@ def test_raw_live_images_are_rectified(graph: IsolatedGraph, monkeypatch: pytest
 
 def test_silent_cameras_are_told(graph: IsolatedGraph, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr('stereo_landmark.page.live_pairs.FIRST_WAIT', 0.3)
-    silent = pytest.raises(StereoLandmarkError, match=r'no pair of images came within 0\.3 s')
+    silent = pytest.raises(StereoLandmarkError, match=r'no stereo pair was received within 0\.3 s')
     with Cameras(graph, None) as cameras, silent:
         LivePairs(cameras.heard, MOUNT, rectify=False)
 

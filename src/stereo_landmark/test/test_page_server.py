@@ -132,7 +132,7 @@ def test_a_fault_of_the_program_ends_no_session(talk, monkeypatch, caplog):
                 await socket.send_json({'id': number, 'do': 'hello'})
                 answer = await socket.receive_json()
                 assert answer['id'] == number
-                assert 'fault of the program' in answer['error']
+                assert 'internal error' in answer['error']
 
     talk(conversation)
     assert 'ZeroDivisionError' in caplog.text

@@ -110,7 +110,7 @@ def test_unknown_points_do_not_count():
     strange = StereoPoints(tuple(f'other {i}' for i in range(16)), seen.pixels, seen.covariances)
     answer = PlaceLocator(RIG).locate(strange, taught)
     assert answer == NoPlaceFix(
-        NoPlaceFixReason.TOO_FEW_POINTS, '0 taught points are seen by both cameras, 3 are needed'
+        NoPlaceFixReason.TOO_FEW_POINTS, '0 taught points are visible in both cameras, at least 3 are needed'
     )
 
 

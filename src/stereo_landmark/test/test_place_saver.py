@@ -23,7 +23,7 @@ def test_what_another_saved_since_is_replaced_only_on_purpose(tmp_path):
     path = PlaceSaver(tmp_path).save(taught_place(), images_with(0))
     one, other = PlaceSaver(tmp_path, [path]), PlaceSaver(tmp_path, [path])
     one.save(taught_place(), images_with(1))
-    with pytest.raises(PlaceExistsError, match='was changed by somebody else since'):
+    with pytest.raises(PlaceExistsError, match='was changed elsewhere'):
         other.save(taught_place(), images_with(2))
     assert load_images(path).left[0, 0] == 1
     other.save(taught_place(), images_with(2), replace=True)

@@ -114,8 +114,8 @@ def process_images(engineer):
 def choose_targets(engineer):
     """A region, its primitives, their order."""
     page = engineer.page
-    page.get_by_test_id('part-targets').click()
-    engineer.wait("window.__state.part === 'targets'")
+    page.get_by_test_id('step-targets').click()
+    engineer.wait("window.__state.step === 'targets'")
     engineer.drag(engineer.at((2, 60)), engineer.at((370, 120)))
     engineer.wait('window.__state.state.targets[0].region !== null')
     rims = engineer.look(
@@ -199,7 +199,7 @@ def try_and_save(engineer):
     assert found == pytest.approx([HERE[0], HERE[1], HERE[3]], abs=0.02)
     page.get_by_test_id('place').fill('a wall')
     page.keyboard.press('Tab')
-    page.get_by_test_id('toast').get_by_text('is no name for a place').wait_for()
+    page.get_by_test_id('toast').get_by_text('is not a valid place name').wait_for()
     page.get_by_test_id('place').fill('wall')
     page.keyboard.press('Tab')
     engineer.wait("window.__state.state.place === 'wall'")
@@ -215,7 +215,7 @@ def name_while_saving(engineer):
     assert field.input_value() == 'wall'
     field.fill('no name')
     page.keyboard.press('Control+s')
-    page.get_by_test_id('toast').get_by_text('is no name for a place').wait_for()
+    page.get_by_test_id('toast').get_by_text('is not a valid place name').wait_for()
     page.get_by_test_id('save').click()
     assert field.input_value() == 'no name'
     assert engineer.look('[window.__state.state.place, window.__state.keeping]') == ['wall', 'saved']

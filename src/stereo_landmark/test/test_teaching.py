@@ -50,7 +50,7 @@ def test_what_the_images_show_in_different_rows_is_not_taught():
 
 def test_a_target_without_points_is_not_taught():
     teacher, plate = teacher_and_plate()
-    with pytest.raises(StereoLandmarkError, match='target sign has no point that the pose is made of'):
+    with pytest.raises(StereoLandmarkError, match='target sign has no point for the pose'):
         teacher.teach('hall', [TargetChoice('sign', {'plate': plate}, ())])
 
 

@@ -23,7 +23,7 @@ def test_few_narrow_and_far_points_are_told():
     assert any(line.startswith('too narrow') for line in told(panel(3.0, 0.2, 8)))
     far = told(panel(6.0, 0.1, 4, depth=0.02, seed=3))
     assert any(line.startswith('too shallow: at 6.') for line in far), far
-    assert any('heading is known to' in line for line in far)
+    assert any('yaw has a standard deviation of' in line for line in far)
 
 
 def test_rims_around_one_centre_are_one_spot():

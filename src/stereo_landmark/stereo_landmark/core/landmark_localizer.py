@@ -94,7 +94,7 @@ class LandmarkLocalizer:
         if len(fixes) > 1 and fixes[0].evidence - fixes[1].evidence < margin:
             names = ' and '.join(fix.place.name for fix in fixes[:2])
             return NoLandmarkFix(
-                'it may be in several places', f'places {names} look alike', fixes[0].sightings
+                'ambiguous: several places match', f'places {names} have similar scores', fixes[0].sightings
             )
         return fixes[0]
 

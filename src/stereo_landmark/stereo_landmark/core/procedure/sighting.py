@@ -35,7 +35,7 @@ class NoSightingReason(Enum):
 
     NO_CANDIDATE = 'no similar shapes in view'
     NO_EVIDENCE = 'the match could be due to chance'
-    AMBIGUOUS = 'several poses match about equally well'
+    AMBIGUOUS = 'ambiguous: several poses match'
 
 
 @dataclass(frozen=True)
