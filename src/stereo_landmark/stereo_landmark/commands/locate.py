@@ -158,9 +158,9 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the argument parser."""
     parser = argparse.ArgumentParser(
         prog='locate',
-        description='Localize the robot at taught places from stereo images or a bag. Writes poses.csv with a pose or a '
-        'failure reason per pair, displacements_<place>.tum in the frame of each place, and poses.tum in the map '
-        'for places with a map pose.',
+        description='Localize the robot at taught places from stereo images or a bag. Writes poses.csv with a pose '
+        'or a failure reason per pair, displacements_<place>.tum in the frame of each place, and poses.tum in the '
+        'map for places with a map pose.',
     )
     add = parser.add_argument
     add('--places', type=Path, required=True, metavar='FOLDER', help='folder of the taught places')
