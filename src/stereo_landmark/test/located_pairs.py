@@ -16,7 +16,7 @@ from stereo_landmark.core.procedure.stereo_view import StereoView
 
 IMAGE = np.full((240, 376), 100, np.uint8)
 COVARIANCE = np.diag([1e-6, 4e-6, 9e-6, 1e-4])
-MISSING = NoTargetSighting('door', NoSightingReason.AMBIGUOUS, 'evidence 5 and 5')
+MISSING = NoTargetSighting('door', NoSightingReason.AMBIGUOUS, 'log-likelihood ratios 5 and 5')
 
 
 def sighting(state=HERE):

@@ -1,4 +1,4 @@
-"""Pairs of a bag are those that were taken together; of long drives some are offered."""
+"""Pairs of a bag have equal stamps; long bags are subsampled."""
 
 import numpy as np
 import pytest
@@ -69,7 +69,7 @@ def test_swapped_cameras_and_stamps_apart_are_told(tmp_path):
 
 
 def test_each_pair_has_the_tilt_of_its_moment(tmp_path):
-    """Of a long drive too, of which the imu tells more than is remembered at once."""
+    """Also for a long bag with more imu messages than the tilt buffer holds."""
     entries = [(t * SECOND, t * SECOND, *seen(TAUGHT)) for t in (1, 2, 3)]
     write_pairs(tmp_path / 'bag', entries, CALIBRATIONS, (0.03, -0.02))
     pairs = offered(tmp_path / 'bag', '--tilt', '0.5', '0.5')

@@ -40,7 +40,7 @@ def test_a_family_that_was_taken_for_its_neighbours_is_outvoted():
 
 
 def test_a_near_family_is_seen_by_the_vote_but_not_by_the_distances():
-    """Distances between two families change little where the one lies beside the other."""
+    """Distances between two adjacent groups change little."""
     voted = by_distance = 0
     for seed in range(20):
         seen, taught, _, wrong = mistaken(5, seed)

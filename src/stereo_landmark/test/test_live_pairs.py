@@ -32,7 +32,7 @@ TILT = (0.03, -0.02)
 
 
 class Cameras:
-    """Publishes what a robot sees, again and again, while the block runs."""
+    """Publishes stereo pairs repeatedly within the context."""
 
     def __init__(self, graph: IsolatedGraph, state: tuple[float, ...] | None = TAUGHT) -> None:
         self.node = graph.add(lambda **options: Node('cameras', **options))
@@ -57,7 +57,7 @@ class Cameras:
         self._thread.join()
 
     def restart(self) -> None:
-        """Begin the stamps anew, as a bag or a simulation does that starts again."""
+        """Restart the stamps, like a bag or simulation that starts again."""
         self._stamp = 0
 
     def _work(self) -> None:

@@ -1,4 +1,4 @@
-"""Requests of the page: what is right makes a step, what is wrong is told in a line and changes nothing."""
+"""Requests of the page: valid edits change the state, invalid ones return an error and change nothing."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""The web server: one session for all pages, and nobody gets in who should not."""
+"""The web server: one session for all pages, and access control."""
 
 import asyncio
 

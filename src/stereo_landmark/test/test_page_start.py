@@ -1,4 +1,4 @@
-"""What is wrong with the page's options is told before an hour of teaching, and Ctrl-C loses no work."""
+"""Invalid options of the page are reported at start, and Ctrl-C saves a draft."""
 
 import ipaddress
 

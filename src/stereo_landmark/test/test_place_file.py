@@ -1,4 +1,4 @@
-"""Taught places come back from their files as they went, and files that are wrong are refused in one line."""
+"""Taught places survive a round trip through their files; malformed files give a one-line error."""
 
 import copy
 import dataclasses

@@ -55,5 +55,5 @@ def test_what_stands_close_together_is_told_to_be_narrow_and_uncertain(distance,
     wall = Wall(tuple(Disc(y, z, 0.09, level) for y, z, level in places), distance=distance)
     images = look(wall, np.zeros(6), RIG)
     lines = review_place(taught_from(images, range(4)), *images)
-    assert any(line.startswith('too narrow: the horizontal extent of the points is 0.2') for line in lines)
+    assert any(line.startswith('too narrow: the horizontal extent is 0.2') for line in lines)
     assert any(line.startswith(words) for line in lines), lines

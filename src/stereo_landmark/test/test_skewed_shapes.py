@@ -1,4 +1,4 @@
-"""A rectangle in space is none however the robot looks at it; one with a side of another thing is told."""
+"""A rectangle is not skewed from any viewpoint; one with a mismatched side is reported."""
 
 from dataclasses import replace
 

@@ -102,7 +102,7 @@ def test_spacing_alone_tells_which_meters_are_seen():
 )
 @pytest.mark.newest_set_only
 def test_fields_of_a_panel_are_not_mixed_up_with_each_other(state):
-    """Sides of neighbouring fields lie in line and make quadrilaterals of their own."""
+    """Sides of adjacent fields are collinear and form additional quadrilaterals."""
     view = view_of(PANEL, np.zeros(6), tuple(Kind))
     chosen = {}
     for i, field in enumerate(FIELDS):

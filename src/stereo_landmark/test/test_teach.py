@@ -1,4 +1,4 @@
-"""``teach --batch`` on a drawn wall, and one clear line for whatever is wrong with the lesson."""
+"""``teach --batch`` on a rendered wall, and a one-line message for each error in the teach config."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ CENTRES = (
 
 
 class Lesson:
-    """A lesson that can be changed and run."""
+    """A teach config that can be changed and run."""
 
     def __init__(self, folder):
         self.folder, self.places = folder, folder / 'places'
@@ -259,7 +259,7 @@ WRONG = {
     ),
     'no ellipse near 0, 0, the nearest is': choice(kind='ellipse', near=[0, 0]),
     'of kind ellipse in the region, 9 are needed': choice(kind='ellipse', region=[0, 0, 376, 240], count=9),
-    'is selected twice': twice,
+    'selected twice': twice,
     'left.png: is truncated': write('left.png', lambda data: data[:3000]),
     'left.yaml: is no YAML': write('left.yaml', lambda _: b'{'),
     'left and right are swapped': swap,

@@ -58,7 +58,7 @@ def test_points_close_together_promise_little():
     quadrilateral_at(session, -0.75, 0.95)
     texts = [hint.text for hint in hints(session)]
     assert any(text.startswith('too few primitives: 1') for text in texts)
-    assert any('horizontal extent of the points is 0.20 m' in text for text in texts)
+    assert any('horizontal extent is 0.20 m' in text for text in texts)
     quadrilateral_at(session, 0.9, 0.75)
     assert not any('horizontal extent' in hint.text for hint in hints(session))
 

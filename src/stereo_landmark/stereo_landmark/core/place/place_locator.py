@@ -95,7 +95,9 @@ class PlaceLocator:
                 found.selected(rest.names), taught.selected(rest.names), self._settings.tilt_sigma
             )
             if rival.votes > RIVAL_SHARE * vote.votes:
-                detail = f'{int(vote.agreeing.sum())} and {int(rival.agreeing.sum())} points agree on different poses'
+                detail = (
+                    f'{int(vote.agreeing.sum())} and {int(rival.agreeing.sum())} points fit different poses'
+                )
                 return NoPlaceFix(NoPlaceFixReason.INCONSISTENT, detail)
         seen = seen.subset(kept)
         kept = consistent_points(found.selected(seen.names), taught.selected(seen.names))

@@ -46,7 +46,7 @@ class NearChoice:
     Attributes:
         kind: kind of the primitive.
         place: u and v near its centre [px].
-        sizes: smallest and largest `size_of`, for example to separate the inner from the outer edge of a rim [px].
+        sizes: smallest and largest `size_of`, e.g. to separate the inner from the outer edge of a rim [px].
         name: name of the selected primitive; the kind and a number if empty.
     """
 
@@ -130,7 +130,7 @@ def named_primitives(choices: list[Choice], scene: DetectedScene) -> dict[str, P
         for number, primitive in enumerate(choice.found_in(scene), start=1):
             if any(primitive is other for other in named.values()):
                 raise StereoLandmarkError(
-                    f'{choice.kind.value} at {primitive.centre[0]:.0f}, {primitive.centre[1]:.0f} is selected twice; '
+                    f'{choice.kind.value} at {primitive.centre[0]:.0f}, {primitive.centre[1]:.0f} selected twice; '
                     'remove one of the entries'
                 )
             named[_name(choice, number, named)] = primitive

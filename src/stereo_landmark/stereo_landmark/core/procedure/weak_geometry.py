@@ -43,7 +43,7 @@ def weak_geometry(positions: NDArray[np.float64], fix: PlaceFix | None) -> list[
     width = width_from_above(positions)
     if width < WIDTH_MIN:
         weak.append(
-            f'too narrow: the horizontal extent of the points is {width:.2f} m; spread them over {WIDTH_MIN} m or more'
+            f'too narrow: the horizontal extent is {width:.2f} m; spread them over {WIDTH_MIN} m or more'
         )
     return weak
 
