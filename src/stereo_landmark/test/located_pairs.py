@@ -1,4 +1,4 @@
-"""What pairs may tell, without looking at any image."""
+"""Localization results for tests, without images."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ MISSING = NoTargetSighting('door', NoSightingReason.AMBIGUOUS, 'log-likelihood r
 
 
 def sighting(state=HERE):
-    """Return the meters as they are seen from a state."""
+    """Return the detection of the meters from a state."""
     place = taught_place()
     pixels = expected_pixels(np.array([state[:4]]), place.coordinates.positions, StereoView(None, None, RIG))[
         0
@@ -31,7 +31,7 @@ def sighting(state=HERE):
 
 
 def with_fix(in_map=True, stamp_ns=10_000_000_000):
-    """Return a pair with a displacement."""
+    """Return a result with a displacement."""
     place = taught_place() if in_map else replace(taught_place(), T_map_place=None)
     pose = PlanarPose(HERE[0], HERE[1], HERE[3])
     names = place.coordinates.names[:3]
@@ -40,7 +40,7 @@ def with_fix(in_map=True, stamp_ns=10_000_000_000):
 
 
 def without_fix(stamp_ns=10_000_000_000):
-    """Return a pair without."""
+    """Return a result without a displacement."""
     answer = NoLandmarkFix('no similar shapes in view', 'place wall: meters', (MISSING,))
     return LocatedPair(stamp_ns, IMAGE, answer, (0.0, 0.0), RIG)
 

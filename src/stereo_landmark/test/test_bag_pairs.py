@@ -47,7 +47,7 @@ def test_raw_images_are_rectified(tmp_path):
 
 
 def test_cameras_that_do_not_start_together_and_pause_have_pairs(tmp_path):
-    """The right camera begins three seconds late, and later rests for two."""
+    """The right camera starts three seconds late and pauses for two seconds."""
     left, right = seen(TAUGHT)
     tenths = [SECOND + k * SECOND // 10 for k in range(80)]
     silent = {*range(30), *range(40, 60)}

@@ -10,11 +10,11 @@ from stereo_landmark.core.place.place_locator import PlaceLocator
 
 NOISE = 0.1
 NEXT_ROW = np.array([0.0, 0.0, 0.03])
-"""What repeats, repeats after this way [m]."""
+"""Spacing of the repetitive pattern [m]."""
 
 
 def mistaken(count, seed, step=NEXT_ROW):
-    """Return what is seen, what was taught, and the state; some points are taken for others of the next row."""
+    """Return measured points, taught points and the state; some points are mismatched to the next row."""
     rng = np.random.default_rng(seed)
     points, state = panel(depth=0.3, seed=seed), random_state(rng)
     wrong = rng.choice(len(points), count, replace=False)

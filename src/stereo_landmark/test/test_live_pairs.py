@@ -1,4 +1,4 @@
-"""Pictures from live cameras through real topics."""
+"""Stereo pairs from live cameras through real topics."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def test_each_picture_is_what_the_cameras_see_now(graph: IsolatedGraph) -> None:
         assert pairs.rig == RIG
         assert np.array_equal(pairs.images(0).left, seen(TAUGHT)[0])
         cameras.state = HERE
-        # One pair may still be on its way.
+        # One pair may still be queued.
         numbers = [pairs.take(), pairs.take()]
         assert numbers == [1, 2]
         assert np.array_equal(pairs.images(2).right, seen(HERE)[1])
@@ -128,7 +128,7 @@ def test_cameras_that_were_calibrated_anew_are_told(graph: IsolatedGraph) -> Non
         shifted = replace(CALIBRATIONS[0], raw=replace(CALIBRATIONS[0].raw, cx=190.0))
         cameras.calibrations = (shifted, CALIBRATIONS[1])
         with pytest.raises(StereoLandmarkError, match='calibration of the cameras changed; restart teach'):
-            # One pair may still be on its way.
+            # One pair may still be queued.
             _ = [pairs.take() for _ in range(2)]
 
 

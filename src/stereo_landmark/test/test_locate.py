@@ -1,4 +1,4 @@
-"""``locate`` on drawn walls: where the robot is, and one clear line for whatever is wrong."""
+"""``locate`` on rendered walls: poses, and a one-line message for each error."""
 
 import csv
 import subprocess
@@ -23,12 +23,12 @@ def once(tmp_path_factory):
 
 @pytest.fixture
 def files(tmp_path, once):
-    """Files of one's own to spoil."""
+    """A private copy of the files, to be corrupted."""
     return write_files(tmp_path)
 
 
 def refusal(capsys, *options):
-    """Return the one line with which the command ends."""
+    """Return the one-line error of the command."""
     assert main(options) == 1
     (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith('locate: ')]
     return line

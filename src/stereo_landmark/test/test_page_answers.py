@@ -23,7 +23,7 @@ def answers(tmp_path):
 
 
 def ask(answers, what, **fields):
-    """Ask as a browser does."""
+    """Send requests like a browser."""
     return json.loads(json.dumps(answers.answer(json.loads(json.dumps({'do': what, **fields})))))
 
 

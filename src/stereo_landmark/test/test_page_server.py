@@ -17,7 +17,7 @@ from stereo_landmark.page.place_saver import PlaceSaver
 
 @pytest.fixture
 def talk(tmp_path):
-    """Run a conversation with a server."""
+    """Run a client against a server."""
 
     def run(conversation, token=''):
         async def whole():
@@ -60,7 +60,7 @@ def test_pages_see_the_steps_of_each_other(talk):
 
 
 def test_an_answer_from_before_a_step_of_another_page_is_followed_by_news(talk, monkeypatch):
-    """Both are found before either is sent, and the older one is sent first."""
+    """Both responses are computed before either is sent, and the older one is sent first."""
     in_worker = PageServer._in_worker
     found, sent = ([asyncio.Event(), asyncio.Event()] for _ in range(2))
 

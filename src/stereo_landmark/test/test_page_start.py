@@ -23,7 +23,7 @@ def files(tmp_path):
 
 @pytest.fixture
 def served(monkeypatch):
-    """Call a function with the page's answers instead of serving them."""
+    """Call a function with the request handler instead of serving it."""
 
     def during(work):
         monkeypatch.setattr(teach_page, 'serve', lambda server, *_: work(server.answers))

@@ -53,7 +53,7 @@ def test_the_covariance_holds_for_a_calibration_and_a_tilt_that_are_off(method):
 
 @pytest.mark.newest_set_only
 def test_few_points_far_away_are_better_fitted_where_they_were_measured():
-    """Four points within 110 px at 3.3 m: in space the depth's noise turns into everything, in pixels it does not."""
+    """Four points within 110 px at 3.3 m: in 3D the depth noise dominates the pose, in pixels it does not."""
     rng = np.random.default_rng(2)
     errors = {'reprojection': [], 'closed_form': []}
     for _ in range(100):

@@ -13,14 +13,14 @@ from stereo_landmark.core.teaching.place_review import review_place
 
 
 def with_points(count):
-    """Return the place with some of its points only, of meters from the left."""
+    """Return the place with only some of its points, of meters from the left."""
     place = taught_place()
     (target,) = place.targets
     return replace(place, targets=(replace(target, points=target.points[:count]),))
 
 
 def taught_from(images, chosen):
-    """Return a place of some of the ellipses that are seen, counted from the left."""
+    """Return a place with some of the detected ellipses, counted from the left."""
     processing = ImageProcessing()
     left, right = (detect_scene(image, processing) for image in images)
     ellipses = sorted(left.kinds[Kind.ELLIPSE].primitives, key=lambda e: e.centre[0])

@@ -1,4 +1,4 @@
-"""Two engineers and one folder: nobody's work is lost unasked, and nothing is left lying about."""
+"""Two sessions and one folder: no changes are overwritten without confirmation, and no stale files remain."""
 
 from threading import Barrier, Thread
 
@@ -13,7 +13,7 @@ from stereo_landmark.page.place_saver import PlaceExistsError, PlaceSaver
 
 
 def images_with(level):
-    """Return the taught pair with a mark of its own."""
+    """Return the taught pair with a unique mark."""
     left, right = (image.copy() for image in (images_of(0).left, images_of(0).right))
     left[:4, :4] = level
     return StereoImages(left, right)

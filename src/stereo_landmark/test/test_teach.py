@@ -179,7 +179,7 @@ def test_a_bag_teaches_the_same_as_its_images(lesson, tmp_path):
     lesson.content['bag'] = {'path': 'bag', 'stamp': 1.5}
     from_bag = lesson.place()
     assert is_same(from_bag.rig, from_files.rig)
-    # JPEG at its best leaves little of an error.
+    # JPEG at the highest quality adds only a small error.
     assert from_bag.coordinates.positions == pytest.approx(from_files.coordinates.positions, abs=0.01)
 
 

@@ -68,7 +68,7 @@ def test_what_is_around_but_too_far_away_to_be_measured_is_left_out(monkeypatch)
 
 
 def disparities(view):
-    """Return how far apart both images see the plates, from left to right [px]."""
+    """Return the disparities of the plates, from left to right [px]."""
     sides = [
         sorted(each.centre[0] for each in scene.kinds[Kind.QUADRILATERAL].primitives)
         for scene in (view.left, view.right)

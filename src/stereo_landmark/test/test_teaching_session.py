@@ -1,4 +1,4 @@
-"""An engineer teaches a drawn wall without a page: what comes out is where the wall is."""
+"""Teaches a rendered wall without a page; the coordinates are those of the wall."""
 
 from functools import partial
 

@@ -1,4 +1,4 @@
-"""Hints come where choices are weak, and only there."""
+"""Hints are given for weak selections only."""
 
 import numpy as np
 import pytest
@@ -45,7 +45,7 @@ def large_session(wall):
 
 
 def quadrilateral_at(session, y, z):
-    """Choose the quadrilateral whose middle is there on the wall [m], and return its name."""
+    """Select the quadrilateral with its centre at this position on the wall [m], and return its name."""
     ((u, v, _, _),) = RIG.projections((np.array([[3.0, y, z]]) - RIG.mount.xyz) @ RIG.mount.rotation)
     plates = [each for each in session.found() if each.kind is Kind.QUADRILATERAL]
     plate = min(plates, key=lambda each: float(np.hypot(*(each.shape.centre - [u, v]))))
