@@ -1,4 +1,4 @@
-"""Renders a wall with discs and rectangles for a stereo camera: every pixel is the mean of a grid of rays."""
+"""A wall with discs and rectangles, seen by a stereo pair: every pixel is the mean of a grid of rays."""
 
 from dataclasses import dataclass, replace
 
@@ -11,14 +11,14 @@ from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detec
 from stereo_landmark.core.procedure.stereo_view import StereoView
 
 FINE = 4
-"""Number of rays along each side of a pixel."""
+"""Rays along each side of a pixel."""
 GOLDEN = 0.6180339887
-"""A regular grid of rays would bias vertical edges by up to an eighth of a pixel; this one has no rows."""
+"""A straight grid of rays would move upright edges by up to an eighth of a pixel; this one has no rows."""
 
 
 @dataclass(frozen=True)
 class Disc:
-    """A disc at y (left) and z (up) on the wall [m]."""
+    """A round thing at y (left) and z (up) of the wall [m]."""
 
     y: float
     z: float
@@ -32,7 +32,7 @@ class Disc:
 
 @dataclass(frozen=True)
 class Plate:
-    """A rectangle on the wall with its centre at y and z [m]."""
+    """A rectangle on the wall, its middle at y and z [m]."""
 
     y: float
     z: float
@@ -47,7 +47,7 @@ class Plate:
 
 @dataclass(frozen=True)
 class Wall:
-    """Shapes on a wall at x = distance; later ones occlude earlier ones."""
+    """Things on a wall at x = distance; later ones are before earlier ones."""
 
     things: tuple
     distance: float = 3.0
@@ -58,7 +58,7 @@ class Wall:
 
 
 def look(wall, state, rig=RIG, noise=1.0, seed=1):
-    """Render both images of the wall from x, y, z, yaw (and tilt) of the robot."""
+    """Return both images of the wall from x, y, z, yaw (and tilt) of the robot."""
     rng = np.random.default_rng(seed)
     R_place_base = matrix_from_rpy((0.0, 0.0, state[3])) @ matrix_from_rpy((*state[4:6], 0.0))
     R = R_place_base @ rig.mount.rotation
@@ -76,7 +76,7 @@ def look(wall, state, rig=RIG, noise=1.0, seed=1):
 
 @njit(cache=True)
 def shade(picture, K, R, eye, distance, level, things):
-    """Render the image of a camera at ``eye``."""
+    """Fill a picture with what a camera at ``eye`` sees."""
     for row in range(picture.shape[0]):
         for column in range(picture.shape[1]):
             total = 0.0
@@ -101,7 +101,7 @@ def shade(picture, K, R, eye, distance, level, things):
 
 
 def view_of(wall, state, kinds, noise=1.0, seed=1, processing=None):
-    """Return the primitives that both cameras detect on a wall."""
+    """Return what both cameras detect of a wall."""
     processing = processing or ImageProcessing()
     left, right = (
         detect_scene(image, processing, kinds) for image in look(wall, np.asarray(state), RIG, noise, seed)

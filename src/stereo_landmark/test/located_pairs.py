@@ -1,4 +1,4 @@
-"""Localization results for tests, without images."""
+"""What pairs may tell, without looking at any image."""
 
 from dataclasses import replace
 
@@ -16,11 +16,11 @@ from stereo_landmark.core.procedure.stereo_view import StereoView
 
 IMAGE = np.full((240, 376), 100, np.uint8)
 COVARIANCE = np.diag([1e-6, 4e-6, 9e-6, 1e-4])
-MISSING = NoTargetSighting('door', NoSightingReason.AMBIGUOUS, 'log-likelihood ratios 5 and 5')
+MISSING = NoTargetSighting('door', NoSightingReason.AMBIGUOUS, 'evidence 5 and 5')
 
 
 def sighting(state=HERE):
-    """Return the detection of the meters from a state."""
+    """Return the meters as they are seen from a state."""
     place = taught_place()
     pixels = expected_pixels(np.array([state[:4]]), place.coordinates.positions, StereoView(None, None, RIG))[
         0
@@ -31,7 +31,7 @@ def sighting(state=HERE):
 
 
 def with_fix(in_map=True, stamp_ns=10_000_000_000):
-    """Return a result with a displacement."""
+    """Return a pair with a displacement."""
     place = taught_place() if in_map else replace(taught_place(), T_map_place=None)
     pose = PlanarPose(HERE[0], HERE[1], HERE[3])
     names = place.coordinates.names[:3]
@@ -40,8 +40,8 @@ def with_fix(in_map=True, stamp_ns=10_000_000_000):
 
 
 def without_fix(stamp_ns=10_000_000_000):
-    """Return a result without a displacement."""
-    answer = NoLandmarkFix('no similar shapes in view', 'place wall: meters', (MISSING,))
+    """Return a pair without."""
+    answer = NoLandmarkFix('nothing looks like it', 'place wall: meters', (MISSING,))
     return LocatedPair(stamp_ns, IMAGE, answer, (0.0, 0.0), RIG)
 
 

@@ -1,4 +1,4 @@
-"""A taught wall, later views of it, and the files of both."""
+"""A wall that was taught by small cameras, what they see of it later, and the files of both."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -24,7 +24,7 @@ CALIBRATIONS = rectified_calibration(CAMERA), rectified_calibration(CAMERA, 0.2)
 RIG = stereo_rig(*CALIBRATIONS, MOUNT)
 LENS = (-0.25, 0.06, 0.0005, -0.0008, 0.0)
 TURNS = (-0.02, 0.01, 0.012), (0.02, -0.01, -0.015)
-"""Rotation of the raw cameras relative to the rectified ones [rad]."""
+"""Of the real cameras against the rectified ones [rad]."""
 RAW = tuple(
     CameraCalibration(
         PinholeCamera(376, 240, 330.0, 331.0, 190.0 - shift, 118.0 + shift, LENS),
@@ -33,16 +33,16 @@ RAW = tuple(
     )
     for turn, rectified, shift in zip(TURNS, CALIBRATIONS, (0.0, 5.0))
 )
-"""Raw cameras whose rectification gives CALIBRATIONS."""
+"""Cameras that are those of CALIBRATIONS once they are rectified."""
 METERS = tuple(Disc(y, z, 0.1, 50.0) for y, z in ((0.7, 0.8), (0.2, 0.9), (-0.3, 0.75), (-0.8, 0.85)))
 T_MAP_PLACE = PlanarPose(10.0, -4.0, 2.0)
 TAUGHT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 HERE = (0.15, -0.1, 0.0, 0.06, 0.0, 0.0)
-"""State of the later view: x, y, z, yaw, roll, pitch in the place's frame."""
+"""Where the robot comes back to: x, y, z, yaw, roll, pitch in the place's frame."""
 
 
 def clutter(count=30):
-    """Return distinct small plates next to the meters."""
+    """Return small plates beside the meters, no two alike."""
     rng = np.random.default_rng(7)
     plates = []
     while len(plates) < count:
@@ -57,7 +57,7 @@ WALL = Wall((*clutter(), *METERS))
 
 @lru_cache
 def seen(state):
-    """Render the rectified stereo pair from a state."""
+    """Return the rectified pair that the robot sees from a state."""
     return tuple(look(WALL, np.array(state), RIG))
 
 
@@ -73,7 +73,7 @@ def taught_place(name='wall'):
 
 
 def raw_image(image, calibration):
-    """Return the raw image of a camera for a rectified image, shape (h, w)."""
+    """Return what a camera of RAW would have seen where the rectified one sees an image, shape (h, w)."""
     raw, rectified = calibration.raw, calibration.rectified
     u, v = np.meshgrid(np.arange(raw.width, dtype=float), np.arange(raw.height, dtype=float))
     rays = raw.rays_from_pixels(np.column_stack([u.ravel(), v.ravel()]))
@@ -84,7 +84,7 @@ def raw_image(image, calibration):
 
 @dataclass
 class Files:
-    """Files of a test folder."""
+    """What lies in a folder."""
 
     places: Path
     images: dict[str, Path]

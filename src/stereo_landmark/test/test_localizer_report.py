@@ -28,9 +28,9 @@ def test_a_pair_without_a_fix_is_told_with_its_reason():
     report.add(with_fix(), 0.05)
     report.add(without_fix(), 0.05)
     status = report.status()
-    assert (status.level, status.message) == (Level.WARN, 'no fix: no similar shapes in view')
+    assert (status.level, status.message) == (Level.WARN, 'no fix: nothing looks like it')
     assert status.values['pairs at wall'] == '1'
-    assert status.values['pairs without: no similar shapes in view'] == '1'
+    assert status.values['pairs without: nothing looks like it'] == '1'
     assert status.values['detail'] == 'place wall: meters'
 
 
