@@ -154,7 +154,7 @@ def test_nothing_runs_on_when_the_page_has_ended(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr('stereo_landmark.page.live_pairs.FIRST_WAIT', 0.2)
     before = set(threading.enumerate())
     options = make_parser().parse_args(['--live'], Namespace(ros_args=[]))
-    with pytest.raises(StereoLandmarkError, match='no pair of images'), live_pairs(options, MOUNT):
+    with pytest.raises(StereoLandmarkError, match='no stereo pair'), live_pairs(options, MOUNT):
         pass
     assert set(threading.enumerate()) <= before
     assert not rclpy.ok()

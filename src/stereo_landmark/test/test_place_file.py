@@ -64,7 +64,7 @@ def test_what_was_taught_before_survives_a_failure_at_any_file(tmp_path, saved, 
 def test_a_file_that_is_no_place_is_not_written_over(tmp_path):
     path = place_path(tmp_path, 'hall')
     path.write_text('hall: opening hours')
-    with pytest.raises(LandmarkFileError, match='so it is no taught place'):
+    with pytest.raises(LandmarkFileError, match='so it is not a taught place'):
         save_place(tmp_path, random_place(1), random_images(1))
     assert path.read_text() == 'hall: opening hours'
 
@@ -90,9 +90,9 @@ def test_a_setting_of_older_files_that_had_no_effect_is_no_fault(saved):
 def test_a_foreign_file_is_never_written_over(tmp_path):
     path = place_path(tmp_path, 'hall')
     path.write_text('hall: opening hours')
-    with pytest.raises(LandmarkFileError, match='no taught place; move it elsewhere'):
+    with pytest.raises(LandmarkFileError, match='not a taught place; move it elsewhere'):
         save_place(tmp_path, random_place(1), random_images(1), replace_damaged=True)
-    with pytest.raises(LandmarkFileError, match='no taught place; move it elsewhere'):
+    with pytest.raises(LandmarkFileError, match='not a taught place; move it elsewhere'):
         load_places(tmp_path)
     assert path.read_text() == 'hall: opening hours'
 

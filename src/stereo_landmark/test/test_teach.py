@@ -104,7 +104,7 @@ def test_a_place_is_replaced_only_on_purpose_and_by_one_that_is_found(lesson, ca
     assert 'exists; give --replace' in capsys.readouterr().err
     del lesson.primitives[1:]
     assert lesson.run('--replace') == 1
-    assert 'wall is not found where it was taught' in capsys.readouterr().err
+    assert 'wall is not recognized in its own images' in capsys.readouterr().err
     assert file.read_bytes() == good
     lesson.primitives.extend({'kind': 'ellipse', 'near': centre} for centre in CENTRES[1:3])
     assert lesson.run('--replace') == 0
