@@ -11,7 +11,7 @@ from _five_views import DECIDABLE, OUT_OF_VIEW, UNDECIDABLE, Lesson, MeterView
 
 from shirube_geometry import PlanarPose
 
-AMBIGUOUS = 'it may be in several places'
+AMBIGUOUS = 'ambiguous: several poses match'
 RIGHT, MISTAKEN, NONE = 'found', 'mistaken', 'none'
 MINE = 'shirube'
 HEADS = (

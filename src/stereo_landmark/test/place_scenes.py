@@ -1,4 +1,4 @@
-"""A rig on a robot, taught points, and what the cameras see of them from displaced poses."""
+"""A stereo rig, taught points, and their measurements from displaced poses."""
 
 import math
 
@@ -33,7 +33,7 @@ def state_of(pose, height=0.0, tilt=(0.0, 0.0)):
 
 
 def view(points, state, noise=0.0, rng=None, rig=RIG):
-    """Return what the cameras see of points from a state."""
+    """Return the measurements of points from a state."""
     pixels = reproject(state, points, rig).pixels
     if noise:
         pixels = pixels + noise * rng.normal(size=pixels.shape)
@@ -48,6 +48,6 @@ def teach(points, noise=0.0, rng=None, rig=RIG) -> SpatialPoints:
 
 
 def random_state(rng, reach=0.4, turn=0.2):
-    """Return a robot that came back not quite to where it was taught."""
+    """Return a random state near the taught pose."""
     pose = PlanarPose(*rng.uniform(-reach, reach, 2), rng.uniform(-turn, turn))
     return state_of(pose, rng.uniform(-0.01, 0.01))

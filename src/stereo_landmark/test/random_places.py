@@ -1,4 +1,4 @@
-"""Taught places of random numbers, and whether two are the same to the last bit."""
+"""Random taught places, and an exact comparison of two values."""
 
 import dataclasses
 import math
@@ -19,7 +19,7 @@ from stereo_landmark.core.procedure.stereo_measurement import invariant_points
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
 
 NAMES = ('meter 1', 'yes', '0x1f', 'door: left', "it's", 'Zähler № 3', '- a')
-"""Texts that a careless writer of YAML would break."""
+"""Strings that need quoting in YAML."""
 
 
 def awkward(rng, *shape):
@@ -87,7 +87,7 @@ def random_images(seed):
 
 
 def is_same(one, other):
-    """Tell whether two values are of one type and equal to the last bit."""
+    """Return whether two values have the same type and are exactly equal."""
     if isinstance(one, np.ndarray):
         return one.dtype == other.dtype and one.shape == other.shape and one.tobytes() == other.tobytes()
     if dataclasses.is_dataclass(one):

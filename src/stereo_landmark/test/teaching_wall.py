@@ -1,4 +1,4 @@
-"""An engineer in front of the taught wall: pair 0 is the taught one, pair 1 is what the robot sees later."""
+"""Teaching sessions at the taught wall: pair 0 is the taught view, pair 1 is a later view."""
 
 from taught_wall import HERE, METERS, RIG, TAUGHT, seen
 
@@ -15,19 +15,19 @@ def images_of(number):
 
 
 def new_session():
-    """Return a session in which nothing was done."""
+    """Return a new session."""
     return TeachingSession(images_of, RIG)
 
 
 def meters_of(session):
-    """Return the kind and the numbers of the meters in the left image, from left to right."""
+    """Return kind and indices of the meters in the left image, from left to right."""
     found = [each for each in session.found() if each.kind is Kind.ELLIPSE and each.shape.semi_axes[1] > 10.0]
     assert len(found) == len(METERS)
     return [(each.kind, each.number) for each in sorted(found, key=lambda each: each.shape.centre[0])]
 
 
 def session_with_meters(count=4):
-    """Return a session in which some meters were chosen."""
+    """Return a session with some meters selected."""
     session = new_session()
     for kind, number in meters_of(session)[:count]:
         session.toggle(kind, number)

@@ -1,4 +1,4 @@
-"""Pairs of a bag are those that were taken together; of long drives some are offered."""
+"""Pairs of a bag have equal stamps; long bags are subsampled."""
 
 import numpy as np
 import pytest
@@ -47,7 +47,7 @@ def test_raw_images_are_rectified(tmp_path):
 
 
 def test_cameras_that_do_not_start_together_and_pause_have_pairs(tmp_path):
-    """The right camera begins three seconds late, and later rests for two."""
+    """The right camera starts three seconds late and pauses for two seconds."""
     left, right = seen(TAUGHT)
     tenths = [SECOND + k * SECOND // 10 for k in range(80)]
     silent = {*range(30), *range(40, 60)}
@@ -63,13 +63,13 @@ def test_swapped_cameras_and_stamps_apart_are_told(tmp_path):
     with pytest.raises(StereoLandmarkError, match='left and right are swapped'):
         offered(tmp_path / 'swapped').images(0)
     write_pairs(tmp_path / 'apart', [(SECOND, SECOND + 5_000_000, left, right)], CALIBRATIONS)
-    with pytest.raises(StereoLandmarkError, match='no stamps in common; give --approximate-sync'):
+    with pytest.raises(StereoLandmarkError, match='no common stamps; give --approximate-sync'):
         offered(tmp_path / 'apart')
     assert len(offered(tmp_path / 'apart', '--approximate-sync', '0.01').labels) == 1
 
 
 def test_each_pair_has_the_tilt_of_its_moment(tmp_path):
-    """Of a long drive too, of which the imu tells more than is remembered at once."""
+    """Also for a long bag with more imu messages than the tilt buffer holds."""
     entries = [(t * SECOND, t * SECOND, *seen(TAUGHT)) for t in (1, 2, 3)]
     write_pairs(tmp_path / 'bag', entries, CALIBRATIONS, (0.03, -0.02))
     pairs = offered(tmp_path / 'bag', '--tilt', '0.5', '0.5')

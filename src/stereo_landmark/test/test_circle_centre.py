@@ -24,7 +24,7 @@ def test_an_ellipse_fitted_to_the_outline_has_its_centre_there(seed):
     centre = np.array([*rng.uniform(-0.5, 0.5, 2), rng.uniform(1.0, 4.0)])
     normal = np.array([*rng.uniform(-0.8, 0.8, 2), -1.0])
     pixels = CAMERA.pixels_from_points(outline(centre, normal, 0.12))
-    # In coordinates about the middle, for OpenCV's fit works in single precision.
+    # Centred coordinates, because OpenCV's fit uses single precision.
     middle = CAMERA.pixels_from_points(centre[None])[0]
     (u, v), _, _ = cv2.fitEllipseDirect((pixels - middle).astype(np.float32))
     assert ellipse_shift(centre, normal, 0.12, CAMERA) == pytest.approx([u, v], abs=0.003)
@@ -37,7 +37,7 @@ def test_a_circle_that_faces_the_camera_has_no_shift():
 
 def test_the_shift_is_towards_the_nearer_half_and_as_large_as_is_said():
     angle, centre = math.radians(10.0), np.array([0.0, 0.0, 3.0])
-    # Its right side is nearer.
+    # The right side is nearer.
     shift = ellipse_shift(centre, np.array([-math.sin(angle), 0.0, -math.cos(angle)]), 0.09, CAMERA)
     size = CAMERA.fx * 0.09**2 / 9.0 * math.sin(angle)
     assert abs(shift[0]) == pytest.approx(size, rel=0.05)

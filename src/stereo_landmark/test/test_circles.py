@@ -31,7 +31,7 @@ def test_a_thing_alone_faces_the_robot():
 
 
 def test_centres_of_circles_are_measured_where_they_were_taught():
-    """Seen from 15 degrees aside, a large disc's ellipse has its centre half a pixel off."""
+    """From a viewpoint 15 degrees to the side, the ellipse centre of a large disc is biased by half a pixel."""
     wall = Wall((Disc(0.3, 0.7, 0.2, 60.0), Plate(-0.4, 0.7, 0.4, 0.3, 220.0)))
     view = view_of(wall, np.zeros(6), tuple(Kind), noise=0.5)
     seen = view.left.kinds

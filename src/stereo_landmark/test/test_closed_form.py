@@ -11,7 +11,7 @@ from stereo_landmark.core.place.stereo_points import SpatialPoints
 
 
 def test_a_robot_that_drove_ahead_and_turned_left_is_there():
-    """The sign that is easily lost: things ahead come nearer, and the pose is the inverse of what they do."""
+    """The sign: moving ahead brings points nearer, and the pose is the inverse of their motion."""
     pose = PlanarPose(0.3, 0.1, 0.2)
     taught = panel()
     found = np.column_stack([pose.inverse().transform(taught[:, :2]), taught[:, 2]])

@@ -14,7 +14,7 @@ KNOWN_TILT = PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0)
 
 @pytest.mark.parametrize('outliers', [0, 2])
 def test_it_fits_as_the_fit_of_the_displacement_does(outliers):
-    """A second implementation, which inverts other matrices, must come to the same pose, with wrong points, too."""
+    """A second, independent implementation gives the same pose, also with outliers."""
     rng = np.random.default_rng(outliers)
     for seed in range(10):
         points, state = panel(count=8, seed=seed), random_state(rng)

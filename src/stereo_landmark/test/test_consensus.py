@@ -10,11 +10,11 @@ from stereo_landmark.core.place.place_locator import PlaceLocator
 
 NOISE = 0.1
 NEXT_ROW = np.array([0.0, 0.0, 0.03])
-"""What repeats, repeats after this way [m]."""
+"""Spacing of the repetitive pattern [m]."""
 
 
 def mistaken(count, seed, step=NEXT_ROW):
-    """Return what is seen, what was taught, and the state; some points are taken for others of the next row."""
+    """Return measured points, taught points and the state; some points are mismatched to the next row."""
     rng = np.random.default_rng(seed)
     points, state = panel(depth=0.3, seed=seed), random_state(rng)
     wrong = rng.choice(len(points), count, replace=False)
@@ -40,7 +40,7 @@ def test_a_family_that_was_taken_for_its_neighbours_is_outvoted():
 
 
 def test_a_near_family_is_seen_by_the_vote_but_not_by_the_distances():
-    """Distances between two families change little where the one lies beside the other."""
+    """Distances between two adjacent groups change little."""
     voted = by_distance = 0
     for seed in range(20):
         seen, taught, _, wrong = mistaken(5, seed)

@@ -1,4 +1,4 @@
-"""What ``locate`` leaves in its folder: numbers that are the fix's own, and nobody else's files removed."""
+"""Files written by ``locate``: values of the fix, and only own stale files are removed."""
 
 import csv
 

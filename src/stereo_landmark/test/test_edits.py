@@ -1,4 +1,4 @@
-"""Steps change what they say, and refuse what cannot be."""
+"""Edits change the state as specified, and reject invalid input."""
 
 import math
 

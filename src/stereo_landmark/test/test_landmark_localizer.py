@@ -59,7 +59,7 @@ def test_another_place_is_tried_when_the_robot_is_not_where_it_should_be(places,
 
 
 def test_a_target_that_is_found_but_gives_no_points_is_too_few(places, images):
-    """A place of before this was refused may have none, and in a view none may be measured."""
+    """Old places may have no points, and in a view none may be measurable."""
     (target,) = places[0].targets
     place = replace(places[0], targets=(replace(target, points=()),))
     answer = LandmarkLocalizer([place]).locate(*images)
@@ -71,12 +71,12 @@ def test_two_places_that_look_alike_are_ambiguous(places, images):
     twin = replace(places[0], name='twin')
     answer = LandmarkLocalizer([places[0], twin]).locate(*images)
     assert isinstance(answer, NoLandmarkFix)
-    assert answer.reason == 'it may be in several places'
+    assert answer.reason == 'ambiguous: several places match'
     assert isinstance(LandmarkLocalizer([places[0], twin]).locate(*images, likely=['twin']), LandmarkFix)
 
 
 def test_why_there_is_no_fix_is_told_of_the_place_that_was_nearest_to_one(places, images):
-    """The signs come first, but of the panels all is found; only their points are too few."""
+    """The signs are first, but all panels are detected; only their points are too few."""
     (target,) = places[0].targets
     panels = replace(places[0], targets=(replace(target, points=target.points[:1]),))
     for taught in ([places[1], panels], [panels, places[1]]):

@@ -1,4 +1,4 @@
-"""Pictures from live cameras through real topics."""
+"""Stereo pairs from live cameras through real topics."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ TILT = (0.03, -0.02)
 
 
 class Cameras:
-    """Publishes what a robot sees, again and again, while the block runs."""
+    """Publishes stereo pairs repeatedly within the context."""
 
     def __init__(self, graph: IsolatedGraph, state: tuple[float, ...] | None = TAUGHT) -> None:
         self.node = graph.add(lambda **options: Node('cameras', **options))
@@ -57,7 +57,7 @@ class Cameras:
         self._thread.join()
 
     def restart(self) -> None:
-        """Begin the stamps anew, as a bag or a simulation does that starts again."""
+        """Restart the stamps, like a bag or simulation that starts again."""
         self._stamp = 0
 
     def _work(self) -> None:
@@ -99,7 +99,7 @@ def test_each_picture_is_what_the_cameras_see_now(graph: IsolatedGraph) -> None:
         assert pairs.rig == RIG
         assert np.array_equal(pairs.images(0).left, seen(TAUGHT)[0])
         cameras.state = HERE
-        # One pair may still be on its way.
+        # One pair may still be queued.
         numbers = [pairs.take(), pairs.take()]
         assert numbers == [1, 2]
         assert np.array_equal(pairs.images(2).right, seen(HERE)[1])
@@ -127,8 +127,8 @@ def test_cameras_that_were_calibrated_anew_are_told(graph: IsolatedGraph) -> Non
         pairs = LivePairs(cameras.heard, MOUNT, rectify=False)
         shifted = replace(CALIBRATIONS[0], raw=replace(CALIBRATIONS[0].raw, cx=190.0))
         cameras.calibrations = (shifted, CALIBRATIONS[1])
-        with pytest.raises(StereoLandmarkError, match='calibrated anew; start teach again'):
-            # One pair may still be on its way.
+        with pytest.raises(StereoLandmarkError, match='calibration of the cameras changed; restart teach'):
+            # One pair may still be queued.
             _ = [pairs.take() for _ in range(2)]
 
 
@@ -145,7 +145,7 @@ def test_raw_live_images_are_rectified(graph: IsolatedGraph, monkeypatch: pytest
 
 def test_silent_cameras_are_told(graph: IsolatedGraph, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr('stereo_landmark.page.live_pairs.FIRST_WAIT', 0.3)
-    silent = pytest.raises(StereoLandmarkError, match=r'no pair of images came within 0\.3 s')
+    silent = pytest.raises(StereoLandmarkError, match=r'no stereo pair was received within 0\.3 s')
     with Cameras(graph, None) as cameras, silent:
         LivePairs(cameras.heard, MOUNT, rectify=False)
 
@@ -154,7 +154,7 @@ def test_nothing_runs_on_when_the_page_has_ended(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr('stereo_landmark.page.live_pairs.FIRST_WAIT', 0.2)
     before = set(threading.enumerate())
     options = make_parser().parse_args(['--live'], Namespace(ros_args=[]))
-    with pytest.raises(StereoLandmarkError, match='no pair of images'), live_pairs(options, MOUNT):
+    with pytest.raises(StereoLandmarkError, match='no stereo pair'), live_pairs(options, MOUNT):
         pass
     assert set(threading.enumerate()) <= before
     assert not rclpy.ok()

@@ -1,4 +1,4 @@
-"""``locate`` on drawn walls: where the robot is, and one clear line for whatever is wrong."""
+"""``locate`` on rendered walls: poses, and a one-line message for each error."""
 
 import csv
 import subprocess
@@ -23,12 +23,12 @@ def once(tmp_path_factory):
 
 @pytest.fixture
 def files(tmp_path, once):
-    """Files of one's own to spoil."""
+    """A private copy of the files, to be corrupted."""
     return write_files(tmp_path)
 
 
 def refusal(capsys, *options):
-    """Return the one line with which the command ends."""
+    """Return the one-line error of the command."""
     assert main(options) == 1
     (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith('locate: ')]
     return line
@@ -133,7 +133,7 @@ def test_a_place_file_against_the_schema_is_refused(files, capsys):
         (('--rate', 'nan'), '--rate must be above 0'),
         (('--rate', '1e-300'), '--rate must be above 0'),
         (('--method', 'guess'), "setting place.method is 'guess'"),
-        (('--places', '/nowhere'), '/nowhere: is no folder'),
+        (('--places', '/nowhere'), '/nowhere: is not a folder'),
         (('--left', '/nowhere.png'), '/nowhere.png: does not exist'),
         (('--right-calibration', '/nowhere.yaml'), '/nowhere.yaml: cannot be read'),
         (('--out', '/dev/null/out'), 'choose a writable place'),
@@ -151,11 +151,11 @@ def test_unequal_numbers_of_images_are_refused(once, capsys):
 def test_a_view_of_something_else_is_told_with_its_reason(files, tmp_path, capsys):
     for side in ('left', 'right'):
         cv2.imwrite(str(files.images[side]), np.full((240, 376), 120, np.uint8))
-    assert 'no pair gave a displacement: nothing looks like it' in refusal(
+    assert 'no pair has a displacement: no similar shapes in view' in refusal(
         capsys, *files.options('--out', str(tmp_path / 'out'))
     )
     (row,) = csv.DictReader((tmp_path / 'out/poses.csv').open())
-    assert row['reason'] == 'nothing looks like it'
+    assert row['reason'] == 'no similar shapes in view'
     assert 'meters' in row['detail']
 
 
@@ -169,7 +169,7 @@ def test_the_command_without_ros_ends_without_a_traceback(files):
     )
     assert program.returncode == 1
     assert program.stderr.splitlines() == [
-        'locate: /nowhere: is no folder; give the folder with the taught places'
+        'locate: /nowhere: is not a folder; give the folder with the taught places'
     ]
 
 
@@ -198,7 +198,7 @@ def test_stamps_without_a_partner_are_told_and_paired_when_asked(once, tmp_path,
     write_pairs(tmp_path / 'bag', entries, CALIBRATIONS)
     out = ('--out', str(tmp_path / 'out'))
     line = refusal(capsys, *bag_options(once, tmp_path / 'bag', *out))
-    assert 'no stamps in common; give --approximate-sync' in line
+    assert 'no common stamps; give --approximate-sync' in line
     assert main(bag_options(once, tmp_path / 'bag', *out, '--approximate-sync', '0.005')) == 0
     assert len(load_tum(tmp_path / 'out/displacements_wall.tum')) == 2
 
@@ -208,4 +208,4 @@ def test_a_bag_of_other_cameras_ends_with_the_line_that_says_so(once, tmp_path, 
     calibrations = rectified_calibration(other), rectified_calibration(other, 0.2)
     write_pairs(tmp_path / 'bag', [(START, START, *seen(HERE))], calibrations)
     line = refusal(capsys, *bag_options(once, tmp_path / 'bag', '--out', str(tmp_path / 'out')))
-    assert 'no pair gave a displacement: place wall was taught with other cameras' in line
+    assert 'no pair has a displacement: place wall was taught with other cameras' in line

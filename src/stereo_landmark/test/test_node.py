@@ -94,7 +94,7 @@ def test_no_fix_publishes_nothing_and_says_why(graph: IsolatedGraph, places: Pat
     robot.stream.answer = without_fix()
     robot.send_pair()
     report = robot.report()
-    assert (report.level, report.message) == (DiagnosticStatus.WARN, 'no fix: nothing looks like it')
+    assert (report.level, report.message) == (DiagnosticStatus.WARN, 'no fix: no similar shapes in view')
     assert robot.displacements == robot.poses == []
 
 

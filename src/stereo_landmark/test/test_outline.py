@@ -1,4 +1,4 @@
-"""What is drawn lies on the primitive."""
+"""Outlines are on the primitive."""
 
 import math
 

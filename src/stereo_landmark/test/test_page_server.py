@@ -1,4 +1,4 @@
-"""The web server: one session for all pages, and nobody gets in who should not."""
+"""The web server: one session for all pages, and access control."""
 
 import asyncio
 
@@ -17,7 +17,7 @@ from stereo_landmark.page.place_saver import PlaceSaver
 
 @pytest.fixture
 def talk(tmp_path):
-    """Run a conversation with a server."""
+    """Run a client against a server."""
 
     def run(conversation, token=''):
         async def whole():
@@ -60,7 +60,7 @@ def test_pages_see_the_steps_of_each_other(talk):
 
 
 def test_an_answer_from_before_a_step_of_another_page_is_followed_by_news(talk, monkeypatch):
-    """Both are found before either is sent, and the older one is sent first."""
+    """Both responses are computed before either is sent, and the older one is sent first."""
     in_worker = PageServer._in_worker
     found, sent = ([asyncio.Event(), asyncio.Event()] for _ in range(2))
 
@@ -132,7 +132,7 @@ def test_a_fault_of_the_program_ends_no_session(talk, monkeypatch, caplog):
                 await socket.send_json({'id': number, 'do': 'hello'})
                 answer = await socket.receive_json()
                 assert answer['id'] == number
-                assert 'fault of the program' in answer['error']
+                assert 'internal error' in answer['error']
 
     talk(conversation)
     assert 'ZeroDivisionError' in caplog.text

@@ -1,4 +1,4 @@
-"""What is wrong with the page's options is told before an hour of teaching, and Ctrl-C loses no work."""
+"""Invalid options of the page are reported at start, and Ctrl-C saves a draft."""
 
 import ipaddress
 
@@ -23,7 +23,7 @@ def files(tmp_path):
 
 @pytest.fixture
 def served(monkeypatch):
-    """Call a function with the page's answers instead of serving them."""
+    """Call a function with the request handler instead of serving it."""
 
     def during(work):
         monkeypatch.setattr(teach_page, 'serve', lambda server, *_: work(server.answers))
@@ -41,10 +41,10 @@ def choose_meters(answers):
 @pytest.mark.parametrize(
     ('options', 'said'),
     [
-        (('--name', '../x'), 'is no name for a place'),
-        (('--tilt', 'nan', '0'), '--tilt: roll and pitch are angles'),
-        (('--places', 'left.png/places'), 'places cannot be written there'),
-        (('--places', 'left.png'), 'places cannot be written there'),
+        (('--name', '../x'), 'is not a valid place name'),
+        (('--tilt', 'nan', '0'), '--tilt: roll and pitch must be finite angles'),
+        (('--places', 'left.png/places'), 'is not writable'),
+        (('--places', 'left.png'), 'is not writable'),
     ],
 )
 def test_options_that_would_fail_at_the_end_are_refused_at_the_start(
@@ -60,7 +60,7 @@ def test_options_that_would_fail_at_the_end_are_refused_at_the_start(
 def test_what_was_not_saved_is_kept_as_a_draft_to_go_on_with(files, served, capsys):
     served(choose_meters)
     assert main(files.options()) == 0
-    assert 'hall was not saved; a draft is kept' in capsys.readouterr().err
+    assert 'hall was not saved; continue from the draft' in capsys.readouterr().err
     assert [place.name for place in load_places(files.places)] == ['wall']
     draft = files.places / 'unsaved' / 'hall.yaml'
 
@@ -77,7 +77,7 @@ def test_what_was_not_saved_is_kept_as_a_draft_to_go_on_with(files, served, caps
 def test_a_draft_of_nothing_is_told(files, served, capsys):
     served(lambda answers: answers.answer({'do': 'name_place', 'name': 'hall'}))
     assert main(files.options()) == 0
-    assert 'hall was not saved, and no draft can be kept' in capsys.readouterr().err
+    assert 'hall was not saved, and no draft could be written' in capsys.readouterr().err
 
 
 def drive(path, calibrations=CALIBRATIONS):
@@ -106,7 +106,7 @@ def test_drives_of_other_cameras_are_refused(files, served, tmp_path, capsys):
     assert main(['--place', place, '--test-bag', drive(tmp_path / 'other', wider)]) == 1
     assert 'other was recorded with other cameras' in capsys.readouterr().err
     assert main(['--live', '--test-bag', str(tmp_path / 'other')]) == 1
-    assert 'with --live take further pictures' in capsys.readouterr().err
+    assert 'with --live capture further pairs' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -126,4 +126,4 @@ def test_all_addresses_are_shown_as_one_that_can_be_opened(host):
 def test_what_is_no_port_is_refused(port, capsys):
     with pytest.raises(SystemExit):
         main(['--left', 'l.png', '--right', 'r.png', '--port', port])
-    assert f'{port} is no port; choose 0 to 65535' in capsys.readouterr().err
+    assert f'{port} is not a port; choose 0 to 65535' in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Taught places come back from their files as they went, and files that are wrong are refused in one line."""
+"""Taught places survive a round trip through their files; malformed files give a one-line error."""
 
 import copy
 import dataclasses
@@ -64,7 +64,7 @@ def test_what_was_taught_before_survives_a_failure_at_any_file(tmp_path, saved, 
 def test_a_file_that_is_no_place_is_not_written_over(tmp_path):
     path = place_path(tmp_path, 'hall')
     path.write_text('hall: opening hours')
-    with pytest.raises(LandmarkFileError, match='so it is no taught place'):
+    with pytest.raises(LandmarkFileError, match='so it is not a taught place'):
         save_place(tmp_path, random_place(1), random_images(1))
     assert path.read_text() == 'hall: opening hours'
 
@@ -90,9 +90,9 @@ def test_a_setting_of_older_files_that_had_no_effect_is_no_fault(saved):
 def test_a_foreign_file_is_never_written_over(tmp_path):
     path = place_path(tmp_path, 'hall')
     path.write_text('hall: opening hours')
-    with pytest.raises(LandmarkFileError, match='no taught place; move it elsewhere'):
+    with pytest.raises(LandmarkFileError, match='not a taught place; move it elsewhere'):
         save_place(tmp_path, random_place(1), random_images(1), replace_damaged=True)
-    with pytest.raises(LandmarkFileError, match='no taught place; move it elsewhere'):
+    with pytest.raises(LandmarkFileError, match='not a taught place; move it elsewhere'):
         load_places(tmp_path)
     assert path.read_text() == 'hall: opening hours'
 
@@ -138,7 +138,7 @@ def swapped(content):
 
 WRONG = {
     'format is not': changed('format', 'shirube/map'),
-    'version is 2, this program knows up to 1; update': changed('version', 2),
+    'version is 2, this program supports up to 1; update': changed('version', 2),
     'version is 0, it must be 1': changed('version', 0),
     'version is missing': changed('version', None),
     'colour does not exist': changed('colour', 'red'),
@@ -154,7 +154,7 @@ WRONG = {
     "stereo_calibration.left.fx is '7 hundred', it must be a number": changed(
         'stereo_calibration', 'left', 'fx', '7 hundred'
     ),
-    'hash is not that of its numbers': changed('stereo_calibration', 'left', 'cx', 1.0),
+    'hash does not match the calibration': changed('stereo_calibration', 'left', 'cx', 1.0),
     'stereo_calibration: baseline is': swapped,
     'image_processing.edges.threshold is missing': changed('image_processing', 'edges', 'threshold', None),
     'setting edges.treshold does not exist, did you mean edges.threshold?': changed(
@@ -172,7 +172,7 @@ WRONG = {
     'colour does not exist, there are': changed(
         'targets', 'wanted', 0, 'primitives', 0, 'shape', 'colour', 1.0
     ),
-    'targets.wanted: meter 1 is there twice': doubled,
+    'targets.wanted: meter 1 is duplicate': doubled,
     'is missing; restore the file': without_coordinates,
     'corresponding_points.meter 1 is missing': changed('corresponding_points', 'meter 1', None),
     'corresponding_points.meter: there is no such target': changed('corresponding_points', 'meter', ['a/b']),
@@ -180,11 +180,15 @@ WRONG = {
         'corresponding_points', 'meter 1', []
     ),
     'nothing/centre has no coordinates': changed('corresponding_points', 'meter 1', ['nothing/centre']),
-    'coordinates[0].xyz[1] is no finite number': changed('coordinates', 0, 'xyz', [0.0, float('nan'), 0.0]),
-    'coordinates[0].xyz[2] is no finite number': changed('coordinates', 0, 'xyz', [0.0, 0.0, 1e308]),
-    'T_map_place.x is no finite number': changed('T_map_place', 'x', 10**400),
-    'images.tilt[0] is no finite number': changed('images', 'tilt', [10**400, 0]),
-    'covariance is none': changed('coordinates', 0, 'covariance', [[-1.0, 0, 0], [0, 1, 0], [0, 0, 1]]),
+    'coordinates[0].xyz[1] is not a finite number': changed(
+        'coordinates', 0, 'xyz', [0.0, float('nan'), 0.0]
+    ),
+    'coordinates[0].xyz[2] is not a finite number': changed('coordinates', 0, 'xyz', [0.0, 0.0, 1e308]),
+    'T_map_place.x is not a finite number': changed('T_map_place', 'x', 10**400),
+    'images.tilt[0] is not a finite number': changed('images', 'tilt', [10**400, 0]),
+    'covariance is not positive semidefinite': changed(
+        'coordinates', 0, 'covariance', [[-1.0, 0, 0], [0, 1, 0], [0, 0, 1]]
+    ),
     'T_map_place.yaw is missing': changed('T_map_place', 'yaw', None),
     'images.left is': changed('images', 'left', '../left.png'),
 }
@@ -221,10 +225,10 @@ def test_what_is_no_yaml_is_refused(saved, text, words):
 def test_missing_files_and_folders_are_named(tmp_path, saved):
     with pytest.raises(LandmarkFileError, match='cannot be read'):
         load_place(tmp_path / 'nowhere.yaml')
-    with pytest.raises(LandmarkFileError, match='is no folder'):
+    with pytest.raises(LandmarkFileError, match='is not a folder'):
         load_places(tmp_path / 'nowhere')
     (tmp_path / 'empty').mkdir()
-    with pytest.raises(LandmarkFileError, match='holds no taught place'):
+    with pytest.raises(LandmarkFileError, match='contains no taught place'):
         load_places(tmp_path / 'empty')
     image = next(tmp_path.glob('hall_right_*.png'))
     image.write_bytes(image.read_bytes()[:1500])
@@ -242,8 +246,8 @@ def test_a_place_that_could_not_be_loaded_again_is_not_saved(tmp_path):
     endless = dataclasses.replace(place.coordinates, positions=positions)
     for wrong, words in (
         (dataclasses.replace(place, name='a/b'), 'name is'),
-        (dataclasses.replace(place, targets=place.targets[:1] * 2), 'there twice'),
-        (dataclasses.replace(place, coordinates=endless), 'no finite number'),
+        (dataclasses.replace(place, targets=place.targets[:1] * 2), 'is duplicate'),
+        (dataclasses.replace(place, coordinates=endless), 'not a finite number'),
     ):
         with pytest.raises(LandmarkFileError, match=words):
             save_place(tmp_path, wrong, random_images(1))

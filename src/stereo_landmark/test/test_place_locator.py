@@ -53,7 +53,7 @@ def test_the_covariance_holds_for_a_calibration_and_a_tilt_that_are_off(method):
 
 @pytest.mark.newest_set_only
 def test_few_points_far_away_are_better_fitted_where_they_were_measured():
-    """Four points within 110 px at 3.3 m: in space the depth's noise turns into everything, in pixels it does not."""
+    """Four points within 110 px at 3.3 m: in 3D the depth noise dominates the pose, in pixels it does not."""
     rng = np.random.default_rng(2)
     errors = {'reprojection': [], 'closed_form': []}
     for _ in range(100):
@@ -110,7 +110,7 @@ def test_unknown_points_do_not_count():
     strange = StereoPoints(tuple(f'other {i}' for i in range(16)), seen.pixels, seen.covariances)
     answer = PlaceLocator(RIG).locate(strange, taught)
     assert answer == NoPlaceFix(
-        NoPlaceFixReason.TOO_FEW_POINTS, '0 taught points are seen by both cameras, 3 are needed'
+        NoPlaceFixReason.TOO_FEW_POINTS, '0 taught points are visible in both cameras, at least 3 are needed'
     )
 
 

@@ -13,14 +13,14 @@ from stereo_landmark.core.teaching.place_review import review_place
 
 
 def with_points(count):
-    """Return the place with some of its points only, of meters from the left."""
+    """Return the place with only some of its points, of meters from the left."""
     place = taught_place()
     (target,) = place.targets
     return replace(place, targets=(replace(target, points=target.points[:count]),))
 
 
 def taught_from(images, chosen):
-    """Return a place of some of the ellipses that are seen, counted from the left."""
+    """Return a place with some of the detected ellipses, counted from the left."""
     processing = ImageProcessing()
     left, right = (detect_scene(image, processing) for image in images)
     ellipses = sorted(left.kinds[Kind.ELLIPSE].primitives, key=lambda e: e.centre[0])
@@ -34,7 +34,7 @@ def test_a_good_place_has_no_weakness():
 
 def test_too_few_points_are_told():
     (line,) = review_place(with_points(3), *seen(TAUGHT))
-    assert line == 'too few points: 3, choose 4 or more, for some may be hidden'
+    assert line == 'too few points: 3, select 4 or more, since some may be hidden'
     assert any('too few points' in line for line in review_place(with_points(1), *seen(TAUGHT)))
 
 
@@ -44,7 +44,7 @@ def test_one_of_many_alike_is_told_to_be_ambiguous():
     images = look(wall, np.zeros(6), RIG)
     place = replace(taught_from(images, [1, 2]), surroundings=())
     lines = review_place(place, *images)
-    assert any(line.startswith('target meters: it may be in several places') for line in lines)
+    assert any(line.startswith('target meters: ambiguous: several poses match') for line in lines)
 
 
 @pytest.mark.parametrize(
@@ -55,5 +55,5 @@ def test_what_stands_close_together_is_told_to_be_narrow_and_uncertain(distance,
     wall = Wall(tuple(Disc(y, z, 0.09, level) for y, z, level in places), distance=distance)
     images = look(wall, np.zeros(6), RIG)
     lines = review_place(taught_from(images, range(4)), *images)
-    assert any(line.startswith('too narrow: seen from above the points span 0.2') for line in lines)
+    assert any(line.startswith('too narrow: the horizontal extent is 0.2') for line in lines)
     assert any(line.startswith(words) for line in lines), lines

@@ -1,4 +1,4 @@
-"""Two engineers and one folder: nobody's work is lost unasked, and nothing is left lying about."""
+"""Two sessions and one folder: no changes are overwritten without confirmation, and no stale files remain."""
 
 from threading import Barrier, Thread
 
@@ -13,7 +13,7 @@ from stereo_landmark.page.place_saver import PlaceExistsError, PlaceSaver
 
 
 def images_with(level):
-    """Return the taught pair with a mark of its own."""
+    """Return the taught pair with a unique mark."""
     left, right = (image.copy() for image in (images_of(0).left, images_of(0).right))
     left[:4, :4] = level
     return StereoImages(left, right)
@@ -23,7 +23,7 @@ def test_what_another_saved_since_is_replaced_only_on_purpose(tmp_path):
     path = PlaceSaver(tmp_path).save(taught_place(), images_with(0))
     one, other = PlaceSaver(tmp_path, [path]), PlaceSaver(tmp_path, [path])
     one.save(taught_place(), images_with(1))
-    with pytest.raises(PlaceExistsError, match='was changed by somebody else since'):
+    with pytest.raises(PlaceExistsError, match='was changed elsewhere'):
         other.save(taught_place(), images_with(2))
     assert load_images(path).left[0, 0] == 1
     other.save(taught_place(), images_with(2), replace=True)

@@ -21,7 +21,7 @@ def test_parameters_with_which_a_place_cannot_be_found_are_told(folder):
     strict = LandmarkSettings(search=SearchSettings(evidence_min=100.0))
     (line,) = rehearse(folder, load_places(folder), strict)
     assert (
-        'place wall is not found in the images it was taught from: what looks like it could be chance' in line
+        'place wall is not found in the images it was taught from: the match could be due to chance' in line
     )
 
 

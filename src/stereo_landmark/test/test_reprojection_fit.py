@@ -15,7 +15,7 @@ NOISE = 0.1
 
 
 def joint_bound(points, state, free):
-    """Return the Cramér-Rao covariance of the state when taught and present images are adjusted together."""
+    """Return the Cramér-Rao bound of the state for a joint adjustment of taught and current images."""
     n = len(points)
     taught, now = reproject(np.zeros(6), points, RIG), reproject(state, points, RIG)
     rows = np.zeros((8 * n, free + 3 * n))

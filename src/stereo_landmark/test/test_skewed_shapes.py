@@ -1,4 +1,4 @@
-"""A rectangle in space is none however the robot looks at it; one with a side of another thing is told."""
+"""A rectangle is not skewed from any viewpoint; one with a mismatched side is reported."""
 
 from dataclasses import replace
 
@@ -33,7 +33,7 @@ def test_rectangles_are_rectangles_from_everywhere(yaw):
 
 
 def test_a_side_that_one_image_took_from_another_thing_is_told():
-    """The corners of one side move along their rays, as a wrong disparity of that side makes them."""
+    """The corners of one side move along their rays, as with a wrong disparity of that side."""
     place = taught(0.0)
     positions = place.coordinates.positions.copy()
     names = place.coordinates.names

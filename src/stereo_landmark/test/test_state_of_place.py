@@ -1,4 +1,4 @@
-"""A place that is opened again is the same place."""
+"""A reopened place equals the saved place."""
 
 import numpy as np
 import pytest

@@ -7,7 +7,7 @@ ANY = (0.0, 300.0)
 
 
 def matched(left, right, disparities=ANY):
-    """Return the partner of each point of the left image, all of which look the same."""
+    """Return the match of each point of the left image, all of which look the same."""
     shapes = np.zeros((len(left), 1)), np.zeros((len(right), 1))
     pairs = alike_pairs(left, shapes[0], right, shapes[1], disparities)
     seen = left[pairs[:, 0], 0] - right[pairs[:, 1], 0]

@@ -38,5 +38,5 @@ def test_another_frame_turns_the_covariance_too():
     found = triangulate(view(panel(count=3), np.zeros(6), 0.2, np.random.default_rng(1)), RIG)
     moved = found.moved(RIG.mount.rotation, np.array(RIG.mount.xyz))
     assert np.linalg.eigvalsh(moved.covariances) == pytest.approx(np.linalg.eigvalsh(found.covariances))
-    # In the base frame depth is along x, and it is what a pair measures worst.
+    # In the base frame depth is along x, the least certain direction of a stereo pair.
     assert (moved.covariances[:, 0, 0] > 10.0 * moved.covariances[:, 2, 2]).all()

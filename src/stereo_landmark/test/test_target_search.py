@@ -1,4 +1,4 @@
-"""Five identical meters in a row, four of them taught as one target: the paper's experiment in small."""
+"""Five identical meters in a row, four of them taught as one target: the paper's experiment at a small scale."""
 
 import numpy as np
 import pytest
@@ -70,7 +70,7 @@ def test_the_meters_are_found_though_one_is_hidden(place, hidden):
 
 
 def test_meters_without_surroundings_are_ambiguous_when_one_at_the_end_is_hidden():
-    """Of four equal meters in a row nobody can say whether they are the first four or the last."""
+    """Four equal meters in a row may be the first four or the last four."""
     place = taught(ALONE)
     state = np.array([0.1, -0.05, 0.0, 0.03, 0.0, 0.0])
     assert isinstance(search(place, ALONE, state), TargetSighting)
@@ -80,7 +80,7 @@ def test_meters_without_surroundings_are_ambiguous_when_one_at_the_end_is_hidden
 
 
 def test_the_next_meter_in_a_narrow_row_is_taught_as_a_surrounding():
-    """With it in view, four of five equal meters in a row are the first four; without it nobody knows."""
+    """With the context landmark in view the four meters are the first four; without it they are ambiguous."""
     narrow = Wall(tuple(Disc(0.45 - 0.215 * i, 0.75, 0.085, 60.0) for i in range(5)))
     place = taught(narrow)
     assert [primitive.kind for primitive in place.surroundings] == [Kind.ELLIPSE]
@@ -88,7 +88,7 @@ def test_the_next_meter_in_a_narrow_row_is_taught_as_a_surrounding():
 
 
 def test_spacing_alone_tells_which_meters_are_seen():
-    """Gaps that differ by 15 mm, 4 px, say that these are the last four, not the first."""
+    """Gaps that differ by 15 mm, 4 px, identify the last four, not the first."""
     places = 0.6 - np.cumsum([0.0, 0.28, 0.295, 0.28, 0.295])
     uneven = Wall(tuple(Disc(float(y), 0.75, 0.09, 60.0) for y in places))
     place, state = taught(uneven), np.array([0.1, -0.05, 0.0, 0.03, 0.0, 0.0])
@@ -102,7 +102,7 @@ def test_spacing_alone_tells_which_meters_are_seen():
 )
 @pytest.mark.newest_set_only
 def test_fields_of_a_panel_are_not_mixed_up_with_each_other(state):
-    """Sides of neighbouring fields lie in line and make quadrilaterals of their own."""
+    """Sides of adjacent fields are collinear and form additional quadrilaterals."""
     view = view_of(PANEL, np.zeros(6), tuple(Kind))
     chosen = {}
     for i, field in enumerate(FIELDS):

@@ -1,4 +1,4 @@
-"""``teach --batch`` on a drawn wall, and one clear line for whatever is wrong with the lesson."""
+"""``teach --batch`` on a rendered wall, and a one-line message for each error in the teach config."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ CENTRES = (
 
 
 class Lesson:
-    """A lesson that can be changed and run."""
+    """A teach config that can be changed and run."""
 
     def __init__(self, folder):
         self.folder, self.places = folder, folder / 'places'
@@ -84,7 +84,7 @@ def test_the_taught_place_is_where_the_wall_is_and_is_found_again(lesson, tmp_pa
     assert place.coordinates.positions == pytest.approx(np.array(true), abs=0.01)
     assert place.T_map_place == T_MAP_PLACE
     said = capsys.readouterr().out
-    assert 'weak' not in said
+    assert 'warning' not in said
     assert 'wall is taught' in said
     options = ['--places', str(lesson.places), '--out', str(tmp_path / 'out')]
     options += ['--camera-xyz', *map(str, MOUNT.xyz)]
@@ -101,10 +101,10 @@ def test_a_place_is_replaced_only_on_purpose_and_by_one_that_is_found(lesson, ca
     good = file.read_bytes()
     del lesson.primitives[3]
     assert lesson.run() == 1
-    assert 'is there already; give --replace' in capsys.readouterr().err
+    assert 'exists; give --replace' in capsys.readouterr().err
     del lesson.primitives[1:]
     assert lesson.run('--replace') == 1
-    assert 'wall is not found where it was taught' in capsys.readouterr().err
+    assert 'wall is not recognized in its own images' in capsys.readouterr().err
     assert file.read_bytes() == good
     lesson.primitives.extend({'kind': 'ellipse', 'near': centre} for centre in CENTRES[1:3])
     assert lesson.run('--replace') == 0
@@ -179,7 +179,7 @@ def test_a_bag_teaches_the_same_as_its_images(lesson, tmp_path):
     lesson.content['bag'] = {'path': 'bag', 'stamp': 1.5}
     from_bag = lesson.place()
     assert is_same(from_bag.rig, from_files.rig)
-    # JPEG at its best leaves little of an error.
+    # JPEG at the highest quality adds only a small error.
     assert from_bag.coordinates.positions == pytest.approx(from_files.coordinates.positions, abs=0.01)
 
 
@@ -209,7 +209,7 @@ def test_weak_choices_are_told(lesson, capsys):
     del lesson.primitives[2:]
     assert lesson.run() == 0
     said = capsys.readouterr().out
-    assert 'weak: target meters: too few points (2 taught points' in said
+    assert 'warning: target meters: too few points (2 taught points' in said
 
 
 def replaced(name, value):
@@ -254,10 +254,12 @@ WRONG = {
     'camera_xyz is [0.0], it must have at least 3 entries': replaced('camera_xyz', [0.0]),
     'camera_xyz[2] is 1000000.0, it must be at most 10': replaced('camera_xyz', [0.0, 0.0, 1e6]),
     'target meters: give each primitive either near or region': choice(kind='corner'),
-    'target meters: order goes with region only': choice(kind='corner', near=[1, 1], order='left_to_right'),
+    'target meters: order is only valid with region': choice(
+        kind='corner', near=[1, 1], order='left_to_right'
+    ),
     'no ellipse near 0, 0, the nearest is': choice(kind='ellipse', near=[0, 0]),
     'of kind ellipse in the region, 9 are needed': choice(kind='ellipse', region=[0, 0, 376, 240], count=9),
-    'is chosen twice': twice,
+    'selected twice': twice,
     'left.png: is truncated': write('left.png', lambda data: data[:3000]),
     'left.yaml: is no YAML': write('left.yaml', lambda _: b'{'),
     'left and right are swapped': swap,

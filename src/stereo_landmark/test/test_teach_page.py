@@ -35,7 +35,7 @@ def files(tmp_path_factory):
 
 @pytest.fixture(scope='module')
 def address(files):
-    """Start the command as an engineer does; it ends with 0 at Ctrl-C."""
+    """Start the command in a process; it ends with 0 at Ctrl-C."""
     folder = files.places.parent
     options = ['--places', str(files.places), '--port', '0', '--camera-xyz', *map(str, MOUNT.xyz)]
     for side in ('left', 'right'):
@@ -50,14 +50,14 @@ def address(files):
 
 
 class Engineer:
-    """Works with mouse and keyboard, and looks at what the page says."""
+    """Controls the page with mouse and keyboard, and reads its state."""
 
     def __init__(self, page, address):
         self.page, self.faults = page, []
         page.on('pageerror', lambda fault: self.faults.append(str(fault)))
         page.on('console', lambda said: self.faults.append(said.text) if said.type == 'error' else None)
         page.goto(address)
-        # The very first start compiles the detectors.
+        # The first start compiles the numba kernels.
         self.wait('window.__state?.edges.left > 0', 240.0)
 
     def look(self, expression):
@@ -99,7 +99,7 @@ def engineer(address):
 
 
 def process_images(engineer):
-    """The edges follow the slider, and all of its movement is one step."""
+    """The edges follow the slider, and a whole drag is one undo step."""
     page = engineer.page
     before = engineer.look('window.__state.edges.left')
     x, y = engineer.middle('slider-edges.threshold')
@@ -114,8 +114,8 @@ def process_images(engineer):
 def choose_targets(engineer):
     """A region, its primitives, their order."""
     page = engineer.page
-    page.get_by_test_id('part-targets').click()
-    engineer.wait("window.__state.part === 'targets'")
+    page.get_by_test_id('step-targets').click()
+    engineer.wait("window.__state.step === 'targets'")
     engineer.drag(engineer.at((2, 60)), engineer.at((370, 120)))
     engineer.wait('window.__state.state.targets[0].region !== null')
     rims = engineer.look(
@@ -142,7 +142,7 @@ def choose_targets(engineer):
 
 
 def take_region_back(engineer):
-    """Esc goes outwards, at last to the whole image; a hand that slips clicks all the same."""
+    """Esc cancels one thing at a time, finally the region; a click with a small movement is still a click."""
     page, region = engineer.page, 'window.__state.state.targets[0].region'
     before = engineer.look(region)
     page.keyboard.press('Escape')
@@ -159,7 +159,7 @@ def take_region_back(engineer):
 
 
 def choose_outer_rims(engineer):
-    """Of rings within each other the one is meant whose outline is pointed at."""
+    """Of concentric rings the one with the outline under the pointer is selected."""
     rings = [[[[r * math.cos(k / 8), r * math.sin(k / 8)] for k in range(51)]] for r in (10.0, 12.0)]
     shapes = """async ([rings, place]) => {
         const { shapesAt } = await import('/static/geometry.js');
@@ -170,7 +170,7 @@ def choose_outer_rims(engineer):
 
 
 def choose_points(engineer):
-    """Points, one left out and taken back."""
+    """Points, one excluded and included again."""
     page = engineer.page
     page.keyboard.press('3')
     point = page.get_by_test_id('point-ellipse 2/centre')
@@ -199,7 +199,7 @@ def try_and_save(engineer):
     assert found == pytest.approx([HERE[0], HERE[1], HERE[3]], abs=0.02)
     page.get_by_test_id('place').fill('a wall')
     page.keyboard.press('Tab')
-    page.get_by_test_id('toast').get_by_text('is no name for a place').wait_for()
+    page.get_by_test_id('toast').get_by_text('is not a valid place name').wait_for()
     page.get_by_test_id('place').fill('wall')
     page.keyboard.press('Tab')
     engineer.wait("window.__state.state.place === 'wall'")
@@ -208,14 +208,14 @@ def try_and_save(engineer):
 
 
 def name_while_saving(engineer):
-    """Ctrl+S takes a name that is still being typed, Esc gives it up, and a name that is refused is not passed over."""
+    """Ctrl+S submits a name that is still being typed, Esc cancels it, and an invalid name prevents saving."""
     page, field = engineer.page, engineer.page.get_by_test_id('place')
     field.fill('given_up')
     page.keyboard.press('Escape')
     assert field.input_value() == 'wall'
     field.fill('no name')
     page.keyboard.press('Control+s')
-    page.get_by_test_id('toast').get_by_text('is no name for a place').wait_for()
+    page.get_by_test_id('toast').get_by_text('is not a valid place name').wait_for()
     page.get_by_test_id('save').click()
     assert field.input_value() == 'no name'
     assert engineer.look('[window.__state.state.place, window.__state.keeping]') == ['wall', 'saved']
@@ -225,7 +225,7 @@ def name_while_saving(engineer):
 
 
 def see_what_is_not_saved(engineer, address):
-    """Reset is a change like any other, and another page knows it as well."""
+    """Reset is an unsaved change, and other pages are notified."""
     page = engineer.page
     page.keyboard.press('1')
     page.get_by_test_id('slider-edges.threshold').press('ArrowRight')

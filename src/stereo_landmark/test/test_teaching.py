@@ -44,13 +44,13 @@ def test_taught_points_are_not_better_known_than_the_calibration():
 
 def test_what_the_images_show_in_different_rows_is_not_taught():
     teacher, plate = teacher_and_plate(rows=1)
-    with pytest.raises(StereoLandmarkError, match='different rows'):
+    with pytest.raises(StereoLandmarkError, match='rows in both images differ'):
         teacher.measure(plate)
 
 
 def test_a_target_without_points_is_not_taught():
     teacher, plate = teacher_and_plate()
-    with pytest.raises(StereoLandmarkError, match='target sign has no point that the pose is made of'):
+    with pytest.raises(StereoLandmarkError, match='target sign has no point for the pose'):
         teacher.teach('hall', [TargetChoice('sign', {'plate': plate}, ())])
 
 
@@ -68,7 +68,7 @@ def test_what_is_around_but_too_far_away_to_be_measured_is_left_out(monkeypatch)
 
 
 def disparities(view):
-    """Return how far apart both images see the plates, from left to right [px]."""
+    """Return the disparities of the plates, from left to right [px]."""
     sides = [
         sorted(each.centre[0] for each in scene.kinds[Kind.QUADRILATERAL].primitives)
         for scene in (view.left, view.right)

@@ -1,4 +1,4 @@
-"""An engineer teaches a drawn wall without a page: what comes out is where the wall is."""
+"""Teaches a rendered wall without a page; the coordinates are those of the wall."""
 
 from functools import partial
 
@@ -98,7 +98,7 @@ def test_chosen_primitives_outlive_a_change_of_the_image_processing_or_are_calle
     session.do(lambda state: edits.set_processing(state, 'edges.threshold', 200.0))
     parts = session.report(session.state.target).measured.primitives
     assert {part.fault for part in parts} == {LOST}
-    with pytest.raises(StereoLandmarkError, match='ellipse 1: it is not found with this image processing'):
+    with pytest.raises(StereoLandmarkError, match='ellipse 1: it is not detected with this image processing'):
         session.place()
     session.history.undo()
     assert len(session.place().targets[0].primitives) == len(METERS)

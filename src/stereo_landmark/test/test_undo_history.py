@@ -1,4 +1,4 @@
-"""Undo is the inverse of a step, redo that of undo."""
+"""Undo is the inverse of an edit, redo that of undo."""
 
 from hypothesis import given
 from hypothesis import strategies as st

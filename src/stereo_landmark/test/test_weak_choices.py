@@ -1,4 +1,4 @@
-"""Hints come where choices are weak, and only there."""
+"""Hints are given for weak selections only."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def test_a_good_target_has_no_hints_and_is_found_with_any_part_hidden():
 
 
 @pytest.mark.parametrize(
-    ('count', 'said'), [(0, 'nothing is chosen'), (1, 'too few points'), (2, 'too few points')]
+    ('count', 'said'), [(0, 'no primitive is selected'), (1, 'too few points'), (2, 'too few points')]
 )
 def test_too_few_is_no_place(count, said):
     (hint,) = (hint for hint in hints(session_with_meters(count)) if hint.weight is Weight.STOP)
@@ -45,7 +45,7 @@ def large_session(wall):
 
 
 def quadrilateral_at(session, y, z):
-    """Choose the quadrilateral whose middle is there on the wall [m], and return its name."""
+    """Select the quadrilateral with its centre at this position on the wall [m], and return its name."""
     ((u, v, _, _),) = RIG.projections((np.array([[3.0, y, z]]) - RIG.mount.xyz) @ RIG.mount.rotation)
     plates = [each for each in session.found() if each.kind is Kind.QUADRILATERAL]
     plate = min(plates, key=lambda each: float(np.hypot(*(each.shape.centre - [u, v]))))
@@ -57,10 +57,10 @@ def test_points_close_together_promise_little():
     session = large_session(ALL)
     quadrilateral_at(session, -0.75, 0.95)
     texts = [hint.text for hint in hints(session)]
-    assert any(text.startswith('1 primitives are few') for text in texts)
-    assert any('points span 0.20 m' in text for text in texts)
+    assert any(text.startswith('too few primitives: 1') for text in texts)
+    assert any('horizontal extent is 0.20 m' in text for text in texts)
     quadrilateral_at(session, 0.9, 0.75)
-    assert not any('points span' in hint.text for hint in hints(session))
+    assert not any('horizontal extent' in hint.text for hint in hints(session))
 
 
 def test_identical_meters_alone_are_ambiguous_when_one_at_the_end_is_hidden():
@@ -75,7 +75,7 @@ def test_identical_meters_alone_are_ambiguous_when_one_at_the_end_is_hidden():
     assert trials[()].outcome is Outcome.FOUND
     assert trials['ellipse 1',].outcome is Outcome.AMBIGUOUS
     weak = list(weak_procedure('target_1', list(trials.values())))
-    assert any(hint.about == 'ellipse 1' and 'several places' in hint.text for hint in weak)
+    assert any(hint.about == 'ellipse 1' and 'several poses' in hint.text for hint in weak)
     assert Weight.STOP not in {hint.weight for hint in weak}
 
 

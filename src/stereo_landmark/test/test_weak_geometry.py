@@ -7,7 +7,7 @@ from stereo_landmark.core.procedure.weak_geometry import sigmas_of, spots_of, we
 
 
 def told(points, noise=0.1):
-    """Return what is weak of points in front of the cameras."""
+    """Return the warnings for points in front of the cameras."""
     taught = teach(points, noise, np.random.default_rng(1))
     seen = view(points, np.zeros(6), noise, np.random.default_rng(2))
     fix = PlaceLocator(RIG, PlaceSettings(position_sigma_max=10.0)).locate(seen, taught)
@@ -23,13 +23,13 @@ def test_few_narrow_and_far_points_are_told():
     assert any(line.startswith('too narrow') for line in told(panel(3.0, 0.2, 8)))
     far = told(panel(6.0, 0.1, 4, depth=0.02, seed=3))
     assert any(line.startswith('too shallow: at 6.') for line in far), far
-    assert any('heading is known to' in line for line in far)
+    assert any('yaw has a standard deviation of' in line for line in far)
 
 
 def test_rims_around_one_centre_are_one_spot():
     meters = panel(3.0, 1.0, 2, depth=0.0)
     rims = np.vstack([meters, meters + 0.001])
-    assert any(line.startswith('too close together: 4 points are in 2 spots') for line in told(rims))
+    assert any(line.startswith('too close together: 4 points at 2 distinct positions') for line in told(rims))
     assert spots_of(rims) == spots_of(rims[::-1]) == 2
     assert spots_of(panel(3.0, 1.0, 16)) == 16
 

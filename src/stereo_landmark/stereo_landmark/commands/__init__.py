@@ -1,1 +1,1 @@
-"""Commands that work without a running ROS."""
+"""Command line tools that need no running ROS."""

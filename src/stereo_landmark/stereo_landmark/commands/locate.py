@@ -1,4 +1,4 @@
-"""``locate``: displacements from taught places and images or a bag, without ROS running."""
+"""``locate``: localizes the robot at taught places from images or a bag, without ROS running."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ from stereo_landmark.pair_recording import choose_topics
 
 _NODE = NodeSettings()
 _RATES = 1e-4, 1e6
-"""[1/s]"""
+"""Limits of the image rate [1/s]."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 when a file is bad or no pair gave a displacement."""
+    """Run the command; return 0, or 1 if a file is malformed or no pair has a displacement."""
     options = make_parser().parse_args(arguments)
     try:
         frames = locate(options)
@@ -61,15 +61,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for failure, number in failures:
         print(f'{number} without: {failure}')
     if not places:
-        print(f'locate: no pair gave a displacement: {failures[0][0]}', file=sys.stderr)
+        print(f'locate: no pair has a displacement: {failures[0][0]}', file=sys.stderr)
     return 0 if places else 1
 
 
 def locate(options: argparse.Namespace) -> list[LocatedFrame]:
-    """Return the results of all pairs, in their order.
+    """Return the results of all pairs in their order.
 
     Raises:
-        StereoLandmarkError: places, calibrations or images do not fit together.
+        StereoLandmarkError: places, calibrations and images are inconsistent.
     """
     create = stream_maker(options)
     if options.bag is not None:
@@ -80,7 +80,7 @@ def locate(options: argparse.Namespace) -> list[LocatedFrame]:
             located = list(tqdm(frames, total=total, unit='pair', delay=1.0, disable=None))
         if not located:
             raise StereoLandmarkError(
-                f'{options.bag}: left and right images have no stamps in common; give --approximate-sync'
+                f'{options.bag}: left and right images have no common stamps; give --approximate-sync'
             )
         return located
     frames = locate_files(options, create())
@@ -91,8 +91,8 @@ def locate_files(options: argparse.Namespace, stream: PairStream) -> Iterator[Lo
     """Yield the results of pairs of files.
 
     Raises:
-        StereoLandmarkError: the files are not named in pairs, or the calibrations are none of the places' cameras.
-        CameraFileError: a calibration cannot be used, or there is no image of a name.
+        StereoLandmarkError: the files are not given in pairs, or the calibrations are not those of the places.
+        CameraFileError: a calibration is malformed, or an image does not exist.
     """
     if not (options.right and options.left_calibration and options.right_calibration):
         raise StereoLandmarkError('--left needs --right, --left-calibration and --right-calibration')
@@ -124,9 +124,9 @@ def _located(
     paths: tuple[Path, Path],
     calibrations: tuple[CameraCalibration, CameraCalibration],
 ) -> LocatedPair | str | None:
-    """Return what a pair of files tells; one that cannot be used is no end of the others."""
+    """Return the result of a pair of files, or an error message; an unreadable pair does not stop the run."""
     try:
-        # Both are read first: an image whose partner is damaged must not wait for it.
+        # Both are read first, so that an image whose partner is corrupted does not stay in the queue.
         images = [load_grey_image(path) for path in paths]
         answers = [stream.add_image(side, stamp_ns, images[side], calibrations[side]) for side in Side]
     except (StereoLandmarkError, CameraFileError) as fault:
@@ -135,10 +135,10 @@ def _located(
 
 
 def stream_maker(options: argparse.Namespace) -> Callable[[], PairStream]:
-    """Return what makes the state between pairs.
+    """Return a factory for the stateful stream of pairs.
 
     Raises:
-        StereoLandmarkError: a taught place cannot be used.
+        StereoLandmarkError: a taught place is malformed.
     """
     tolerance = options.approximate_sync
     pairing = settings_from_values(
@@ -155,46 +155,48 @@ def stream_maker(options: argparse.Namespace) -> Callable[[], PairStream]:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Return the parser of the command's options."""
+    """Return the argument parser."""
     parser = argparse.ArgumentParser(
         prog='locate',
-        description='Find the robot at its taught places, by pairs of images or a bag. Writes poses.csv, with the '
-        'reason where there is no displacement, displacements_<place>.tum in the frame of each place, and poses.tum '
-        'in the map where it is known where the places are.',
+        description='Localize the robot at taught places from stereo images or a bag. Writes poses.csv with a pose '
+        'or a failure reason per pair, displacements_<place>.tum in the frame of each place, and poses.tum in the '
+        'map for places with a map pose.',
     )
     add = parser.add_argument
-    add('--places', type=Path, required=True, metavar='FOLDER', help='the taught places')
+    add('--places', type=Path, required=True, metavar='FOLDER', help='folder of the taught places')
     source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument(
-        '--left', type=Path, nargs='+', help='a folder of left images, or images, in their order'
-    )
-    source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_infos and perhaps an imu')
-    add('--right', type=Path, nargs='+', help='the right images, in the same order')
+    source.add_argument('--left', type=Path, nargs='+', help='folder of left images, or left images in order')
+    source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_info and optional imu')
+    add('--right', type=Path, nargs='+', help='right images in the same order')
     for side in ('left', 'right'):
         add(
             f'--{side}-calibration',
             type=Path,
             metavar='YAML',
-            help='of the images, as camera_calibration writes it',
+            help=f'calibration of the {side} camera, as camera_calibration writes it',
         )
-    add('--rate', type=float, default=10.0, help='pairs in a second, of folders (default: %(default)s)')
+    add('--rate', type=float, default=10.0, help='image rate of folders [1/s] (default: %(default)s)')
     add('--tilt', type=float, nargs=2, default=(0.0, 0.0), metavar=('ROLL', 'PITCH'),
-        help='of the robot on images [rad] (default: level)')  # fmt: skip
+        help='roll and pitch of the robot, for image files [rad] (default: level)')  # fmt: skip
     for name in ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu'):
-        add(f'--{name}', metavar='TOPIC', help='of the bag (default: the usual or the only one)')
+        add(f'--{name}', metavar='TOPIC', help='topic of the bag (default: the standard or only topic)')
     add('--out', type=Path, default=Path('out/locate'), metavar='FOLDER', help='default: %(default)s')
-    add('--rectify', action='store_true', help='the images are raw')
+    add('--rectify', action='store_true', help='rectify raw images')
     add(
         '--approximate-sync',
         type=float,
         metavar='SECONDS',
-        help='largest difference of stamps (default: none)',
+        help='maximum stamp difference of a pair (default: equal stamps)',
     )
-    add('--method', default=PlaceSettings.method, help='reprojection or closed_form (default: %(default)s)')
+    add(
+        '--method',
+        default=PlaceSettings.method,
+        help='estimation method: reprojection or closed_form (default: %(default)s)',
+    )
     add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
-        help='left optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
+        help='position of the left optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
     add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
-        help='its fixed-axis roll, pitch, yaw there [rad] (default: looking ahead)')  # fmt: skip
+        help='fixed-axis roll, pitch, yaw of the left optical frame [rad] (default: looking ahead)')  # fmt: skip
     return parser
 
 

@@ -1,4 +1,4 @@
-"""``teach``: a place from a pair of images, on a page in the browser or from a file."""
+"""``teach``: teaches a place from stereo images, on a page in the browser or from a config file."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from stereo_landmark.page.teach_page import add_page_options, open_page
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 when the place cannot be taught."""
+    """Run the command; return 0, or 1 if the place cannot be taught."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     own = given[: given.index('--ros-args')] if '--ros-args' in given else given
     options = make_parser().parse_args(own, argparse.Namespace(ros_args=given[len(own) :]))
@@ -54,25 +54,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _in_words(fault: OSError, options: argparse.Namespace) -> str:
     if fault.filename is None and options.batch is None:
         return f'{fault.strerror}; choose another --host or --port'
-    # A disk that is full does not say which file it cannot hold.
+    # The error of a full disk has no file name.
     return f'{fault.filename or options.places}: {fault.strerror}; choose a writable place'
 
 
 def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
-    """Teach the place of a lesson file, save it and say what is weak of it.
+    """Teach the place of a teach config, save it and print warnings.
 
     Args:
-        path: of the lesson.
-        places: the folder of the taught places.
-        replace: whether a place of the same name is given up.
+        path: path of the teach config.
+        places: folder of the taught places.
+        replace: whether to replace a place of the same name.
 
     Raises:
-        StereoLandmarkError: the lesson cannot be used, or it would replace what shall be kept.
+        StereoLandmarkError: the config is invalid, or the place exists and must not be replaced.
     """
     lesson = load_lesson(path)
     file = place_path(places, lesson.name)
     if file.exists() and not replace:
-        raise StereoLandmarkError(f'{file} is there already; give --replace, or another name')
+        raise StereoLandmarkError(f'{file} exists; give --replace, or another name')
     pair = load_pair(lesson)
     session, choices = opened_session(lesson, pair)
     place = Teacher(session.view, lesson.processing).teach(lesson.name, choices, lesson.T_map_place)
@@ -86,28 +86,26 @@ def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
         sigma = 1e3 * float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
         print(f'{name:<40} x {x:7.3f} m, y {y:7.3f} m, z {z:7.3f} m, +- {sigma:.1f} mm')
     for line in place_remarks(session):
-        print(f'weak: {line}')
-    print(
-        f'{place.name} is taught, with {len(place.surroundings)} primitives around its targets; see {saved}'
-    )
+        print(f'warning: {line}')
+    print(f'{place.name} is taught, with {len(place.surroundings)} context landmarks; see {saved}')
 
 
 def _check_found(place: TaughtPlace, pair: RectifiedPair, file: Path) -> None:
-    """Refuse to give up what is in a file for a place that is not even found in its own images."""
+    """Reject the replacement of a file by a place that is not recognized in its own images."""
     images = pair.images
     answer = LandmarkLocalizer([place]).locate(images.left, images.right, images.tilt)
     if isinstance(answer, NoLandmarkFix):
         raise StereoLandmarkError(
-            f'{place.name} is not found where it was taught: {answer.reason} ({answer.detail}); '
+            f'{place.name} is not recognized in its own images: {answer.reason} ({answer.detail}); '
             f'{file} is kept, teach other targets'
         )
 
 
 def opened_session(lesson: Lesson, pair: RectifiedPair) -> tuple[TeachingSession, list[TargetChoice]]:
-    """Return what the page would hold after all that a lesson says was chosen on it, and what that is.
+    """Return a teaching session with the selections of a teach config, and these selections.
 
     Raises:
-        StereoLandmarkError: a primitive is not found.
+        StereoLandmarkError: a primitive is not detected.
     """
     images = StereoImages(pair.images.left, pair.images.right, pair.images.tilt)
     state = TeachingState(lesson.name, processing=lesson.processing, T_map_place=lesson.T_map_place)
@@ -125,27 +123,25 @@ def _choice(target: TargetLesson, scene: DetectedScene) -> TargetChoice:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Return the parser of the command's options."""
+    """Return the argument parser."""
     parser = argparse.ArgumentParser(
         prog='teach',
-        description='Teach a place: which objects to look for, and where they are. Opens a page for the browser; with '
-        '--batch it does what a file says, and tells what is weak of the place.',
+        description='Teach a place: select the objects to detect and measure them. Opens a page for the browser; with '
+        '--batch it uses a config file and prints warnings about the place.',
     )
     add = parser.add_argument
     source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument('--batch', type=Path, metavar='FILE', help='teach config (YAML); opens no page')
     source.add_argument(
-        '--batch', type=Path, metavar='FILE', help='YAML that says what to teach; opens no page'
+        '--left', type=Path, nargs='+', help='folder of left images, or left images; the first pair is taught'
     )
+    source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_info and optional imu')
+    source.add_argument('--place', type=Path, metavar='YAML', help='taught place to edit')
     source.add_argument(
-        '--left', type=Path, nargs='+', help='a folder of left images, or images; the first pair is taught'
-    )
-    source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_infos and perhaps an imu')
-    source.add_argument('--place', type=Path, metavar='YAML', help='a taught place, to be taught further')
-    source.add_argument(
-        '--live', action='store_true', help='listen to left/image_rect and so on; --ros-args may follow'
+        '--live', action='store_true', help='subscribe to left/image_rect and so on; --ros-args may follow'
     )
     add('--places', type=Path, default=Path('places'), metavar='FOLDER', help='default: %(default)s')
-    add('--replace', action='store_true', help='let --batch write over a place of the same name')
+    add('--replace', action='store_true', help='allow --batch to replace a place of the same name')
     add_page_options(parser)
     return parser
 

@@ -1,4 +1,4 @@
-"""What a pair of images tells: the place, the displacement from it and the targets, or why there is none."""
+"""Result of localization: the place, the displacement and the detected targets, or why there is no pose."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from stereo_landmark.core.procedure.taught_place import TaughtPlace
 
 Sighting = TargetSighting | NoTargetSighting
 _STAGES = (NoSightingReason.NO_CANDIDATE, NoSightingReason.NO_EVIDENCE, NoSightingReason.AMBIGUOUS)
-"""How far the search for a target came, the earliest end first."""
+"""Stages of the target search in the order in which they can fail."""
 
 
 @dataclass(frozen=True)
 class LandmarkFix:
-    """The robot at a taught place.
+    """Pose of the robot at a taught place.
 
     Attributes:
-        place: the place.
-        displacement: from its taught pose.
-        sightings: of its targets, found or not.
-        compared: names of the primitives that were compared with the taught images; outlines told the others.
+        place: recognized place.
+        displacement: displacement from the taught pose.
+        sightings: detection results of the targets.
+        compared: names of the primitives measured by patch alignment; the others are measured by their outlines.
     """
 
     place: TaughtPlace
@@ -35,13 +35,13 @@ class LandmarkFix:
 
     @property
     def T_map_base(self) -> PlanarPose | None:  # noqa: N802
-        """The robot in the map, None where nobody told where the place is."""
+        """Pose of the robot in the map, None if the place has no map pose."""
         T_map_place = self.place.T_map_place
         return None if T_map_place is None else T_map_place @ self.displacement.T_place_base
 
     @property
     def map_covariance(self) -> NDArray[np.float64]:
-        """Of x, y [m] and yaw [rad] in the map, shape (3, 3); of the place's own frame where no map is known."""
+        """Covariance of x, y [m] and yaw [rad] in the map, shape (3, 3); in the place's frame if it has no map pose."""
         T_map_place = self.place.T_map_place
         turn = matrix_from_rpy((0.0, 0.0, 0.0 if T_map_place is None else T_map_place.yaw))
         planar = self.displacement.covariance[np.ix_([0, 1, 3], [0, 1, 3])]
@@ -49,7 +49,7 @@ class LandmarkFix:
 
     @property
     def evidence(self) -> float:
-        """Log likelihood above chance, of all targets."""
+        """Log-likelihood ratio against chance, summed over all targets."""
         return sum(each.evidence for each in self.sightings if isinstance(each, TargetSighting))
 
 
@@ -58,9 +58,9 @@ class NoLandmarkFix:
     """No pose, and why.
 
     Attributes:
-        reason: in words, the same for the same kind of failure.
-        detail: numbers and names to it, for the diagnostics.
-        sightings: of the targets of the place that was nearest to a fix.
+        reason: message, the same for the same kind of failure.
+        detail: numbers and names for the diagnostics.
+        sightings: detection results at the place that came nearest to a fix.
     """
 
     reason: str
@@ -69,7 +69,7 @@ class NoLandmarkFix:
 
     @property
     def progress(self) -> tuple[int, float]:
-        """How far the search came, to be compared: the stage of its best target, and the evidence for those found."""
+        """Progress for comparison: stage of the best target, and log-likelihood ratio of the detected ones."""
         found = [each for each in self.sightings if isinstance(each, TargetSighting)]
         stages = [
             _STAGES.index(each.reason) if isinstance(each, NoTargetSighting) else len(_STAGES)
@@ -79,12 +79,12 @@ class NoLandmarkFix:
 
 
 def no_fix_of(place: TaughtPlace, sightings: tuple[Sighting, ...], fault: NoPlaceFix) -> NoLandmarkFix:
-    """Return why a place gave no pose: what was wrong with its points, or that no target of it was found.
+    """Return why a place gave no pose: its points were rejected, or no target was detected.
 
     Args:
-        place: the place.
-        sightings: of its targets.
-        fault: what was wrong with the points of those that were found.
+        place: searched place.
+        sightings: detection results of its targets.
+        fault: reason why the points of the detected targets were rejected.
     """
     missing = [each for each in sightings if isinstance(each, NoTargetSighting)]
     if len(missing) < len(sightings):

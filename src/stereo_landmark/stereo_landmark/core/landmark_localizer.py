@@ -1,4 +1,4 @@
-"""Pairs of images to the robot's displacement from a taught place (paper 3.4, fig. 6)."""
+"""Localizes the robot at taught places from stereo images (paper 3.4, fig. 6)."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 @dataclass(frozen=True)
 class LandmarkSettings:
-    """How targets are looked for and how the displacement follows from them, in groups."""
+    """Settings of the target search and of the displacement estimate, in groups."""
 
     search: SearchSettings = field(default_factory=SearchSettings)
     place: PlaceSettings = field(default_factory=PlaceSettings)
 
 
 class LandmarkLocalizer:
-    """Finds the robot at one of its taught places.
+    """Localizes the robot at one of its taught places.
 
     Args:
-        places: all of them, each name once.
-        settings: None for the defaults.
+        places: taught places with unique names.
+        settings: localization settings; None for the defaults.
 
     Raises:
         StereoLandmarkError: there is no place, or two have the same name.
@@ -50,7 +50,7 @@ class LandmarkLocalizer:
             raise StereoLandmarkError('there is no taught place; teach one')
         for name in names:
             if names.count(name) > 1:
-                raise StereoLandmarkError(f'two places are called {name}; give each a name of its own')
+                raise StereoLandmarkError(f'two places are called {name}; names must be unique')
         self.places = tuple(places)
         self._settings = settings or LandmarkSettings()
         self._searches = {place.name: TargetSearch(place, self._settings.search) for place in places}
@@ -64,16 +64,16 @@ class LandmarkLocalizer:
         tilt: tuple[float, float] = (0.0, 0.0),
         likely: Sequence[str] = (),
     ) -> LandmarkFix | NoLandmarkFix:
-        """Find the place and the displacement from it.
+        """Recognize the place and estimate the displacement from it.
 
         Args:
-            left: shape (h, w), grey, rectified.
-            right: the same of the right camera.
+            left: rectified grey image of the left camera, shape (h, w).
+            right: rectified grey image of the right camera, shape (h, w).
             tilt: known roll and pitch of the base [rad].
-            likely: names of the places where the robot should be; others are tried only if it is at none of them.
+            likely: names of the places to search first; others are searched only if none of these matches.
 
         Raises:
-            StereoLandmarkError: an image is of another type or size than the place's cameras take.
+            StereoLandmarkError: an image has another type or size than those of the place's cameras.
         """
         near = [place for place in self.places if place.name in likely]
         far = [place for place in self.places if place.name not in likely]
@@ -88,12 +88,13 @@ class LandmarkLocalizer:
         return max(failures, key=lambda failure: failure.progress)
 
     def _chosen(self, fixes: list[LandmarkFix]) -> LandmarkFix | NoLandmarkFix:
-        """Return the place that more speaks for than for any other."""
+        """Return the fix with the highest log-likelihood ratio, unless it is ambiguous."""
         fixes.sort(key=lambda fix: -fix.evidence)
-        if len(fixes) > 1 and fixes[0].evidence - fixes[1].evidence < self._settings.search.margin:
+        margin = self._settings.search.margin
+        if len(fixes) > 1 and fixes[0].evidence - fixes[1].evidence < margin:
             names = ' and '.join(fix.place.name for fix in fixes[:2])
             return NoLandmarkFix(
-                'it may be in several places', f'places {names} look alike', fixes[0].sightings
+                'ambiguous: several places match', f'places {names} have similar scores', fixes[0].sightings
             )
         return fixes[0]
 
@@ -110,11 +111,11 @@ class LandmarkLocalizer:
 
 
 class _Views:
-    """What both images show, detected once for all places of the same image processing.
+    """Detected primitives of both images, cached for all places with the same image processing.
 
     Args:
-        left: shape (h, w), grey, rectified.
-        right: the same of the right camera.
+        left: rectified grey image of the left camera, shape (h, w).
+        right: rectified grey image of the right camera, shape (h, w).
         tilt: known roll and pitch of the base [rad].
     """
 
@@ -124,10 +125,10 @@ class _Views:
         self._known: dict[tuple[ImageProcessing, frozenset[Kind], StereoRig], StereoView] = {}
 
     def of(self, place: TaughtPlace) -> StereoView:
-        """Return the view as a place wants it.
+        """Return the view with the image processing of a place.
 
         Raises:
-            StereoLandmarkError: an image is of another type or size than the place's cameras take.
+            StereoLandmarkError: an image has another type or size than those of the place's cameras.
         """
         key = place.processing, frozenset(place.kinds), place.rig
         if key not in self._known:
@@ -147,6 +148,6 @@ class _Views:
 
 
 def _is_chosen(place: TaughtPlace, points: StereoPoints) -> NDArray[np.bool_]:
-    """Return which points the engineer chose for the pose, shape (n,)."""
+    """Return the mask of the points that were selected for the pose, shape (n,)."""
     chosen = {f'{target.name}/{point}' for target in place.targets for point in target.points}
     return np.array([name in chosen for name in points.names], dtype=np.bool_)

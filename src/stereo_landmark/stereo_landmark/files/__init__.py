@@ -1,1 +1,1 @@
-"""Taught places, calibrations and results as files."""
+"""Files of taught places, calibrations and results."""

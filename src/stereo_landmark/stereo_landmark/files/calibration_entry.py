@@ -1,4 +1,4 @@
-"""The cameras of a taught place as an entry of a file (paper 3.3a)."""
+"""Converts the stereo calibration of a taught place to and from its file entry (paper 3.3a)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _REMEDY = 'restore the file or teach the place again'
 
 
 def calibration_entry(rig: StereoRig) -> dict[str, Any]:
-    """Return the cameras by their fields."""
+    """Return the file entry of the stereo calibration."""
     left, right = (
         {name: value for name, value in dataclasses.asdict(camera).items() if name in INTRINSICS}
         for camera in (rig.left, rig.right)
@@ -30,10 +30,10 @@ def calibration_entry(rig: StereoRig) -> dict[str, Any]:
 
 
 def rig_from_entry(entry: dict[str, Any]) -> StereoRig:
-    """Return the cameras of an entry that fits the schema.
+    """Return the stereo calibration of an entry that passed the schema check.
 
     Raises:
-        StereoLandmarkError: they are no stereo pair, or not those that the hash was made of.
+        StereoLandmarkError: the cameras are not a stereo pair, or do not match the hash.
     """
     left, right = (_camera(entry[side]) for side in ('left', 'right'))
     mount = CameraMount(_three(entry['camera_xyz']), _three(entry['camera_rpy']))
@@ -42,7 +42,7 @@ def rig_from_entry(entry: dict[str, Any]) -> StereoRig:
     except StereoLandmarkError as fault:
         raise StereoLandmarkError(f'stereo_calibration: {fault}') from fault
     if calibration_hash(rig) != entry['hash']:
-        raise StereoLandmarkError(f'stereo_calibration: hash is not that of its numbers; {_REMEDY}')
+        raise StereoLandmarkError(f'stereo_calibration: hash does not match the calibration; {_REMEDY}')
     return rig
 
 

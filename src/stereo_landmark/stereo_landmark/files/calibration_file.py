@@ -1,4 +1,4 @@
-"""The calibration of one camera of a pair from the YAML that ``camera_calibration`` writes."""
+"""Loads the calibration of one camera of a stereo pair from the YAML that ``camera_calibration`` writes."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ def load_camera_calibration(path: Path) -> CameraCalibration:
     """Load the calibration of one camera.
 
     Raises:
-        CalibrationError: a file that is missing, no YAML, or without intrinsics.
-        LandmarkFileError: it lacks rectification or projection, or they are none.
+        CalibrationError: the file is missing, not YAML, or without intrinsics.
+        LandmarkFileError: the rectification or projection matrix is missing or malformed.
     """
     raw = load_calibration(path)
     content = read_yaml(path, _REMEDY)

@@ -1,4 +1,4 @@
-"""Results of located pairs: a CSV with all of them, and trajectories."""
+"""Writes localization results: a CSV file with all stereo pairs, and trajectories."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ MAP_FILE = 'poses.tum'
 
 
 def save_displacements(folder: Path, frames: Sequence[LocatedFrame]) -> list[Path]:
-    """Write ``poses.csv`` with a line a pair, and trajectories; return the files.
+    """Write ``poses.csv`` with one line per stereo pair, and trajectories; return the files.
 
-    ``poses.tum`` has the poses in the map of places that are in it; ``displacements_<place>.tum`` has the poses in the
-    frame of one place. Those of the run before, which its ``poses.csv`` names, are removed once all else is written.
+    ``poses.tum`` contains the poses in the map; ``displacements_<place>.tum`` contains the poses in the frame of one
+    place. Stale trajectories of the previous run, listed in its ``poses.csv``, are removed after writing.
 
     Raises:
-        OSError: the folder cannot be written to.
+        OSError: the folder is not writable.
     """
     table = folder / 'poses.csv'
     earlier = _trajectories_of(table)
@@ -57,7 +57,7 @@ def save_displacements(folder: Path, frames: Sequence[LocatedFrame]) -> list[Pat
 
 
 def _trajectories_of(table: Path) -> set[Path]:
-    """Return the trajectories that were written beside a table; none if it is missing or not of this program."""
+    """Return the trajectories that belong to an existing table; none if it is missing or has another format."""
     try:
         lines = csv.DictReader(io.StringIO(table.read_text(encoding='utf-8')))
         rows = list(lines) if tuple(lines.fieldnames or ()) == COLUMNS else []

@@ -1,4 +1,4 @@
-"""Grey images from files and into them."""
+"""Loads and encodes grey images."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from shirube_ros.image_files import load_image
 
 
 def load_grey_image(path: Path) -> NDArray[np.uint8]:
-    """Load an image, shape (h, w); coloured ones become grey.
+    """Load an image as grey, shape (h, w).
 
     Raises:
-        ImageFileError: a file that is no image, is truncated, or has more than 8 bits a channel.
+        ImageFileError: the file is not an image, is truncated, or has more than 8 bits per channel.
     """
     return grey(load_image(path))
 
 
 def grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return an image as grey, shape (h, w).
+    """Convert an image to grey, shape (h, w).
 
     Args:
-        pixels: shape (h, w) grey or (h, w, 3) blue, green, red.
+        pixels: grey image, shape (h, w), or BGR image, shape (h, w, 3).
     """
     if pixels.ndim == 2:
         return pixels
@@ -32,6 +32,6 @@ def grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def png_bytes(image: NDArray[np.uint8]) -> bytes:
-    """Return a grey image, shape (h, w), as a PNG file, without loss."""
+    """Encode a grey image, shape (h, w), as PNG."""
     _, data = cv2.imencode('.png', image)
     return data.tobytes()

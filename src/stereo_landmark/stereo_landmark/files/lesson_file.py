@@ -1,4 +1,4 @@
-"""What ``teach --batch`` is to teach: a YAML that says what an engineer would do on the teaching page."""
+"""Loads the teach config of ``teach --batch``: a YAML file with the selections otherwise made on the teaching page."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _REMEDY = 'correct it'
 
 @dataclass(frozen=True)
 class FilePair:
-    """A file for each camera."""
+    """One file per camera."""
 
     left: Path
     right: Path
@@ -28,7 +28,7 @@ class FilePair:
 
 @dataclass(frozen=True)
 class CalibratedFiles:
-    """Images and the calibrations of their cameras."""
+    """Images and calibrations of both cameras."""
 
     images: FilePair
     calibrations: FilePair
@@ -36,13 +36,13 @@ class CalibratedFiles:
 
 @dataclass(frozen=True)
 class BagMoment:
-    """A moment of a bag.
+    """A stereo pair of a bag.
 
     Attributes:
-        path: of the bag.
-        stamp: the first pair at or after it is taken [s]; None for the first of all.
-        sync_tolerance: stamps of a pair differ by no more [s].
-        topics: names of topics, as `choose_topics` takes them.
+        path: path of the bag.
+        stamp: stamp at or after which the first pair is used [s]; None for the first pair of the bag.
+        sync_tolerance: maximum difference between the stamps of a pair [s].
+        topics: topic names for `choose_topics`.
     """
 
     path: Path
@@ -53,12 +53,12 @@ class BagMoment:
 
 @dataclass(frozen=True)
 class TargetLesson:
-    """A target to teach.
+    """Configuration of one target.
 
     Attributes:
-        name: of the target.
-        choices: of its primitives, the surest first.
-        points: ``primitive/point`` that the pose is made of; None for all.
+        name: name of the target.
+        choices: selections of its primitives, the most reliable first.
+        points: names ``primitive/point`` of the points used for the pose; None for all.
     """
 
     name: str
@@ -68,17 +68,17 @@ class TargetLesson:
 
 @dataclass(frozen=True)
 class Lesson:
-    """All that is needed to teach a place without anybody looking on.
+    """Configuration for teaching a place in batch mode.
 
     Attributes:
-        name: of the place.
-        source: of the pair of images.
-        mount: of the left camera's optical frame, as rectified.
-        targets: what to look for.
-        is_raw: whether the images are to be rectified.
-        tilt: roll and pitch of the robot [rad]; None for what a bag's imu says, else level.
-        T_map_place: where it stood in the map, None if nobody knows.
-        processing: of the images.
+        name: name of the place.
+        source: source of the stereo pair.
+        mount: extrinsics of the left camera's rectified optical frame.
+        targets: configurations of the targets.
+        is_raw: whether the images have to be rectified.
+        tilt: roll and pitch of the robot [rad]; None to use the imu of the bag, or zero without one.
+        T_map_place: pose of the place in the map, None if unknown.
+        processing: image processing.
     """
 
     name: str
@@ -92,13 +92,13 @@ class Lesson:
 
 
 def load_lesson(path: Path) -> Lesson:
-    """Load a lesson.
+    """Load a teach config.
 
     Raises:
-        LandmarkFileError: one line that names file, field and remedy.
+        LandmarkFileError: the file is malformed; the message names file, field and remedy.
     """
     content = read_yaml(path, _REMEDY)
-    check_schema(content, 'lesson_schema', str(path), _REMEDY)
+    check_schema(content, 'teach_config_schema', str(path), _REMEDY)
     if ('bag' in content) == ('images' in content) or ('bag' in content) == ('calibration' in content):
         raise LandmarkFileError(f'{path}: give either images and calibration, or bag')
     try:
@@ -145,7 +145,7 @@ def _choice(where: str, entry: dict[str, Any]) -> Choice:
     if 'near' in entry:
         for other in ('order', 'count'):
             if other in entry:
-                raise LandmarkFileError(f'{where}: {other} goes with region only; leave it out')
+                raise LandmarkFileError(f'{where}: {other} is only valid with region; remove it')
         u, v = map(float, entry['near'])
         return NearChoice(kind, (u, v), (smallest, largest), name)
     left, top, right, bottom = map(float, entry['region'])

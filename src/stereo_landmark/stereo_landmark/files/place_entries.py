@@ -1,4 +1,4 @@
-"""A taught place as the five sections of its file (paper 3.3) and back."""
+"""Converts a taught place to and from the five sections of its file (paper 3.3)."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from stereo_landmark.files.shape_entry import primitive_entry, primitive_from_en
 
 _REMEDY = 'restore the file or teach the place again'
 _WITHOUT_EFFECT = frozenset({'edges.neighbour_distance'})
-"""Settings of older files that never changed anything, and are gone."""
+"""Obsolete settings of older files, which never had an effect."""
 
 
 def place_entries(place: TaughtPlace) -> dict[str, Any]:
-    """Return name, sections (a) to (e) and pose of a place by their fields."""
+    """Return the file entries of a place: name, sections (a) to (e) and map pose."""
     pose, points = place.T_map_place, place.coordinates
     wanted = [
         {'name': target.name, 'primitives': [primitive_entry(each) for each in target.primitives]}
@@ -49,11 +49,10 @@ def place_entries(place: TaughtPlace) -> dict[str, Any]:
 
 
 def place_from_entries(content: dict[str, Any]) -> TaughtPlace:
-    """Return the place of a content that fits the schema.
+    """Return the place of entries that passed the schema check.
 
     Raises:
-        StereoLandmarkError: sections contradict each other, or a value is out of range; the message begins with the
-            field.
+        StereoLandmarkError: sections are inconsistent, or a value is out of range; the message begins with the field.
     """
     chosen = content['corresponding_points']
     wanted = content['targets']['wanted']
@@ -77,7 +76,7 @@ def place_from_entries(content: dict[str, Any]) -> TaughtPlace:
 
 
 def processing_from_entry(entry: dict[str, Any]) -> ImageProcessing:
-    """Return image processing of which every setting is given.
+    """Return the image processing; every setting must be present.
 
     Raises:
         StereoLandmarkError: a setting is missing, unknown or out of range.
@@ -110,12 +109,14 @@ def _coordinates(entries: list[dict[str, Any]]) -> SpatialPoints:
         slack = 1e-9 * abs(float(np.trace(covariance)))
         is_symmetric = np.allclose(covariance, covariance.T, rtol=0.0, atol=slack)
         if not is_symmetric or np.linalg.eigvalsh(covariance)[0] < -slack:
-            raise StereoLandmarkError(f'coordinates {name}: covariance is none; {_REMEDY}')
+            raise StereoLandmarkError(
+                f'coordinates {name}: covariance is not positive semidefinite; {_REMEDY}'
+            )
     return SpatialPoints(tuple(names), positions, covariances)
 
 
 def _check_points(targets: tuple[TaughtTarget, ...], coordinates: SpatialPoints) -> None:
-    """Refuse places in which what is seen has no coordinates."""
+    """Reject places with points that have no coordinates."""
     for target in targets:
         for primitive in target.primitives:
             for point in invariant_points(primitive.shape):
@@ -132,4 +133,4 @@ def _check_points(targets: tuple[TaughtTarget, ...], coordinates: SpatialPoints)
 def _check_names(field: str, names: list[str]) -> None:
     for name in names:
         if names.count(name) > 1:
-            raise StereoLandmarkError(f'{field}: {name} is there twice; {_REMEDY}')
+            raise StereoLandmarkError(f'{field}: {name} is duplicate; {_REMEDY}')

@@ -1,4 +1,4 @@
-"""Taught places as files: one YAML a place with the paper's five sections (3.3), its pair of images beside it."""
+"""Reads and writes taught places: one YAML file with the paper's five sections (3.3), plus its stereo pair."""
 
 from __future__ import annotations
 
@@ -23,30 +23,30 @@ _REMEDY = 'restore the file or teach the place again'
 
 
 class ForeignFileError(LandmarkFileError):
-    """A YAML file is no taught place; it is somebody's, and not to be written over."""
+    """The YAML file is not a taught place, and must not be overwritten."""
 
 
 def place_path(folder: Path, name: str) -> Path:
-    """Return where a place of a name is kept."""
+    """Return the file of a place."""
     return folder / f'{name}.yaml'
 
 
 def save_place(
     folder: Path, place: TaughtPlace, images: StereoImages, *, replace_damaged: bool = False
 ) -> Path:
-    """Write a place and return its file; an earlier state is there until the new one is whole.
+    """Write a place atomically and return its file.
 
     Shapes are written without their covariance, which belongs to the images and not to the place.
 
     Args:
-        folder: for the files.
-        place: to be written.
-        images: from which it was taught.
-        replace_damaged: whether a place that cannot be loaded any more is written over.
+        folder: folder of the places.
+        place: place to write.
+        images: images used for teaching.
+        replace_damaged: whether to overwrite a place that cannot be loaded any more.
 
     Raises:
-        LandmarkFileError: the place is none that could be loaded again, or another file is in its way.
-        OSError: the folder cannot be written to.
+        LandmarkFileError: the place could not be loaded again, or a file that is not a place has its name.
+        OSError: the folder is not writable.
     """
     path = place_path(folder, place.name)
     entries = plain({'format': FORMAT, 'version': VERSION, **place_entries(place)})
@@ -69,7 +69,7 @@ def save_place(
 
 
 def _images_in_the_way(path: Path, replace_damaged: bool) -> dict[str, Any]:
-    """Return the images of the place that is going to be written over, none if it is too damaged to name them."""
+    """Return the images of the place that will be overwritten, none if it is too corrupted to list them."""
     try:
         return dict(_read(path)['images'])
     except ForeignFileError:
@@ -81,7 +81,7 @@ def _images_in_the_way(path: Path, replace_damaged: bool) -> dict[str, Any]:
 
 
 def _is_named_by_another(folder: Path, path: Path, image: str) -> bool:
-    """Tell whether a file beside a place names its image: somebody copied the place by hand."""
+    """Return whether another place file in the folder refers to the image, for example a manual copy."""
     others = (other for other in folder.glob('*.yaml') if other != path)
     return any(image.encode() in other.read_bytes() for other in others)
 
@@ -90,7 +90,7 @@ def load_place(path: Path) -> TaughtPlace:
     """Load a place.
 
     Raises:
-        LandmarkFileError: one line that names file, field and remedy.
+        LandmarkFileError: the file is malformed; the message names file, field and remedy.
     """
     content = _read(path)
     try:
@@ -100,30 +100,30 @@ def load_place(path: Path) -> TaughtPlace:
 
 
 def load_images(path: Path) -> StereoImages:
-    """Load the pair of images that a place was taught from.
+    """Load the stereo pair that was used for teaching a place.
 
     Raises:
-        LandmarkFileError: the file of the place cannot be used, or an image is missing or damaged.
+        LandmarkFileError: the place file is malformed, or an image is missing or corrupted.
     """
     return read_images(path, _read(path)['images'])
 
 
 def load_places(folder: Path) -> list[TaughtPlace]:
-    """Load all places of a folder with their images, in the order of their files' names.
+    """Load all places of a folder with their images, sorted by file name.
 
     Raises:
-        LandmarkFileError: the folder is missing or has no places, or one of them cannot be used.
+        LandmarkFileError: the folder is missing or has no places, or one of them is malformed.
     """
     if not folder.is_dir():
-        raise LandmarkFileError(f'{folder}: is no folder; give the folder with the taught places')
+        raise LandmarkFileError(f'{folder}: is not a folder; give the folder with the taught places')
     paths = sorted(folder.glob('*.yaml'))
     if not paths:
-        raise LandmarkFileError(f'{folder}: holds no taught place (*.yaml); teach one')
+        raise LandmarkFileError(f'{folder}: contains no taught place (*.yaml); teach one')
     return [replace(load_place(path), images=_images_if_there(path)) for path in paths]
 
 
 def _images_if_there(path: Path) -> StereoImages | None:
-    """Return the images of a place, None where they are lost: it is found by its outlines all the same."""
+    """Return the images of a place, None if they are missing: outlines suffice for localization."""
     try:
         return load_images(path)
     except LandmarkFileError:
@@ -133,28 +133,30 @@ def _images_if_there(path: Path) -> StereoImages | None:
 def _read(path: Path) -> dict[str, Any]:
     content = read_yaml(path, _REMEDY)
     if content.get('format') != FORMAT:
-        raise ForeignFileError(f'{path}: format is not {FORMAT}, so it is no taught place; move it elsewhere')
+        raise ForeignFileError(
+            f'{path}: format is not {FORMAT}, so it is not a taught place; move it elsewhere'
+        )
     version = content.get('version')
     if isinstance(version, int) and version > VERSION:
         raise LandmarkFileError(
-            f'{path}: version is {version}, this program knows up to {VERSION}; update stereo_landmark'
+            f'{path}: version is {version}, this program supports up to {VERSION}; update stereo_landmark'
         )
     check_schema(content, 'place_schema', str(path), _REMEDY)
     if content['name'] != path.stem:
         raise LandmarkFileError(
-            f'{path}: name is {content["name"]}, but the file is called {path.stem}; call both the same'
+            f'{path}: name is {content["name"]}, but the file is called {path.stem}; use the same name for both'
         )
     return content
 
 
 def _check_before_writing(path: Path, entries: dict[str, Any]) -> None:
-    """Refuse what could not be loaded again."""
+    """Reject entries that could not be loaded again."""
     remedy = 'correct it'
     images = {'left': 'left.png', 'right': 'right.png', 'tilt': [0.0, 0.0]}
     check_schema({**entries, 'images': images}, 'place_schema', str(path), remedy)
     endless = first_not_finite(entries)
     if endless is not None:
-        raise LandmarkFileError(f'{path}: {endless} is no finite number; {remedy}')
+        raise LandmarkFileError(f'{path}: {endless} is not a finite number; {remedy}')
     try:
         place_from_entries(entries)
     except StereoLandmarkError as fault:

@@ -1,4 +1,4 @@
-"""Arrays and numbers of numpy as what YAML knows."""
+"""Converts numpy arrays and scalars to types that YAML supports."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def plain(content: Any) -> Any:
-    """Return a nested content with lists for arrays and tuples, and Python's own numbers; none loses a bit."""
+    """Return nested content with lists instead of arrays and tuples, and Python numbers, without loss of precision."""
     if isinstance(content, dict):
         return {name: plain(value) for name, value in content.items()}
     if isinstance(content, (list, tuple)):

@@ -1,4 +1,4 @@
-"""Checks the content of a file against a JSON Schema and says what is wrong in one line."""
+"""Checks the content of a file against a JSON Schema, with one-line error messages."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from jsonschema.exceptions import best_match, relevance
 from stereo_landmark.files.yaml_file import LandmarkFileError
 
 _LONGEST = 60
-"""More of a wrong value is not shown [characters]."""
+"""Maximum length of a quoted value [characters]."""
 _KINDS = {
     'object': 'fields',
     'array': 'a list',
@@ -32,20 +32,20 @@ _DEMANDS = {
     'exclusiveMinimum': 'be above {}',
     'maximum': 'be at most {}',
 }
-"""What a schema's words ask for."""
+"""Message for each schema keyword."""
 
 
 def check_schema(content: object, schema: str, where: str, remedy: str) -> None:
-    """Refuse what a schema does not allow.
+    """Check content against a schema.
 
     Args:
-        content: of a file.
-        schema: name of the schema, which lies beside this module as ``<name>.json``.
-        where: the file, for the message.
-        remedy: ends the message where the fault tells none itself.
+        content: content of a file.
+        schema: name of the schema file ``<name>.json`` in this package.
+        where: name of the file, for the message.
+        remedy: remedy that ends the message, unless the error has its own.
 
     Raises:
-        LandmarkFileError: one line that names file, field and remedy.
+        LandmarkFileError: the content is invalid; the message names file, field and remedy.
     """
     fault = best_match(_validator(schema).iter_errors(content), key=_telling)
     if fault is not None:
@@ -59,7 +59,7 @@ def _validator(schema: str) -> Draft202012Validator:
 
 
 def _telling(fault: ValidationError) -> tuple[Any, bool]:
-    """Of faults in one place, let a misspelled field tell more than the one that is missing for it."""
+    """Sort key of errors: a misspelled field ranks before the missing field at the same level."""
     return relevance(fault), fault.validator == 'additionalProperties'
 
 
@@ -82,7 +82,7 @@ def _in_words(fault: ValidationError, remedy: str) -> str:
 
 
 def _wanted(fault: ValidationError) -> str:
-    """Return what a schema asks for instead."""
+    """Return the requirement of a schema as text."""
     asked: Any = fault.validator_value
     if fault.validator == 'type':
         kinds = asked if isinstance(asked, list) else [asked]

@@ -1,4 +1,4 @@
-"""Settings in groups as entries of a file."""
+"""Converts grouped settings to and from file entries."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from shirube_settings import describe_settings
 
 
 def nested(settings: object) -> dict[str, Any]:
-    """Return all values of a settings instance, a group as an entry with its own."""
+    """Return all values of a settings instance as nested entries, one per group."""
     entry: dict[str, Any] = {}
     for description in describe_settings(type(settings)):
         *groups, name = description.name.split('.')
@@ -19,7 +19,7 @@ def nested(settings: object) -> dict[str, Any]:
 
 
 def flattened(entry: dict[str, Any], prefix: str = '') -> dict[str, object]:
-    """Return the values of an entry by their whole names, ``group.name``."""
+    """Return the values of nested entries by their full names, ``group.name``."""
     values: dict[str, object] = {}
     for name, value in entry.items():
         if isinstance(value, dict):

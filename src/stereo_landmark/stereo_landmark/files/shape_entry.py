@@ -1,4 +1,4 @@
-"""Primitives as entries of a file: the paper's shape parameters (3.3c) by name."""
+"""Converts primitives to and from file entries: the paper's shape parameters (3.3c) by name."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _TYPES: dict[Kind, tuple[type[Primitive], int]] = {
     Kind.PARALLEL_LINES: (ParallelLines, 3),
     Kind.CORNER: (Corner, 2),
 }
-"""The value type of each kind and the rows of its covariance, which is of one image and not taught."""
+"""Class of each kind and size of its covariance matrix, which is not stored."""
 
 
 def primitive_entry(taught: TaughtPrimitive) -> dict[str, Any]:
-    """Return a primitive by its fields."""
+    """Return the file entry of a primitive."""
     names = [field.name for field in dataclasses.fields(taught.shape) if field.name != 'covariance']
     shape = {name: getattr(taught.shape, name) for name in names}
     entry = {'name': taught.name, 'kind': taught.kind.value, 'position': taught.position, 'shape': shape}
@@ -32,7 +32,7 @@ def primitive_entry(taught: TaughtPrimitive) -> dict[str, Any]:
 
 
 def primitive_from_entry(entry: dict[str, Any]) -> TaughtPrimitive:
-    """Return the primitive of an entry that fits the schema."""
+    """Return the primitive of an entry that passed the schema check."""
     kind, rows = _TYPES[Kind(entry['kind'])]
     values = {name: _number_or_array(name, value) for name, value in entry['shape'].items()}
     shape = kind(**values, covariance=np.zeros((rows, rows)))

@@ -1,4 +1,4 @@
-"""The pair of images that a place was taught from, as files beside the place."""
+"""Reads and writes the stereo pair of a taught place, in the folder of the place."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from stereo_landmark.files.yaml_file import LandmarkFileError
 
 
 def write_images(folder: Path, name: str, images: StereoImages) -> dict[str, Any]:
-    """Write the images and return the entry that names them.
+    """Write the images and return the file entry that refers to them.
 
-    A file is called after its content, so that images of an earlier state stay whole until that state is given up.
+    File names contain a hash of the content, so that images of the previous state stay valid until it is replaced.
 
     Raises:
-        OSError: the place cannot be written to.
+        OSError: the folder is not writable.
     """
     entry: dict[str, Any] = {}
     for side, image in (('left', images.left), ('right', images.right)):
@@ -31,10 +31,10 @@ def write_images(folder: Path, name: str, images: StereoImages) -> dict[str, Any
 
 
 def read_images(path: Path, entry: dict[str, Any]) -> StereoImages:
-    """Return the images that the entry of a place file names.
+    """Return the images that the entry of a place file refers to.
 
     Raises:
-        LandmarkFileError: one is missing or damaged.
+        LandmarkFileError: an image is missing or corrupted.
     """
     loaded = []
     for side in ('left', 'right'):

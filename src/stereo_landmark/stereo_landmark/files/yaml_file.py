@@ -1,4 +1,4 @@
-"""YAML files that people write and that may be wrong in every way."""
+"""Reads YAML files that users edit, with validation."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ import shirube_files
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 _NUMBER_MAX = 1e30
-"""Squares and products of smaller numbers are finite, whatever their unit."""
+"""Maximum absolute value; squares and products of smaller numbers are finite."""
 _BYTES_MAX = 1 << 24  # a place with many targets is long
 
 
 class LandmarkFileError(StereoLandmarkError):
-    """A file cannot be used; the message is one line that names file, field and remedy."""
+    """A file is missing or malformed; the one-line message names file, field and remedy."""
 
 
 def read_yaml(path: Path, remedy: str) -> dict[str, Any]:
-    """Return the fields of a YAML file, all numbers finite and such as one can compute with.
+    """Return the fields of a YAML file, with only finite numbers.
 
     Args:
-        path: of the file.
-        remedy: ends the message of an error.
+        path: path of the file.
+        remedy: remedy that ends an error message.
 
     Raises:
-        LandmarkFileError: the file is missing or damaged, or holds no fields or a number that is not finite.
+        LandmarkFileError: the file is missing or malformed, or contains no fields or a non-finite number.
     """
     try:
         content = shirube_files.read_yaml(path, _BYTES_MAX)
@@ -33,12 +33,12 @@ def read_yaml(path: Path, remedy: str) -> dict[str, Any]:
         raise LandmarkFileError(f'{fault}; {remedy}') from fault
     endless = first_not_finite(content)
     if endless is not None:
-        raise LandmarkFileError(f'{path}: {endless} is no finite number; {remedy}')
+        raise LandmarkFileError(f'{path}: {endless} is not a finite number; {remedy}')
     return content
 
 
 def first_not_finite(content: object, field: str = '') -> str | None:
-    """Return the field of the first number that is not finite or too large, None where there is none."""
+    """Return the field of the first number that is not finite or too large, None if there is none."""
     if isinstance(content, float | int):
         return None if abs(content) < _NUMBER_MAX else field
     parts: list[tuple[str, object]] = []

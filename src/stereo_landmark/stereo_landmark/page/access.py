@@ -1,4 +1,4 @@
-"""Who may open the page: whoever sits at this machine, and elsewhere whoever has the token."""
+"""Access control of the page: open on this machine, with a token from elsewhere."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether a name or an address is this machine's own, which nobody else can reach."""
+    """Return whether a host name or address is a loopback address."""
     if host == 'localhost':
         return True
     try:
@@ -33,18 +33,18 @@ def is_loopback(host: str) -> bool:
 
 
 def new_token() -> str:
-    """Return a token that nobody guesses."""
+    """Return a random token."""
     return secrets.token_urlsafe(16)
 
 
 def access_check(token: str) -> Callable[..., Awaitable[web.StreamResponse]]:
-    """Return the middleware that refuses strangers.
+    """Return the middleware that rejects unauthorized requests.
 
-    Without a token it takes requests to a loopback name only, so that no web site in the same browser reaches the page
-    through a name of its own; requests that another site's page makes are refused in any case.
+    Without a token only requests to a loopback host are accepted, which prevents DNS rebinding; cross-site requests are
+    always rejected.
 
     Args:
-        token: that must be given once in the address, empty for none.
+        token: token that must be given once in the address, empty for none.
     """
 
     @web.middleware
@@ -64,12 +64,12 @@ def access_check(token: str) -> Callable[..., Awaitable[web.StreamResponse]]:
 
 
 def _cookie(token: str) -> str:
-    """Return a name of its own for each server: cookies of one host are shared by all its ports."""
+    """Return a unique cookie name per server, because cookies are shared by all ports of a host."""
     return f'shirube_token_{hashlib.sha256(token.encode()).hexdigest()[:8]}'
 
 
 def _refuse_other_sites(request: web.Request) -> None:
-    # Pictures on another site come without an Origin; browsers tell of them so. A link may lead to the page itself.
+    # Cross-site image requests have no Origin, only Sec-Fetch-Site. Links to the page itself are accepted.
     is_foreign = request.headers.get('Sec-Fetch-Site') in ('cross-site', 'same-site')
     if is_foreign and request.headers.get('Sec-Fetch-Mode') != 'navigate':
         raise web.HTTPForbidden(text='this page answers its own scripts only')
@@ -83,7 +83,7 @@ def _refuse_other_sites(request: web.Request) -> None:
 
 
 def _host_name(request: web.Request) -> str:
-    """Return by which name the page was asked for, empty where it is none."""
+    """Return the requested host name, empty if it is invalid."""
     try:
         return urlsplit(f'//{request.host}').hostname or ''
     except ValueError:
@@ -99,5 +99,5 @@ def _way_in(request: web.Request, token: str) -> web.HTTPException:
 
 
 def _is_token(given: str, token: str) -> bool:
-    # What a browser sends need be no text: such bytes come as lone surrogates.
+    # Bytes that are not valid text arrive as lone surrogates.
     return hmac.compare_digest(given.encode(errors='surrogateescape'), token.encode())

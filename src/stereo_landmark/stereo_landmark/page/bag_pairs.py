@@ -1,4 +1,4 @@
-"""Pairs of a recorded drive for the page."""
+"""Stereo pairs of a bag for the page."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from stereo_landmark.pair_recording import choose_topics
 from stereo_landmark.recorded_pairs import RecordedPair, recorded_pairs
 
 PAIRS_MAX = 60
-"""Of a longer drive every so many pairs one is offered."""
+"""Maximum number of offered pairs; longer bags are subsampled."""
 
 
 def bag_pairs(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs:
-    """Return pairs of a bag, evenly over its time.
+    """Return stereo pairs of a bag, evenly distributed over time.
 
     Raises:
-        StereoLandmarkError: there are no pairs, or their calibrations are no pair's.
-        BagError: the bag cannot be read, or topics are missing.
+        StereoLandmarkError: there are no pairs, or the calibrations are not those of a stereo pair.
+        BagError: the bag is malformed, or topics are missing.
     """
     pairs = _read(options)
     if not pairs:
         raise StereoLandmarkError(
-            f'{options.bag}: left and right images have no stamps in common; give --approximate-sync'
+            f'{options.bag}: left and right images have no common stamps; give --approximate-sync'
         )
     calibrations = pairs[0].left.calibration, pairs[0].right.calibration
     pairs = [pair for pair in pairs if (pair.left.calibration, pair.right.calibration) == calibrations]

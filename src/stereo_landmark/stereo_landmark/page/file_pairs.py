@@ -1,4 +1,4 @@
-"""Pairs of image files for the page."""
+"""Stereo pairs of image files for the page."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from stereo_landmark.page.pair_source import RecordedPairs
 
 
 def file_pairs(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs:
-    """Return the pairs of image files that options name.
+    """Return the stereo pairs of the image files in the options.
 
     Raises:
-        StereoLandmarkError: files are missing, or the calibrations are no pair's.
-        CameraFileError: a file cannot be used.
+        StereoLandmarkError: files are missing, or the calibrations are not those of a stereo pair.
+        CameraFileError: a file is malformed.
     """
     if not (options.right and options.left_calibration and options.right_calibration):
         raise StereoLandmarkError('--left needs --right, --left-calibration and --right-calibration')

@@ -1,4 +1,4 @@
-"""Pairs of several drives, one after another: what is taught in one is tried in the others."""
+"""Concatenated stereo pairs of several bags: a place taught in one bag can be tested on the others."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from stereo_landmark.page.pair_source import RecordedPairs
 
 
 class JoinedPairs:
-    """Recorded pairs and further ones of the same cameras.
+    """Recorded pairs of one or more bags of the same cameras.
 
     Args:
-        first: pairs, which keep their numbers.
-        others: further ones, each with the name of its drive.
+        first: first pairs, which keep their numbers.
+        others: further pairs, each with the name of its bag.
 
     Raises:
-        StereoLandmarkError: a drive was made with other cameras.
+        StereoLandmarkError: a bag was recorded with other cameras.
     """
 
     is_live = False
@@ -27,7 +27,7 @@ class JoinedPairs:
         for name, other in others:
             if calibration_hash(other.rig) != calibration_hash(first.rig):
                 raise StereoLandmarkError(
-                    f'{name} was recorded with other cameras; give a drive of the same calibration'
+                    f'{name} was recorded with other cameras; give a bag with the same calibration'
                 )
         self.rig = first.rig
         self.labels = [*first.labels, *(f'{name} {label}' for name, each in others for label in each.labels)]
@@ -38,11 +38,11 @@ class JoinedPairs:
         ]
 
     def images(self, number: int) -> StereoImages:
-        """Return a pair, rectified.
+        """Return a rectified pair.
 
         Raises:
-            StereoLandmarkError: there is none of that number, or it is no rectified pair.
-            CameraFileError: a file is no image.
+            StereoLandmarkError: the number does not exist, or the pair is not rectified.
+            CameraFileError: a file is not an image.
         """
         if not 0 <= number < len(self._pairs):
             raise StereoLandmarkError(f'there is no pair {number + 1}, there are {len(self._pairs)}')
@@ -50,7 +50,7 @@ class JoinedPairs:
         return source.images(of_source)
 
     def take(self) -> int:
-        """Refuse: what was recorded is no camera.
+        """Raise an error: recorded pairs have no live camera.
 
         Raises:
             StereoLandmarkError: always.

@@ -1,4 +1,4 @@
-"""Pairs of the robot's own cameras for the page: what they see at the push of a button."""
+"""Stereo pairs of live cameras for the page, captured on request."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ from stereo_landmark.files.grey_image import grey
 from stereo_landmark.page.pair_source import RecordedPairs
 
 FIRST_WAIT = 30.0
-"""For the first pair [s]."""
+"""Timeout for the first pair [s]."""
 _WAIT = 5.0
-"""For a picture that was asked for [s]."""
+"""Timeout for a requested pair [s]."""
 _TILT_WAIT = 0.3
-"""For what the imu said at the moment of a pair: its messages may come after the images [s]."""
+"""Timeout for the imu message of a pair, which may arrive after the images [s]."""
 _QUEUE = 10
 _NANOSECONDS = 1_000_000_000
 
@@ -48,18 +48,18 @@ _Seen = tuple[int, NDArray[np.uint8], CameraCalibration]
 
 
 class CameraListener:
-    """Listens to both cameras and the imu.
+    """Subscribes to both cameras and the imu.
 
     Args:
-        node: that subscribes to ``left/image_rect``, ``left/camera_info``, the same of ``right``, and ``imu``.
-        transport: of the images: raw, compressed or auto.
-        tolerance: stamps of a pair differ by no more [s].
+        node: node that subscribes to ``left/image_rect``, ``left/camera_info``, their ``right`` topics, and ``imu``.
+        transport: image transport: raw, compressed or auto.
+        tolerance: maximum difference between the stamps of a pair [s].
     """
 
     def __init__(self, node: Node, transport: str, tolerance: float) -> None:
         self._tolerance_ns = round(tolerance * 1e9)
         self._stamps = StampOrder(self._start_again)
-        # Held by who touches what is below: messages come in a thread of their own.
+        # Lock for the members below: messages arrive in another thread.
         self._news = Condition()
         self._latest: tuple[_Seen, _Seen] | None = None
         self._has_imu = False
@@ -78,13 +78,13 @@ class CameraListener:
         node.create_subscription(Imu, 'imu', guard.guard('imu', self._take_imu), odometry_profile())
 
     def next_pair(self, timeout: float) -> tuple[StereoImages, tuple[CameraCalibration, CameraCalibration]]:
-        """Wait for a pair that is taken from now on.
+        """Wait for the next pair.
 
         Args:
-            timeout: how long [s].
+            timeout: timeout [s].
 
         Raises:
-            StereoLandmarkError: none came, or an imu that was heard says nothing of its moment.
+            StereoLandmarkError: no pair was received, or the imu has no message for its stamp.
         """
         with self._news:
             self._latest = None
@@ -92,7 +92,7 @@ class CameraListener:
             latest = self._latest
             if latest is None:
                 raise StereoLandmarkError(
-                    f'no pair of images came within {timeout:g} s; are left/image_rect, right/image_rect and '
+                    f'no stereo pair was received within {timeout:g} s; are left/image_rect, right/image_rect and '
                     'their camera_info published, with equal stamps?'
                 )
             (stamp_ns, left, left_calibration), (_, right, right_calibration) = latest
@@ -100,19 +100,19 @@ class CameraListener:
         return StereoImages(left, right, tilt), (left_calibration, right_calibration)
 
     def _tilt_at(self, stamp: float) -> tuple[float, float]:
-        """Return how the robot leaned [rad], level where there is no imu."""
+        """Return roll and pitch of the robot [rad], zero without an imu."""
         if not self._has_imu:
             return 0.0, 0.0
         self._news.wait_for(lambda: self._tilts.tilt_at(stamp) is not None, _TILT_WAIT)
         tilt = self._tilts.tilt_at(stamp)
         if tilt is None:
             raise StereoLandmarkError(
-                'the imu says nothing of the moment of the images; compare its stamps with theirs'
+                'no imu message near the stamp of the images; compare the stamps of imu and images'
             )
         return tilt
 
     def _start_again(self) -> None:
-        """Forget what came before: time jumped back."""
+        """Reset buffers after the clock jumped back."""
         self._waiting: StampPairing[_Seen] = StampPairing(self._tolerance_ns, _QUEUE)
         self._tilts = TiltTrail()
 
@@ -138,15 +138,15 @@ class CameraListener:
 
 
 class LivePairs:
-    """Pictures that the engineer took from the page.
+    """Stereo pairs captured from the page.
 
     Args:
-        listener: to the cameras.
-        mount: the left camera's optical frame, as rectified, on the robot.
-        rectify: whether the images come raw.
+        listener: camera subscriber.
+        mount: extrinsics of the left camera's rectified optical frame on the robot.
+        rectify: whether the images are raw and have to be rectified.
 
     Raises:
-        StereoLandmarkError: the cameras are silent, or their calibrations are no pair's.
+        StereoLandmarkError: no images are received, or the calibrations are not those of a stereo pair.
     """
 
     is_live = True
@@ -170,38 +170,38 @@ class LivePairs:
         return self._recorded.rig
 
     def images(self, number: int) -> StereoImages:
-        """Return a picture that was taken, rectified.
+        """Return a captured pair, rectified.
 
         Raises:
-            StereoLandmarkError: there is none of that number, or it is no rectified pair.
+            StereoLandmarkError: the number does not exist, or the pair is not rectified.
         """
         return self._recorded.images(number)
 
     def take(self) -> int:
-        """Take a picture and return its number.
+        """Capture a pair and return its number.
 
         Raises:
-            StereoLandmarkError: the cameras are silent, or were calibrated anew.
+            StereoLandmarkError: no images are received, or the calibration changed.
         """
         images, calibrations = self._listener.next_pair(_WAIT)
         if calibrations != self._calibrations:
-            raise StereoLandmarkError('the cameras were calibrated anew; start teach again')
+            raise StereoLandmarkError('the calibration of the cameras changed; restart teach')
         return self._add(images)
 
     def _add(self, images: StereoImages) -> int:
         self._taken.append(images)
-        self.labels.append(f'taken {datetime.now().astimezone():%H:%M:%S}')
+        self.labels.append(f'captured {datetime.now().astimezone():%H:%M:%S}')
         return len(self._taken) - 1
 
 
 @contextmanager
 def live_pairs(options: argparse.Namespace, mount: CameraMount) -> Iterator[LivePairs]:
-    """Listen to the cameras while the block runs.
+    """Subscribe to the cameras within the context.
 
     Raises:
-        StereoLandmarkError: the cameras are silent, or their calibrations are no pair's.
+        StereoLandmarkError: no images are received, or the calibrations are not those of a stereo pair.
     """
-    # Signals end the page, and with it this block.
+    # Signals are handled by the page server, which exits this context.
     rclpy.init(args=options.ros_args, signal_handler_options=SignalHandlerOptions.NO)
     node = Node('stereo_landmark_teach')
     executor = SingleThreadedExecutor()

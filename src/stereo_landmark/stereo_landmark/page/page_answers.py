@@ -1,4 +1,4 @@
-"""What the page asks and what it is told: one request after another, JSON in and JSON out."""
+"""Handles the requests of the page sequentially, with JSON requests and responses."""
 
 from __future__ import annotations
 
@@ -27,25 +27,25 @@ Answer = dict[str, Any]
 
 
 class Keeping(Enum):
-    """Of what was taught."""
+    """Save status of the place."""
 
     NEW = 'new'
-    """Nothing was done yet."""
+    """No edits yet."""
     UNSAVED = 'unsaved'
     SAVED = 'saved'
 
 
 class PageAnswers:
-    """Answers the requests of a page; not to be called by two threads at once.
+    """Handles the requests of a page; not thread-safe.
 
-    A request names what to do in its field ``do``. Every answer to a step holds the whole new ``state``; a step that
-    cannot be made is answered by ``error``, one line, and changes nothing.
+    The field ``do`` of a request names the command. The response to an edit contains the whole new ``state``; a
+    rejected edit returns ``error``, one line, and changes nothing.
 
     Args:
-        source: of the pairs of images.
-        saver: keeps what was taught.
-        state: to begin with, None for an empty place.
-        settings: with which targets are tried, None for the defaults.
+        source: source of the stereo pairs.
+        saver: writer of the places.
+        state: initial state, None for an empty place.
+        settings: localization settings for tests, None for the defaults.
     """
 
     def __init__(
@@ -77,17 +77,17 @@ class PageAnswers:
         }
 
     def images(self, number: int) -> StereoImages:
-        """Return a pair of images.
+        """Return a stereo pair.
 
         Raises:
-            StereoLandmarkError: there is none of that number, or it is no rectified pair.
-            CameraFileError: its files cannot be used.
+            StereoLandmarkError: the number does not exist, or the pair is not rectified.
+            CameraFileError: its files are malformed.
         """
         return self._source.images(number)
 
     @property
     def keeping(self) -> Keeping:
-        """Whether work would be lost now."""
+        """Whether there are unsaved changes."""
         work = self.session.state.work
         if work == self._kept:
             return Keeping.SAVED
@@ -95,20 +95,20 @@ class PageAnswers:
 
     @property
     def shown(self) -> Hashable:
-        """What pages show besides what each has for itself; equal where they need not look again."""
+        """State shared by all pages; pages need no update while it is equal."""
         return self.session.state, self._kept, len(self._checks)
 
     def keep_draft(self, drafts: PlaceSaver) -> Path:
-        """Write what was not saved, with hints or without, and return the file.
+        """Write unsaved changes, even with hints, and return the file.
 
         Raises:
-            StereoLandmarkError: nothing is chosen that could be kept.
-            OSError: it cannot be written.
+            StereoLandmarkError: no measurable primitive is selected.
+            OSError: the folder is not writable.
         """
         return drafts.save(self.session.draft(), self.session.images, replace=True)
 
     def answer(self, request: Request) -> Answer:
-        """Return the answer to a request."""
+        """Handle a request and return the response."""
         name = str(request.get('do'))
         try:
             if name in EDITS:
@@ -122,7 +122,7 @@ class PageAnswers:
             return {'error': str(fault)}
         except OSError as fault:
             return {'error': f'{fault.filename or "the place"}: {fault.strerror}; choose a writable place'}
-        return {'error': f'request: there is nothing called {name!r} to do; reload the page'}
+        return {'error': f'request: unknown command {name!r}; reload the page'}
 
     def _edit(self, name: str, request: Request) -> None:
         self.session.do(lambda state: EDITS[name](state, request), str(request.get('gesture', '')))
@@ -135,7 +135,7 @@ class PageAnswers:
 
     @property
     def _choice(self) -> int:
-        """The number of the present choice; the same choice has the same number after undo, too."""
+        """Number of the current selection; the same selection has the same number, also after undo."""
         return self._choices.setdefault(self.session.state.choice, len(self._choices))
 
     def _step_back(self, step: Callable[[], None]) -> Answer:
@@ -147,7 +147,7 @@ class PageAnswers:
         return self._state()
 
     def _edges(self, request: Request) -> Answer:
-        """Draw the edges with a number that is being changed; the detectors wait for the end of the movement."""
+        """Return the edges with a setting that is being changed; the detectors run after the gesture ends."""
         if 'name' in request:
             self._edit('set', request)
         images = self.session.images
@@ -171,7 +171,7 @@ class PageAnswers:
         return {**self._checked(number), **self._state()}
 
     def _checked(self, number: int) -> Answer:
-        """Try the procedure tree of a target, once for each choice."""
+        """Test the procedure tree of a target, once for each selection."""
         key = self._choice, number
         if key not in self._checks:
             trials = self.session.check(number)
@@ -197,7 +197,7 @@ class PageAnswers:
         return {'saved': str(path), **self._state()}
 
     def _stops(self) -> Iterator[dict[str, str]]:
-        """Yield the hints that stop a place from being saved, those that are found quickly first."""
+        """Yield the hints that prevent saving, the cheap checks first."""
         targets = self.session.state.targets
         for draft in targets:
             yield from _stopping(hint_entries(self.session.report(draft).hints))

@@ -1,4 +1,4 @@
-"""The steps of the engineer as the page names them."""
+"""Edit commands of the page."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ EDITS: dict[str, Edit] = {
         state, read.texts(r, 'points'), used=read.flag(r, 'used')
     ),
 }
-"""By the name in the field ``do``; each may raise a StereoLandmarkError."""
+"""Edits by the value of the field ``do``; each may raise a StereoLandmarkError."""
 
 
 def _pose(request: Request) -> PlanarPose | None:

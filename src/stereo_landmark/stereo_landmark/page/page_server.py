@@ -1,4 +1,4 @@
-"""The web server of the teaching page: its files, its images and one WebSocket for everything else."""
+"""Web server of the teaching page: static files, images and one WebSocket for requests."""
 
 from __future__ import annotations
 
@@ -23,27 +23,27 @@ from stereo_landmark.page.page_answers import PageAnswers
 
 _LOG = logging.getLogger(__name__)
 _MESSAGE_MAX = 1 << 20
-"""A page sends less in one request [bytes]."""
+"""Maximum size of a request [bytes]."""
 
 
 class PageServer:
-    """Serves one session to any number of pages, which all show the same.
+    """Serves one session to any number of pages, which all show the same state.
 
     Args:
-        answers: to the pages' requests.
-        token: without which nobody gets in, empty for this machine only.
+        answers: handler of the pages' requests.
+        token: access token, empty for access from this machine only.
     """
 
     def __init__(self, answers: PageAnswers, token: str = '') -> None:
         self.answers = answers
         self._token = token
-        # One worker: the session is no business of two threads, and requests keep their order.
+        # One worker: the session is not thread-safe, and requests keep their order.
         self._worker = ThreadPoolExecutor(max_workers=1)
-        # What each page knows of.
+        # State last sent to each page.
         self._pages: dict[web.WebSocketResponse, Hashable] = {}
 
     def application(self) -> web.Application:
-        """Return the application, to be run or tested."""
+        """Return the aiohttp application."""
         application = web.Application(middlewares=[access_check(self._token)])
         application.router.add_get('/', self._page)
         application.router.add_get('/socket', self._socket)
@@ -76,7 +76,7 @@ class PageServer:
                 if message.type is WSMsgType.TEXT:
                     await self._answer(socket, message.data)
         except ConnectionResetError:
-            pass  # the page was closed while it waited for an answer
+            pass  # the page was closed before the response
         finally:
             del self._pages[socket]
             await self._tell_changes()
@@ -93,22 +93,22 @@ class PageServer:
         try:
             answer, shown = await self._in_worker(lambda: (self.answers.answer(request), self.answers.shown))
         except Exception:  # noqa: BLE001 as in a node's callbacks
-            # One request must not end the session of an engineer who has not saved.
-            _LOG.exception('fault of the program while working on a request')
+            # A failing request must not end a session with unsaved changes.
+            _LOG.exception('internal error while handling a request')
             shown = self._pages[socket]
             answer = {
-                'error': 'fault of the program; its log tells more. Save, and tell it to who maintains it'
+                'error': 'internal error, see the log of teach; save the place and report it to the maintainer'
             }
         await socket.send_json({'id': request.get('id'), **answer})
-        # While a slider is dragged the others wait for its end: the page asks for the whole state then.
+        # Other pages are not updated during a drag; the page requests the whole state at its end.
         if request.get('do') != 'edges':
             self._pages[socket] = shown
             await self._tell_changes()
 
     async def _tell_changes(self) -> None:
-        """Say to the pages that there is something new to see, if so.
+        """Notify the pages whose state is outdated.
 
-        Answers may be sent in another order than they were found: a page that has got an older one since is told, too.
+        Responses may be sent out of order, so pages that received an older state since are notified, too.
         """
         shown = self.answers.shown
         for page, known in list(self._pages.items()):
@@ -130,13 +130,13 @@ def serve(server: PageServer, host: str, port: int, on_ready: Any) -> None:
     """Serve until SIGINT or SIGTERM.
 
     Args:
-        server: of the page.
+        server: page server.
         host: address to listen on.
-        port: to listen on, 0 for any that is free.
-        on_ready: called with the port that is listened on.
+        port: port to listen on, 0 for any free port.
+        on_ready: callback with the actual port.
 
     Raises:
-        OSError: the port is taken, or the address is not this machine's.
+        OSError: the port is in use, or the address does not belong to this machine.
     """
     logging.getLogger('aiohttp.access').setLevel(logging.WARNING)
     asyncio.run(_serve(server, host, port, on_ready))

@@ -1,4 +1,4 @@
-"""Where the page has its pairs of images from."""
+"""Sources of stereo pairs for the page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 
 class PairSource(Protocol):
-    """Pairs of images, numbered from 0; a number always gives the same pair."""
+    """Stereo pairs, numbered from 0; a number always returns the same pair."""
 
     @property
     def rig(self) -> StereoRig:
@@ -22,7 +22,7 @@ class PairSource(Protocol):
 
     @property
     def labels(self) -> Sequence[str]:
-        """What each pair is called on the page."""
+        """Label of each pair on the page."""
 
     @property
     def is_live(self) -> bool:
@@ -32,25 +32,25 @@ class PairSource(Protocol):
         """Return a pair.
 
         Raises:
-            StereoLandmarkError: there is none of that number, or it is no rectified pair.
+            StereoLandmarkError: the number does not exist, or the pair is not rectified.
         """
 
     def take(self) -> int:
-        """Add what the cameras see now and return its number.
+        """Capture a pair from the live cameras and return its number.
 
         Raises:
-            StereoLandmarkError: there are no cameras, or they are silent.
+            StereoLandmarkError: there are no live cameras, or no images are received.
         """
 
 
 class RecordedPairs:
-    """Pairs that were taken before.
+    """Recorded pairs.
 
     Args:
-        labels: what each pair is called.
-        read: gives the left and the right image of a number, each of shape (h, w), raw or rectified, and the tilt.
-        rig: the rectified cameras.
-        raw: calibrations of the left and of the right camera where the images come raw, else None.
+        labels: label of each pair.
+        read: function that returns the raw or rectified pair of a number.
+        rig: rectified stereo cameras.
+        raw: calibrations of the left and right camera to rectify raw images, otherwise None.
     """
 
     is_live = False
@@ -69,11 +69,11 @@ class RecordedPairs:
         self._ready: dict[int, StereoImages] = {}
 
     def images(self, number: int) -> StereoImages:
-        """Return a pair, rectified; it is read once.
+        """Return a rectified pair, from the cache after the first call.
 
         Raises:
-            StereoLandmarkError: there is none of that number, or it is no rectified pair.
-            CameraFileError: a file is no image.
+            StereoLandmarkError: the number does not exist, or the pair is not rectified.
+            CameraFileError: a file is not an image.
         """
         if not 0 <= number < len(self.labels):
             raise StereoLandmarkError(f'there is no pair {number + 1}, there are {len(self.labels)}')
@@ -82,12 +82,12 @@ class RecordedPairs:
         return self._ready[number]
 
     def take(self) -> int:
-        """Refuse: what was recorded is no camera.
+        """Raise an error: recorded pairs have no live camera.
 
         Raises:
             StereoLandmarkError: always.
         """
-        raise StereoLandmarkError('pictures are taken with --live only; choose one of the pairs')
+        raise StereoLandmarkError('pairs can be captured with --live only; select one of the recorded pairs')
 
     def _rectified(self, pair: StereoImages) -> StereoImages:
         left, right = pair.left, pair.right

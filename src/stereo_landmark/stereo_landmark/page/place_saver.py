@@ -1,4 +1,4 @@
-"""Keeps what was taught in a folder, and overwrites nobody's work by accident."""
+"""Saves places of a session without overwriting changes made elsewhere."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from stereo_landmark.files.place_file import place_path, save_place
 
 
 class PlaceExistsError(StereoLandmarkError):
-    """A place of the name is in the folder, and it is not as it was left here."""
+    """A place of this name exists and was created or changed elsewhere."""
 
 
 class PlaceSaver:
-    """Saves places of one session.
+    """Saves the places of one session.
 
     Args:
-        folder: for the files.
-        mine: files that are taught further, and so may be replaced.
+        folder: folder of the places.
+        mine: files that were loaded for editing and may be replaced.
     """
 
     def __init__(self, folder: Path, mine: Iterable[Path] = ()) -> None:
@@ -30,24 +30,24 @@ class PlaceSaver:
         self._mine = {path: _digest(path) for path in mine}
 
     def is_mine(self, name: str) -> bool:
-        """Return whether the place of a name was taught or loaded here."""
+        """Return whether the place of this name was saved or loaded in this session."""
         return place_path(self._folder, name) in self._mine
 
     def save(self, place: TaughtPlace, images: StereoImages, *, replace: bool = False) -> Path:
         """Write a place and return its file.
 
         Args:
-            place: what was taught.
-            images: from which.
-            replace: whether a place of the same name from elsewhere is given up.
+            place: taught place.
+            images: images used for teaching.
+            replace: whether to replace a place of the same name from elsewhere.
 
         Raises:
-            PlaceExistsError: there is one that was made or changed elsewhere, and it shall be kept.
-            LandmarkFileError: the place cannot be written.
-            OSError: the folder cannot be written to.
+            PlaceExistsError: the place exists, was created or changed elsewhere, and must not be replaced.
+            LandmarkFileError: the place is invalid.
+            OSError: the folder is not writable.
         """
         path = place_path(self._folder, place.name)
-        # Pages that save at the same time would leave images that belong to the other's place.
+        # Concurrent writers would leave images that belong to the other place.
         with locked(self._folder):
             if path.exists() and not replace:
                 self._check_mine(path)
@@ -57,11 +57,9 @@ class PlaceSaver:
 
     def _check_mine(self, path: Path) -> None:
         if path not in self._mine:
-            raise PlaceExistsError(f'{path} is there already; replace it, or choose another name')
+            raise PlaceExistsError(f'{path} exists; replace it, or choose another name')
         if _digest(path) != self._mine[path]:
-            raise PlaceExistsError(
-                f'{path} was changed by somebody else since; replace it, or choose another name'
-            )
+            raise PlaceExistsError(f'{path} was changed elsewhere; replace it, or choose another name')
 
 
 def _digest(path: Path) -> bytes:

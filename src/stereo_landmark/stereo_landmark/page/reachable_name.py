@@ -1,4 +1,4 @@
-"""Under which name a browser reaches a server."""
+"""Returns the host name under which a browser reaches a server."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import ipaddress
 import socket
 
 _ANYWHERE = {4: '192.0.2.1', 6: '2001:db8::1'}
-"""Addresses for documentation: nothing is sent there, but the way there tells this machine's own address."""
+"""Documentation addresses: nothing is sent, but the route to them determines this machine's own address."""
 
 
 def reachable_name(host: str) -> str:
-    """Return what stands for a listening address in the address of a page.
+    """Return the host part of the page's address.
 
     Args:
-        host: that is listened on; for all addresses of this machine the one by which others reach it.
+        host: listening address; an unspecified address is replaced by this machine's own address.
     """
     try:
         address = ipaddress.ip_address(host)

@@ -1,4 +1,4 @@
-"""The fields of what a browser sends, which may be anything."""
+"""Validates the fields of requests from the browser."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 Request = Mapping[str, Any]
 
 NUMBER_MAX = 1e12
-"""Nothing on the page, in m, rad or px, is larger; squares of such numbers are still finite."""
+"""Maximum absolute value of a number in m, rad or px; squares of such numbers are finite."""
 
 
 def text(request: Request, name: str) -> str:
-    """Return a text.
+    """Return a string field.
 
     Raises:
-        StereoLandmarkError: it is missing or none.
+        StereoLandmarkError: it is missing or not a string.
     """
     value = request.get(name)
     if not isinstance(value, str):
-        raise _refusal(name, 'a text')
+        raise _refusal(name, 'a string')
     return value
 
 
 def number(request: Request, name: str) -> float:
-    """Return a finite number, less than `NUMBER_MAX`.
+    """Return a number field with an absolute value less than `NUMBER_MAX`.
 
     Raises:
-        StereoLandmarkError: it is missing or none.
+        StereoLandmarkError: it is missing or not such a number.
     """
     value = request.get(name)
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < NUMBER_MAX:
@@ -39,22 +39,22 @@ def number(request: Request, name: str) -> float:
 
 
 def whole(request: Request, name: str) -> int:
-    """Return a whole number.
+    """Return an integer field.
 
     Raises:
-        StereoLandmarkError: it is missing or none.
+        StereoLandmarkError: it is missing or not an integer.
     """
     value = request.get(name)
     if isinstance(value, bool) or not isinstance(value, int):
-        raise _refusal(name, 'a whole number')
+        raise _refusal(name, 'an integer')
     return value
 
 
 def flag(request: Request, name: str) -> bool:
-    """Return yes or no.
+    """Return a boolean field.
 
     Raises:
-        StereoLandmarkError: it is missing or neither.
+        StereoLandmarkError: it is missing or not a boolean.
     """
     value = request.get(name)
     if not isinstance(value, bool):
@@ -63,22 +63,22 @@ def flag(request: Request, name: str) -> bool:
 
 
 def texts(request: Request, name: str) -> list[str]:
-    """Return a list of texts.
+    """Return a field with a list of strings.
 
     Raises:
-        StereoLandmarkError: it is missing or none.
+        StereoLandmarkError: it is missing or not a list of strings.
     """
     values = request.get(name)
     if not isinstance(values, list) or not all(isinstance(value, str) for value in values):
-        raise _refusal(name, 'a list of texts')
+        raise _refusal(name, 'a list of strings')
     return values
 
 
 def sides(request: Request) -> list[str]:
-    """Return which images of the pair are meant.
+    """Return the requested sides of the stereo pair.
 
     Raises:
-        StereoLandmarkError: it is missing, or names another than left or right.
+        StereoLandmarkError: it is missing, or contains values other than left and right.
     """
     values = texts(request, 'sides')
     if not set(values) <= {'left', 'right'}:
@@ -90,7 +90,7 @@ def kind(request: Request) -> Kind:
     """Return the kind of a primitive.
 
     Raises:
-        StereoLandmarkError: it is missing or none.
+        StereoLandmarkError: it is missing or not a kind.
     """
     try:
         return Kind(text(request, 'kind'))

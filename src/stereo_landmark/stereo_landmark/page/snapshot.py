@@ -1,4 +1,4 @@
-"""What the page shows, as JSON."""
+"""State and results of a session as JSON for the page."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from stereo_landmark.core.teaching.weak_choices import Hint
 from stereo_landmark.page.pair_source import PairSource
 
 _UNIT = 16.0
-"""Edge points are sent as whole parts of a pixel."""
+"""Edge points are sent as integers in this fraction of a pixel [1/px]."""
 
 
 def greeting(source: PairSource) -> dict[str, Any]:
-    """Return what never changes: cameras, settings, kinds of primitives."""
+    """Return the constant configuration: cameras, settings, kinds of primitives."""
     rig = source.rig
     settings = [
         {
@@ -58,7 +58,7 @@ def greeting(source: PairSource) -> dict[str, Any]:
 
 
 def snapshot(session: TeachingSession, source: PairSource) -> dict[str, Any]:
-    """Return the whole state of a session and what follows from it."""
+    """Return the whole state of a session with its results."""
     state, view = session.state, session.view
     pose = state.T_map_place
     return {
@@ -79,7 +79,7 @@ def snapshot(session: TeachingSession, source: PairSource) -> dict[str, Any]:
 
 
 def edges(segments: Segments) -> dict[str, Any]:
-    """Return the edge points of an image, all segments one after another, in a compact form."""
+    """Return the edge points of an image in a compact form, all segments concatenated."""
     units = np.rint(segments.points * _UNIT).astype('<i2')
     return {
         'unit': _UNIT,
@@ -90,7 +90,7 @@ def edges(segments: Segments) -> dict[str, Any]:
 
 
 def hint_entries(hints: Iterable[Hint]) -> list[dict[str, str]]:
-    """Return hints by their fields."""
+    """Return hints as JSON."""
     return [
         {'weight': hint.weight.value, 'target': hint.target, 'about': hint.about, 'text': hint.text}
         for hint in hints
@@ -98,7 +98,7 @@ def hint_entries(hints: Iterable[Hint]) -> list[dict[str, str]]:
 
 
 def answer_entry(answer: LandmarkFix | NoLandmarkFix) -> dict[str, Any]:
-    """Return what a test on another pair told."""
+    """Return the result of a test on another pair as JSON."""
     used = answer.displacement.names if isinstance(answer, LandmarkFix) else ()
     sightings: list[dict[str, Any]] = []
     for each in answer.sightings:

@@ -1,4 +1,4 @@
-"""The pair of images of a place that is taught further."""
+"""Stereo pair of a place that is being edited."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from stereo_landmark.page.pair_source import RecordedPairs
 
 
 def taught_pair(path: Path) -> RecordedPairs:
-    """Return the pair that a place was taught from.
+    """Return the stereo pair used for teaching a place.
 
     Raises:
-        LandmarkFileError: the place cannot be used.
+        LandmarkFileError: the place is malformed.
     """
     images = load_images(path)
     return RecordedPairs(['as taught'], lambda _: images, load_place(path).rig)

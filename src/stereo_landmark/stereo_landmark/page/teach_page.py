@@ -1,4 +1,4 @@
-"""Opens the teaching page for a source of images."""
+"""Runs the teaching page."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from stereo_landmark.page.taught_pair import taught_pair
 PORT = 8765
 PORT_MAX = 65535
 DRAFTS = 'unsaved'
-"""Folder within that of the places; a robot reads no folders within."""
+"""Subfolder of the places for unsaved drafts, which the localizer does not read."""
 _NODE = NodeSettings()
 
 
@@ -41,11 +41,11 @@ def open_page(options: argparse.Namespace) -> None:
     """Serve the page until Ctrl-C.
 
     Raises:
-        StereoLandmarkError: the source or its first pair cannot be used.
-        CameraFileError: a file cannot be used.
-        BagError: the bag cannot be used.
-        SettingsError: the mount is out of range.
-        OSError: the address cannot be listened on.
+        StereoLandmarkError: the image source or its first pair is invalid.
+        CameraFileError: a file is malformed.
+        BagError: the bag is malformed.
+        SettingsError: the camera mount is out of range.
+        OSError: listening on the address failed.
     """
     _check_options(options)
     with _source(options) as source:
@@ -56,7 +56,7 @@ def open_page(options: argparse.Namespace) -> None:
         def say(port: int) -> None:
             host = reachable_name(options.host)
             query = f'?token={token}' if token else ''
-            print(f'The teaching page: http://{host}:{port}/{query} (Ctrl-C ends it)', flush=True)  # noqa: T201
+            print(f'Teaching page: http://{host}:{port}/{query} (stop with Ctrl-C)', flush=True)  # noqa: T201
 
         try:
             serve(PageServer(answers, token), options.host, options.port, say)
@@ -65,18 +65,18 @@ def open_page(options: argparse.Namespace) -> None:
 
 
 def _check_options(options: argparse.Namespace) -> None:
-    """Refuse what would be noticed only when an hour of teaching is to be saved."""
+    """Check options early that would otherwise fail only when saving."""
     name_place(TeachingState(), options.name)
     if not all(map(math.isfinite, options.tilt)):
-        raise StereoLandmarkError('--tilt: roll and pitch are angles [rad]; correct them')
+        raise StereoLandmarkError('--tilt: roll and pitch must be finite angles [rad]; correct them')
     folder = _folder(options)
     there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     if not (there.is_dir() and os.access(there, os.W_OK | os.X_OK)):
-        raise StereoLandmarkError(f'{folder}: places cannot be written there; give another folder')
+        raise StereoLandmarkError(f'{folder}: is not writable; give another folder')
 
 
 def _folder(options: argparse.Namespace) -> Path:
-    """Return where places are saved: beside the one that is taught further; a draft goes where it was meant for."""
+    """Return the folder for saving: that of the edited place; for a draft, its parent folder."""
     if options.place is None:
         return Path(options.places)
     folder: Path = options.place.parent
@@ -84,16 +84,16 @@ def _folder(options: argparse.Namespace) -> Path:
 
 
 def _keep_draft(answers: PageAnswers, options: argparse.Namespace) -> None:
-    """Keep what was not saved, and say so: Ctrl-C asks nobody."""
+    """Save unsaved changes as a draft and print its path."""
     if answers.keeping is not Keeping.UNSAVED:
         return
     name = answers.session.state.name
     try:
         path = answers.keep_draft(PlaceSaver(_folder(options) / DRAFTS))
     except (StereoLandmarkError, OSError) as fault:
-        print(f'teach: {name} was not saved, and no draft can be kept: {fault}', file=sys.stderr)  # noqa: T201
+        print(f'teach: {name} was not saved, and no draft could be written: {fault}', file=sys.stderr)  # noqa: T201
         return
-    print(f'teach: {name} was not saved; a draft is kept, go on with: teach --place {path}', file=sys.stderr)  # noqa: T201
+    print(f'teach: {name} was not saved; continue from the draft with: teach --place {path}', file=sys.stderr)  # noqa: T201
 
 
 def _answers(source: PairSource, options: argparse.Namespace) -> PageAnswers:
@@ -111,10 +111,8 @@ def _source(options: argparse.Namespace) -> Iterator[PairSource]:
     mount = CameraMount(xyz, rpy)
     if options.live:
         if options.test_bag:
-            raise StereoLandmarkError(
-                '--test-bag goes with recorded pairs; with --live take further pictures'
-            )
-        # Loaded when it is asked for: files and bags need no ROS.
+            raise StereoLandmarkError('--test-bag needs recorded pairs; with --live capture further pairs')
+        # Imported on demand: files and bags need no ROS.
         with import_module('stereo_landmark.page.live_pairs').live_pairs(options, mount) as source:
             yield source
         return
@@ -135,50 +133,50 @@ def _with_test_bags(source: RecordedPairs, options: argparse.Namespace) -> PairS
 
 
 def add_page_options(parser: argparse.ArgumentParser) -> None:
-    """Add what the page needs besides its source and the folder of places."""
+    """Add the page's options besides the image source and the folder of places."""
     add = parser.add_argument
-    add('--right', type=Path, nargs='+', help='the right images, in the same order')
+    add('--right', type=Path, nargs='+', help='right images in the same order')
     for side in ('left', 'right'):
         add(
             f'--{side}-calibration',
             type=Path,
             metavar='YAML',
-            help='of the images, as camera_calibration writes it',
+            help=f'calibration of the {side} camera, as camera_calibration writes it',
         )
     for name in ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu'):
-        add(f'--{name}', metavar='TOPIC', help='of the bag (default: the usual or the only one)')
+        add(f'--{name}', metavar='TOPIC', help='topic of the bag (default: the standard or only topic)')
     add('--test-bag', type=Path, nargs='+', default=(), metavar='BAG',
-        help='further drives with the same cameras, to test the place on')  # fmt: skip
-    add('--rectify', action='store_true', help='the images are raw')
+        help='further bags of the same cameras, for tests')  # fmt: skip
+    add('--rectify', action='store_true', help='rectify raw images')
     add('--approximate-sync', type=float, metavar='SECONDS',
-        help='largest difference of stamps (default: none)')  # fmt: skip
+        help='maximum stamp difference of a pair (default: equal stamps)')  # fmt: skip
     add('--image-transport', default=_NODE.image_transport, choices=('raw', 'compressed', 'auto'),
-        help='of live images (default: %(default)s)')  # fmt: skip
+        help='image transport of live images (default: %(default)s)')  # fmt: skip
     add('--tilt', type=float, nargs=2, default=(0.0, 0.0), metavar=('ROLL', 'PITCH'),
-        help='of the robot, where no imu tells it [rad] (default: level)')  # fmt: skip
+        help='roll and pitch of the robot, without imu [rad] (default: level)')  # fmt: skip
     add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
-        help='left optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
+        help='position of the left optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
     add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
-        help='its fixed-axis roll, pitch, yaw there [rad] (default: looking ahead)')  # fmt: skip
-    add('--name', default='place_1', help='of the place, to begin with (default: %(default)s)')
+        help='fixed-axis roll, pitch, yaw of the left optical frame [rad] (default: looking ahead)')  # fmt: skip
+    add('--name', default='place_1', help='initial name of the place (default: %(default)s)')
     add(
         '--host',
         default='127.0.0.1',
-        help='address to listen on; any but this machine only asks for a token (default: %(default)s)',
+        help='listening address; non-loopback addresses require a token (default: %(default)s)',
     )
-    add('--port', type=_port, default=PORT, help='0 for any that is free (default: %(default)s)')
+    add('--port', type=_port, default=PORT, help='port, 0 for any free port (default: %(default)s)')
 
 
 def _port(text: str) -> int:
-    """Return the number of a port.
+    """Parse a port number.
 
     Raises:
-        ArgumentTypeError: it is none.
+        ArgumentTypeError: it is not a valid port.
     """
     try:
         port = int(text)
     except ValueError:
         port = -1
     if not 0 <= port <= PORT_MAX:
-        raise argparse.ArgumentTypeError(f'{text} is no port; choose 0 to {PORT_MAX}')
+        raise argparse.ArgumentTypeError(f'{text} is not a port; choose 0 to {PORT_MAX}')
     return port

@@ -1,1 +1,1 @@
-"""From points in two images to the robot's displacement from the taught pose."""
+"""Computes the robot's displacement from the taught pose from stereo point correspondences."""

@@ -1,7 +1,7 @@
-"""Where the centre of a circle is seen, which is not the centre of the ellipse that one sees.
+"""Perspective offset between the centre of an imaged ellipse and the projected centre of its circle.
 
-Seen at an angle, the nearer half of a circle looks larger. The shift is about ``f r² / Z²`` times the sine of the
-angle: 0.1 px for a meter of 18 cm at 3 m seen 10° from the side, ten times what the outline is measured to.
+Under an oblique view the nearer half of a circle looks larger. The offset is about ``f r² / Z²`` times the sine of the
+view angle: 0.1 px for an 18 cm meter at 3 m seen 10° from the side, ten times the noise of the measured outline.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from shirube_geometry import PinholeCamera
 def ellipse_shift(
     centre: NDArray[np.float64], normal: NDArray[np.float64], radius: float, camera: PinholeCamera
 ) -> NDArray[np.float64]:
-    """Return the centre of the ellipse less where the circle's centre is seen, shape (2,) [px].
+    """Return the ellipse centre minus the projected circle centre, shape (2,) [px].
 
-    The circle's conic is carried into the image by the plane's homography; the ellipse's centre is the pole of the
+    The plane's homography maps the circle's conic into the image; the ellipse's centre is the pole of the
     line at infinity.
 
     Args:
-        centre: of the circle, shape (3,), in the optical frame [m].
-        normal: of its plane, shape (3,), any length but zero.
-        radius: [m].
-        camera: without distortion.
+        centre: circle centre in the optical frame, shape (3,) [m].
+        normal: normal of the circle's plane, shape (3,), not necessarily a unit vector.
+        radius: circle radius [m].
+        camera: pinhole camera without distortion.
     """
     across = np.linalg.svd(normal[None, :])[2][1:]
     K = np.array([[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]])

@@ -1,7 +1,7 @@
-"""The paper's closed form (3.1): dx, dy, dz and theta_z between the taught and the present pose.
+"""The paper's closed form (3.1): dx, dy, dz and theta_z between the taught and the current pose.
 
-The paper's equation takes taught points to present ones, ``x = Rz(-theta_z) x_t + d``. The robot's pose in the taught
-frame is the inverse of that: its yaw is ``+theta_z`` and its position ``-Rz(theta_z) d``.
+The paper's equation maps taught points to current ones, ``x = Rz(-theta_z) x_t + d``. The robot's pose in the taught
+frame is the inverse: its yaw is ``+theta_z`` and its position ``-Rz(theta_z) d``.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from shirube_geometry import PlanarPose, wrap_angle
 from stereo_landmark.core.place.stereo_points import SpatialPoints
 
 SPREAD_MIN = 0.005
-"""Seen from above, points must be farther apart than this to tell a turn [m]."""
+"""Minimum horizontal RMS distance of the points from their mean; below it the yaw is not observable [m]."""
 _STEP = 1e-6
 
 
 @dataclass(frozen=True)
 class Displacement:
-    """The paper's four numbers.
+    """The displacement parameters of the paper (section 3.1).
 
     Attributes:
-        dx: shift that takes taught points, turned, to present ones [m].
-        dy: the same along y [m].
-        dz: the same along z [m].
-        theta_z: turn of the robot since it was taught, counter-clockwise [rad].
+        dx: translation along x from the rotated taught points to the current ones [m].
+        dy: translation along y [m].
+        dz: translation along z [m].
+        theta_z: yaw of the robot relative to the taught pose, counter-clockwise [rad].
     """
 
     dx: float
@@ -37,20 +37,20 @@ class Displacement:
     theta_z: float
 
     def apply(self, taught: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return where taught points are now, both of shape (n, 3) [m]: the paper's equation."""
+        """Transform taught points into the current frame, both of shape (n, 3) [m] (the paper's equation)."""
         cos, sin = np.cos(self.theta_z), np.sin(self.theta_z)
         turn = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
         return np.asarray(taught @ turn.T + [self.dx, self.dy, self.dz])
 
     @property
     def pose(self) -> PlanarPose:
-        """``T_place_base``, the robot in the taught frame."""
+        """``T_place_base``: pose of the robot in the taught frame."""
         place = -cmath.rect(1.0, self.theta_z) * complex(self.dx, self.dy)
         return PlanarPose(place.real, place.imag, self.theta_z)
 
     @property
     def height(self) -> float:
-        """Of the robot over the taught pose [m]."""
+        """Height of the robot above the taught pose [m]."""
         return -self.dz
 
     @property
@@ -61,14 +61,14 @@ class Displacement:
 
 
 def closed_form(found: NDArray[np.float64], taught: NDArray[np.float64]) -> Displacement | None:
-    """Return the displacement that takes taught points to present ones with the least squares.
+    """Return the least-squares displacement from taught to current points.
 
     Args:
-        found: shape (n, 3), present points in the level base frame [m].
-        taught: shape (n, 3), the same points when taught [m].
+        found: current points in the gravity-aligned base frame, shape (n, 3) [m].
+        taught: the same points as taught, shape (n, 3) [m].
 
     Returns:
-        None for less than two points, or for points above one another, which do not tell the turn.
+        None for fewer than two points, or for points on one vertical line, which leave the yaw unobservable.
     """
     if len(found) < 2:
         return None
@@ -83,14 +83,14 @@ def closed_form(found: NDArray[np.float64], taught: NDArray[np.float64]) -> Disp
 
 
 def closed_form_covariance(found: SpatialPoints, taught: SpatialPoints) -> NDArray[np.float64]:
-    """Return what the noise of the points makes of the displacement.
+    """Propagate the noise of the points to the covariance of the closed-form displacement.
 
     Args:
-        found: present points in the level base frame, that have a closed form.
-        taught: the same points when taught, in the same order.
+        found: current points in the gravity-aligned base frame, for which the closed form exists.
+        taught: the same points as taught, in the same order.
 
     Returns:
-        shape (4, 4), of x, y, z [m] and yaw [rad] of the robot in the taught frame.
+        covariance of x, y, z [m] and yaw [rad] of the robot in the taught frame, shape (4, 4).
     """
     covariance = np.zeros((4, 4))
     for points, of_found in ((found, True), (taught, False)):
@@ -104,7 +104,7 @@ def closed_form_covariance(found: SpatialPoints, taught: SpatialPoints) -> NDArr
 def _change(
     found: NDArray[np.float64], taught: NDArray[np.float64], i: int, axis: int, of_found: bool
 ) -> NDArray[np.float64]:
-    """Return how x, y, z and yaw change with one coordinate of a point, shape (4,)."""
+    """Return the numerical derivatives of x, y, z and yaw by one coordinate of a point, shape (4,)."""
     sides = []
     for step in (-_STEP, _STEP):
         here, there = found.copy(), taught.copy()

@@ -1,9 +1,9 @@
-"""Which points tell the same displacement: a vote of all pairs of points.
+"""Consensus set of the displacement: RANSAC over all pairs of points.
 
-Two points give x, y, z and yaw of the robot, and all others agree with that or not (Fischler and Bolles 1981, but with
-all pairs instead of random ones, for a target has few points). Where something repeats, wrong matches come as a
-family: a whole row of squares is taken for the next one. Within such a family all distances are right, so that the
-comparison of distances does not see it, but its displacement is not that of the others.
+Two points determine x, y, z and yaw of the robot; all other points are inliers or outliers of that hypothesis (Fischler
+and Bolles 1981, but with all pairs instead of random samples, because a target has few points). In repetitive scenes,
+outliers are consistent with each other: a whole row of squares is matched to the next row. All distances within such a
+group are right, so the distance check does not detect it, but its displacement differs from that of the inliers.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from stereo_landmark.core.place.stereo_points import SpatialPoints
 
 GATE_SIGMAS = 4.0
 ANGLE_ERROR = 0.002
-"""Directions of points are allowed to be off by this besides their noise, for a pair tells the pose coarsely [rad]."""
+"""Extra direction error of points besides their noise, because the pose from one pair is coarse [rad]."""
 PAIRS_MAX = 2000
-"""Pairs that are tried; of more, evenly spread ones."""
+"""Maximum number of tested pairs; more pairs are subsampled evenly."""
 WIDTH_MIN = 0.02
-"""Points that are nearer together, seen from above, do not tell a turn [m]."""
+"""Minimum horizontal distance of a pair; nearer points do not determine the yaw [m]."""
 
 
 class Consensus(NamedTuple):
-    """The displacement for which most points vote.
+    """The inliers of the displacement hypothesis with the most support.
 
     Attributes:
-        agreeing: shape (n,), which points do.
-        votes: how many they are, each less by how far it is off.
+        agreeing: mask of the inliers, shape (n,).
+        votes: number of inliers, each weighted by how well it fits (MSAC score).
     """
 
     agreeing: NDArray[np.bool_]
@@ -38,15 +38,15 @@ class Consensus(NamedTuple):
 
 
 def largest_consensus(found: SpatialPoints, taught: SpatialPoints, tilt_sigma: float) -> Consensus:
-    """Return the points that tell the displacement for which most vote.
+    """Return the consensus set of the displacement with the most support.
 
     Args:
-        found: n points as measured now, in the level base frame.
+        found: n current points in the gravity-aligned base frame.
         taught: the same points as taught, in the same order.
-        tilt_sigma: how well that frame is known to be level [rad].
+        tilt_sigma: standard deviation of the roll and pitch of that frame [rad].
 
     Returns:
-        nobody agrees where no two points are apart enough to tell a turn.
+        consensus set, without inliers where no two points are far enough apart to determine the yaw.
     """
     ranges = np.linalg.norm(found.positions, axis=1)
     spare = (max(ANGLE_ERROR, tilt_sigma) * ranges) ** 2
@@ -70,8 +70,8 @@ def _vote(
     pairs: NDArray[np.int64],
     votes: NDArray[np.float64],
 ) -> None:
-    """Fill in how much each point agrees with each pair, shape (m, n), 1 fully to 0 not at all."""
-    # No direction is less certain than all directions together: what is farther off need not be looked at closely.
+    """Write the score of each point under the hypothesis of each pair, shape (m, n), from 1 (exact) to 0 (outlier)."""
+    # The trace bounds the variance along any direction: points beyond it are outliers without a full test.
     farthest = np.empty(len(found))
     for k in range(len(found)):
         farthest[k] = GATE_SIGMAS**2 * (np.trace(spread[k]) + np.trace(taught_spread[k]))
@@ -101,7 +101,7 @@ def _vote(
 def _write_turned(
     covariance: NDArray[np.float64], cos: float, sin: float, turned: NDArray[np.float64]
 ) -> None:
-    """Write a covariance, shape (3, 3), turned about z."""
+    """Write a covariance, shape (3, 3), rotated about z."""
     xx, xy, yy = covariance[0, 0], covariance[0, 1], covariance[1, 1]
     turned[0, 0] = cos * cos * xx - 2.0 * cos * sin * xy + sin * sin * yy
     turned[1, 1] = sin * sin * xx + 2.0 * cos * sin * xy + cos * cos * yy
@@ -113,7 +113,7 @@ def _write_turned(
 
 @njit(cache=True, error_model='numpy')
 def _square_in_sigmas(off: NDArray[np.float64], noise: NDArray[np.float64]) -> float:
-    """Return the squared length of an offset, shape (3,), in standard deviations of its noise, shape (3, 3)."""
+    """Return the squared Mahalanobis distance of a residual, shape (3,), with covariance, shape (3, 3)."""
     total, determinant = 0.0, 0.0
     for r in range(3):
         a, b = (r + 1) % 3, (r + 2) % 3

@@ -1,4 +1,4 @@
-"""Points whose distances to the others are not the taught ones are left out (paper 3.4, end)."""
+"""Rejects points whose distances to the others differ from the taught ones (paper 3.4, end)."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from stereo_landmark.core.place.stereo_points import SpatialPoints
 
 GATE_SIGMAS = 4.0
 DISTANCE_ERROR = 0.002
-"""Distances change by about this without anything being wrong: the light, the view, what is taken for a centre [m]."""
+"""Systematic error of a distance, from illumination, viewpoint and the detected centre [m]."""
 
 
 def consistent_points(found: SpatialPoints, taught: SpatialPoints) -> NDArray[np.bool_]:
-    """Return which points keep their distances to each other, shape (n,).
+    """Return the mask of points with consistent pairwise distances, shape (n,).
 
-    As long as some distance is wrong, the point with most wrong ones goes; of several, the one that is farthest off. Of
-    two points that disagree nobody knows which is wrong: both go.
+    While some distance is inconsistent, the point with the most inconsistent distances is rejected; in a tie, the one
+    with the largest error. If only two points are left and disagree, both are rejected.
 
     Args:
-        found: n points as measured now, in any frame.
+        found: n current points in any frame.
         taught: the same points as taught, in the same order, in any frame.
     """
     errors = _distance_errors(found, taught)
@@ -39,7 +39,7 @@ def consistent_points(found: SpatialPoints, taught: SpatialPoints) -> NDArray[np
 
 
 def _distance_errors(found: SpatialPoints, taught: SpatialPoints) -> NDArray[np.float64]:
-    """Return how many standard deviations each distance is off, shape (n, n)."""
+    """Return the error of each distance in standard deviations, shape (n, n)."""
     (lengths, spreads), (taught_lengths, taught_spreads) = _distances(found), _distances(taught)
     spread = np.sqrt(spreads + taught_spreads + DISTANCE_ERROR**2)
     return np.asarray(np.abs(lengths - taught_lengths) / spread)

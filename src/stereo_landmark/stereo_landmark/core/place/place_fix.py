@@ -1,4 +1,4 @@
-"""What self-location at a place answers: a displacement with its evidence, or the reason why there is none."""
+"""Result of localization at a place: a displacement with its covariance, or the reason why there is none."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from shirube_geometry import PlanarPose
 
 @dataclass(frozen=True)
 class PlaceFix:
-    """Where the robot is in the frame of a taught place: that of the level base when it was taught.
+    """Pose of the robot in the frame of a taught place, which is the gravity-aligned base frame at teaching time.
 
     Attributes:
-        T_place_base: the robot's pose.
-        height: of the base over the taught one [m].
-        tilt: roll and pitch of the base, known ones corrected by what the points tell [rad].
-        covariance: shape (4, 4), of x, y, z [m] and yaw [rad].
-        names: of the points it is made of.
-        residuals: shape (n, 4), what is left of these points, u, v left and u, v right [px].
+        T_place_base: pose of the robot in the frame of the place.
+        height: height of the base above the taught pose [m].
+        tilt: estimated roll and pitch of the base [rad].
+        covariance: covariance of x, y, z [m] and yaw [rad], shape (4, 4).
+        names: names of the inlier points.
+        residuals: reprojection residuals of these points, u, v left and u, v right, shape (n, 4) [px].
     """
 
     T_place_base: PlanarPose
@@ -38,7 +38,7 @@ class NoPlaceFixReason(Enum):
     TOO_FEW_POINTS = 'too few points'
     ROWS_APART = 'left and right show the points in different rows; calibrate the cameras as a pair'
     INCONSISTENT = 'the distances between the points are not the taught ones'
-    POOR_GEOMETRY = 'the points do not tell the displacement'
+    POOR_GEOMETRY = 'the points do not determine the displacement'
     UNCERTAIN = 'the displacement is too uncertain'
 
 
@@ -48,7 +48,7 @@ class NoPlaceFix:
 
     Attributes:
         reason: the kind of failure.
-        detail: numbers to it, for the diagnostics.
+        detail: numbers for the diagnostics.
     """
 
     reason: NoPlaceFixReason

@@ -1,4 +1,4 @@
-"""Points of taught targets to the robot's displacement (paper 3.1 and 3.4)."""
+"""Estimates the robot's displacement from the points of taught targets (paper 3.1 and 3.4)."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ from stereo_landmark.core.place.stereo_points import (
 from stereo_landmark.core.place.stereo_rig import StereoRig
 
 RIVAL_SHARE = 0.7
-"""Where other points vote for another displacement with this part of the votes, nobody knows which is right."""
+"""A runner-up hypothesis with at least this fraction of the best support makes the displacement ambiguous."""
 _TILT_STEP = 1e-5
-"""For derivatives [rad]."""
+"""Step of the numerical derivatives [rad]."""
 
 
 class PlaceLocator:
-    """Finds the robot's displacement from a taught pose.
+    """Estimates the robot's displacement from a taught pose.
 
     Args:
-        rig: the cameras.
-        settings: None for the defaults.
+        rig: stereo cameras.
+        settings: estimation settings; None for the defaults.
     """
 
     def __init__(self, rig: StereoRig, settings: PlaceSettings | None = None) -> None:
@@ -44,10 +44,10 @@ class PlaceLocator:
         self._settings = settings or PlaceSettings()
 
     def spatial_points(self, seen: StereoPoints, tilt: tuple[float, float] = (0.0, 0.0)) -> SpatialPoints:
-        """Return points in the level frame of the base: what is taught.
+        """Triangulate points into the gravity-aligned base frame, as they are taught.
 
         Args:
-            seen: measurable points.
+            seen: points with a measurable disparity.
             tilt: roll and pitch of the base [rad].
         """
         camera = level_camera(self._rig.mount, *tilt)
@@ -56,12 +56,11 @@ class PlaceLocator:
     def locate(
         self, seen: StereoPoints, taught: SpatialPoints, tilt: tuple[float, float] = (0.0, 0.0)
     ) -> PlaceFix | NoPlaceFix:
-        """Find the displacement.
+        """Estimate the displacement.
 
         Args:
-            seen: points of targets in the present pair.
-            taught: points of the place, in its frame; those that are not seen are left out, and so are seen ones that
-                were not taught.
+            seen: points of the targets in the current stereo pair.
+            taught: points of the place in its frame; points that are only in one of both sets are ignored.
             tilt: known roll and pitch of the base [rad].
         """
         known = np.array([name in taught.names for name in seen.names], dtype=np.bool_)
@@ -87,7 +86,7 @@ class PlaceLocator:
     def _agreeing(
         self, seen: StereoPoints, found: SpatialPoints, taught: SpatialPoints
     ) -> StereoPoints | NoPlaceFix:
-        """Return the points that tell one displacement and keep their distances."""
+        """Return the inliers: points in the consensus set whose pairwise distances are consistent."""
         vote = largest_consensus(found, taught, self._settings.tilt_sigma)
         kept = vote.agreeing if vote.agreeing.any() else np.ones(len(seen), dtype=np.bool_)
         rest = seen.subset(~kept)
@@ -97,13 +96,13 @@ class PlaceLocator:
             )
             if rival.votes > RIVAL_SHARE * vote.votes:
                 detail = (
-                    f'{int(vote.agreeing.sum())} and {int(rival.agreeing.sum())} points tell different ones'
+                    f'{int(vote.agreeing.sum())} and {int(rival.agreeing.sum())} points fit different poses'
                 )
                 return NoPlaceFix(NoPlaceFixReason.INCONSISTENT, detail)
         seen = seen.subset(kept)
         kept = consistent_points(found.selected(seen.names), taught.selected(seen.names))
         if kept.sum() < self._settings.points_min:
-            detail = f'{int(kept.sum())} of {len(found)} points keep their distances'
+            detail = f'{int(kept.sum())} of {len(found)} points have consistent distances'
             return NoPlaceFix(NoPlaceFixReason.INCONSISTENT, detail)
         return seen.subset(kept)
 
@@ -112,7 +111,7 @@ class PlaceLocator:
     ) -> PlaceFix | NoPlaceFix:
         first = closed_form(found.positions, taught.positions)
         if first is None:
-            return NoPlaceFix(NoPlaceFixReason.POOR_GEOMETRY, 'the points are above one another')
+            return NoPlaceFix(NoPlaceFixReason.POOR_GEOMETRY, 'the points are on one vertical line')
         state = np.array([*first.state, *tilt])
         fit = fit_reprojection(seen, taught, self._rig, state, self._settings)
         while fit is not None and fit.distances.max() > self._settings.gate_sigmas:
@@ -135,7 +134,7 @@ class PlaceLocator:
         found = self.spatial_points(noisy, tilt)
         displacement = closed_form(found.positions, taught.positions)
         if displacement is None:
-            return NoPlaceFix(NoPlaceFixReason.POOR_GEOMETRY, 'the points are above one another')
+            return NoPlaceFix(NoPlaceFixReason.POOR_GEOMETRY, 'the points are on one vertical line')
         state = np.array([*displacement.state, *tilt])
         residuals = seen.pixels - reproject(state, taught.positions, self._rig).pixels
         by_tilt = self._change_with_tilt(noisy, taught, tilt)
@@ -146,7 +145,7 @@ class PlaceLocator:
     def _change_with_tilt(
         self, seen: StereoPoints, taught: SpatialPoints, tilt: tuple[float, float]
     ) -> NDArray[np.float64]:
-        """Return how the closed form's x, y, z and yaw change with roll and pitch, shape (4, 2)."""
+        """Return the derivatives of the closed form's x, y, z and yaw by roll and pitch, shape (4, 2)."""
         changes = []
         for axis in np.eye(2):
             states = []
@@ -165,7 +164,7 @@ class PlaceLocator:
         return fix
 
     def _too_few(self, count: int) -> NoPlaceFix:
-        detail = f'{count} taught points are seen by both cameras, {self._settings.points_min} are needed'
+        detail = f'{count} taught points are visible in both cameras, at least {self._settings.points_min} are needed'
         return NoPlaceFix(NoPlaceFixReason.TOO_FEW_POINTS, detail)
 
 
@@ -187,4 +186,4 @@ def _fix(
 
 def _farthest(seen: StereoPoints, fit: ReprojectionFit) -> str:
     name = seen.names[int(np.argmax(fit.distances))]
-    return f'point {name} is {fit.distances.max():.0f} standard deviations off'
+    return f'point {name} is {fit.distances.max():.0f} standard deviations away from its prediction'

@@ -1,7 +1,7 @@
-"""The displacement that explains best what both cameras see: the default method.
+"""Minimizes the stereo reprojection error over the displacement: the default method.
 
-Noise of the present pixels and of the taught points is weighed together, ``S = C + H P H^T``, which to first order is
-the adjustment of taught and present images at once. Huber's loss bounds what a wrong point can do.
+The residual covariance combines the noise of the current pixels and of the taught points, ``S = C + H P H^T``, which to
+first order equals a joint adjustment of taught and current images. Huber's loss bounds the influence of outliers.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from stereo_landmark.core.place.stereo_rig import MEASURED, StereoRig
 
 STEPS_MAX = 20
 STEP_DONE = 1e-7
-"""A step smaller than this [m, rad] ends the search."""
+"""Convergence: the iteration stops when the step is smaller than this [m, rad]."""
 HUBER = 3.0
-"""Standard deviations of a point beyond which its pull grows no more; four measures have 3.1 or less in 95 %."""
+"""Threshold of the Huber loss [standard deviations]; four normal residuals have a norm of at most 3.1 in 95 %."""
 DETERMINANT_MIN = 1e-12
-"""Of the information, scaled to a diagonal of ones, below which it does not determine the state."""
+"""Minimum determinant of the information matrix, normalized to a unit diagonal, for an observable state."""
 
 
 @dataclass(frozen=True)
 class ReprojectionFit:
-    """A fitted state.
+    """An estimated state.
 
     Attributes:
-        state: shape (6,), see `reprojection_model`.
-        covariance: shape (6, 6), zero where the state is known.
-        residuals: shape (n, 4) [px].
-        distances: shape (n,), lengths of the residuals in standard deviations; infinite behind the cameras.
+        state: estimated state, shape (6,), see `reprojection_model`.
+        covariance: state covariance, shape (6, 6), zero for fixed states.
+        residuals: reprojection residuals, shape (n, 4) [px].
+        distances: Mahalanobis distances of the residuals, shape (n,); infinite behind the cameras.
     """
 
     state: NDArray[np.float64]
@@ -50,17 +50,17 @@ def fit_reprojection(
     start: NDArray[np.float64],
     settings: PlaceSettings,
 ) -> ReprojectionFit | None:
-    """Fit the state by Gauss-Newton steps with weights.
+    """Fit the state by iteratively reweighted Gauss-Newton steps.
 
     Args:
-        seen: n points.
+        seen: n measured points.
         taught: the same points in the same order, in the place's frame.
-        rig: the cameras.
-        start: shape (6,), where to begin; its roll and pitch are the known ones.
-        settings: how exactly the calibration and the tilt are known.
+        rig: stereo cameras.
+        start: initial state, shape (6,); its roll and pitch are the prior.
+        settings: standard deviations of the calibration and of the tilt prior.
 
     Returns:
-        None where the points do not determine the state.
+        estimated state, or None where the points do not determine it.
     """
     free = np.arange(STATES) if settings.tilt_sigma > 0.0 else np.arange(ROLL)
     prior = np.zeros((STATES, STATES))
@@ -97,7 +97,7 @@ def _whitened(
     state: NDArray[np.float64],
     noise: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return residuals (n, 4), derivatives (n, 4, 6), both in standard deviations, and lengths (n,)."""
+    """Return whitened residuals (n, 4), whitened Jacobians (n, 4, 6) and Mahalanobis distances (n,)."""
     view = reproject(state, taught.positions, rig)
     spread = noise + view.by_point @ taught.covariances @ view.by_point.transpose(0, 2, 1)
     roots = np.linalg.inv(np.linalg.cholesky(spread))
@@ -107,7 +107,7 @@ def _whitened(
 
 
 def _inverse(information: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Return the inverse of a symmetric matrix, None where it has none."""
+    """Return the inverse of a symmetric matrix, None where it is singular."""
     diagonal = np.diag(information)
     if not np.isfinite(information).all() or not (diagonal > 0.0).all():
         return None

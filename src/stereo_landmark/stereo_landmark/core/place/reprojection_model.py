@@ -1,7 +1,7 @@
-"""Where taught points are seen from a displaced robot, and how that changes with the displacement.
+"""Projection of taught points into both cameras of a displaced robot, with its Jacobians.
 
-The state is ``(x, y, z, yaw, roll, pitch)``: the base in the place's frame [m, rad]; roll and pitch are its lean.
-A taught point X is at ``Rz(-yaw) (X - (x, y, z))`` in the level frame of now.
+The state is ``(x, y, z, yaw, roll, pitch)``: pose of the base in the place's frame [m, rad].
+A taught point X is at ``Rz(-yaw) (X - (x, y, z))`` in the current gravity-aligned frame.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from stereo_landmark.core.place.stereo_rig import StereoRig
 STATES = 6
 ROLL, PITCH = 4, 5
 DEPTH_MIN = 0.05
-"""Nearer points are not in view [m]."""
+"""Nearer points are not visible [m]."""
 
 
 @dataclass(frozen=True)
 class Reprojection:
-    """What the cameras see of taught points.
+    """Predicted pixels of taught points, with Jacobians.
 
     Attributes:
-        pixels: shape (n, 4), u, v left and u, v right [px].
-        by_state: shape (n, 4, 6), derivatives by the state.
-        by_point: shape (n, 4, 3), derivatives by the taught points [px/m].
-        in_front: shape (n,), which points are before the cameras.
+        pixels: predicted u, v left and u, v right, shape (n, 4) [px].
+        by_state: Jacobians of the pixels by the state, shape (n, 4, 6).
+        by_point: Jacobians of the pixels by the taught points, shape (n, 4, 3) [px/m].
+        in_front: mask of the points in front of the cameras, shape (n,).
     """
 
     pixels: NDArray[np.float64]
@@ -39,12 +39,12 @@ class Reprojection:
 
 
 def reproject(state: NDArray[np.float64], taught: NDArray[np.float64], rig: StereoRig) -> Reprojection:
-    """Return what the cameras see.
+    """Project taught points into both cameras.
 
     Args:
-        state: shape (6,).
-        taught: shape (n, 3), in the place's frame [m].
-        rig: the cameras.
+        state: state of the robot, shape (6,).
+        taught: taught points in the place's frame, shape (n, 3) [m].
+        rig: stereo cameras.
     """
     R_place_level = matrix_from_rpy((0.0, 0.0, state[3]))
     R_level_base = matrix_from_rpy((state[ROLL], state[PITCH], 0.0))

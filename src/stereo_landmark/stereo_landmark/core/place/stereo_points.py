@@ -1,4 +1,4 @@
-"""Points that both cameras see, and where they are in space (eq. of the paper's stereo measurement, 3.4)."""
+"""Stereo point measurements and their triangulation (paper 3.4)."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 from stereo_landmark.core.place.stereo_rig import MEASURED, StereoRig
 
 DISPARITY_MIN = 0.5
-"""A point with less [px] is too far away to be measured, or a wrong match."""
+"""Minimum disparity; a point below it is too far away, or a wrong match [px]."""
 ROW_SIGMAS = 5.0
 STEPS = 3
 
 
 @dataclass(frozen=True)
 class StereoPoints:
-    """Named points in a rectified pair of images.
+    """Named points in a rectified stereo pair.
 
     Attributes:
-        names: n names, each once.
-        pixels: shape (n, 4), u, v in the left and u, v in the right image [px].
-        covariances: shape (n, 4, 4) [px²].
+        names: n unique names.
+        pixels: u, v in the left and u, v in the right image, shape (n, 4) [px].
+        covariances: covariances of the pixels, shape (n, 4, 4) [px²].
     """
 
     names: tuple[str, ...]
@@ -34,19 +34,19 @@ class StereoPoints:
         return len(self.names)
 
     def subset(self, kept: NDArray[np.bool_]) -> StereoPoints:
-        """Return the points of a mask, shape (n,)."""
+        """Return the points selected by a mask, shape (n,)."""
         names = tuple(name for name, is_kept in zip(self.names, kept, strict=True) if is_kept)
         return StereoPoints(names, self.pixels[kept], self.covariances[kept])
 
 
 @dataclass(frozen=True)
 class SpatialPoints:
-    """Named points in space.
+    """Named 3D points.
 
     Attributes:
-        names: n names, each once.
-        positions: shape (n, 3) [m].
-        covariances: shape (n, 3, 3) [m²].
+        names: n unique names.
+        positions: coordinates, shape (n, 3) [m].
+        covariances: covariances of the coordinates, shape (n, 3, 3) [m²].
     """
 
     names: tuple[str, ...]
@@ -57,18 +57,18 @@ class SpatialPoints:
         return len(self.names)
 
     def selected(self, names: tuple[str, ...]) -> SpatialPoints:
-        """Return the points with these names, in their order; all must be there."""
+        """Return the points with these names, in their order; all must exist."""
         index = [self.names.index(name) for name in names]
         return SpatialPoints(names, self.positions[index], self.covariances[index])
 
     def moved(self, rotation: NDArray[np.float64], shift: NDArray[np.float64]) -> SpatialPoints:
-        """Return the points in another frame: rotation, shape (3, 3), then shift, shape (3,) [m]."""
+        """Transform the points into another frame: rotation, shape (3, 3), then translation, shape (3,) [m]."""
         positions = self.positions @ rotation.T + shift
         return SpatialPoints(self.names, positions, rotation @ self.covariances @ rotation.T)
 
 
 def joined(parts: Sequence[StereoPoints]) -> StereoPoints:
-    """Return all points of some."""
+    """Concatenate sets of points."""
     return StereoPoints(
         tuple(name for part in parts for name in part.names),
         np.concatenate([np.empty((0, MEASURED)), *(part.pixels for part in parts)]),
@@ -77,16 +77,16 @@ def joined(parts: Sequence[StereoPoints]) -> StereoPoints:
 
 
 def measurable(points: StereoPoints, rig: StereoRig) -> NDArray[np.bool_]:
-    """Return which points are near enough to be measured, shape (n,)."""
+    """Return the mask of points with enough disparity to be triangulated, shape (n,)."""
     return _disparities(points.pixels, rig) >= DISPARITY_MIN
 
 
 def rows_agree(points: StereoPoints, pixel_sigma: float) -> NDArray[np.bool_]:
-    """Return which points both images show in the same row, shape (n,): others are not one thing in space.
+    """Return the mask of points that satisfy the epipolar constraint (same row in both images), shape (n,).
 
     Args:
         points: n points.
-        pixel_sigma: error of the calibration along each axis of each image [px].
+        pixel_sigma: calibration error along each axis of each image [px].
     """
     variances = points.covariances[:, 1, 1] + points.covariances[:, 3, 3] - 2.0 * points.covariances[:, 1, 3]
     apart = np.abs(points.pixels[:, 1] - points.pixels[:, 3])
@@ -94,19 +94,19 @@ def rows_agree(points: StereoPoints, pixel_sigma: float) -> NDArray[np.bool_]:
 
 
 def with_calibration_error(points: StereoPoints, pixel_sigma: float) -> StereoPoints:
-    """Return points as well known as they are with cameras whose calibration is off by so much [px].
+    """Return points with the calibration error [px] added to their covariances.
 
-    Without it, nearby depths look better known than any calibration allows, and a fit turns about the target.
+    Without it the depths of near points would be too certain, and the fit would rotate about the target.
     """
     return StereoPoints(points.names, points.pixels, points.covariances + pixel_sigma**2 * np.eye(MEASURED))
 
 
 def triangulate(points: StereoPoints, rig: StereoRig) -> SpatialPoints:
-    """Return the points in the left optical frame with the covariance that their noise leaves.
+    """Triangulate points into the left optical frame, with covariances propagated from the pixel noise.
 
     Args:
-        points: measurable ones.
-        rig: the cameras.
+        points: points with a measurable disparity.
+        rig: stereo cameras.
     """
     pixels, left = points.pixels, rig.left
     z = left.fx * rig.baseline / _disparities(pixels, rig)
@@ -123,5 +123,5 @@ def triangulate(points: StereoPoints, rig: StereoRig) -> SpatialPoints:
 
 
 def _disparities(pixels: NDArray[np.float64], rig: StereoRig) -> NDArray[np.float64]:
-    """Return how far apart both images see the points, shape (n,), 0 for infinitely far [px]."""
+    """Return the disparities, shape (n,), 0 at infinity [px]."""
     return np.asarray((pixels[:, 0] - rig.left.cx) - (pixels[:, 2] - rig.right.cx))

@@ -1,4 +1,4 @@
-"""Two rectified cameras side by side on a robot."""
+"""A rectified stereo camera on a robot."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from shirube_geometry import CameraMount, PinholeCamera
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 MEASURED = 4
-"""Of a point: u and v in the left image, u and v in the right one."""
+"""Number of measured coordinates of a point: u, v in the left and u, v in the right image."""
 
 
 @dataclass(frozen=True)
 class StereoRig:
-    """Rectified cameras: rows are the same in both, and the right one sits at +x of the left one.
+    """Rectified stereo cameras: rows are the same in both, and the right camera is at +x of the left one.
 
     Attributes:
         left: intrinsics of the left camera after rectification, without distortion.
-        right: intrinsics of the right one.
-        baseline: distance of the cameras [m].
-        mount: the left camera's optical frame on the robot.
+        right: intrinsics of the right camera after rectification.
+        baseline: distance between the cameras [m].
+        mount: extrinsics of the left camera's optical frame on the robot.
 
     Raises:
         StereoLandmarkError: the baseline is not positive, or the cameras do not belong together.
@@ -49,10 +49,10 @@ class StereoRig:
                 )
 
     def projections(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return where points are seen, shape (n, 4): u, v left and u, v right [px].
+        """Project points, shape (n, 4): u, v left and u, v right [px].
 
         Args:
-            points: shape (n, 3), in the left optical frame, in front of the cameras [m].
+            points: points in the left optical frame, in front of the cameras, shape (n, 3) [m].
         """
         x, y, z = points.T
         v = self.left.fy * y / z + self.left.cy

@@ -1,1 +1,1 @@
-"""From primitives in two images to taught targets: the procedure tree, its windows and its verdict."""
+"""Detects taught targets from primitives in stereo images: procedure tree, pose hypotheses and their acceptance."""

@@ -1,4 +1,4 @@
-"""How the apparent centres of circles move when the robot sees them from another side."""
+"""Corrects the apparent centres of circles for the change of viewpoint."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
 
 WALL_TOLERANCE = 0.05
-"""Things that are no farther from a plane are on that wall [m]."""
+"""Maximum distance from a plane of landmarks that are on that wall [m]."""
 WALL_WIDTH_MIN = 0.2
-"""Narrower, things do not tell how a wall is turned [m]."""
+"""Minimum horizontal distance of two landmarks that determine the direction of a wall [m]."""
 
 
 def wall_normal(position: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the normal of the upright wall that something is on, shape (3,), towards the robot.
+    """Return the normal of the vertical wall that a landmark is on, shape (3,), towards the robot.
 
-    Walls are upright, so that things on one lie on a line when seen from above. Of the lines through the thing and one
-    other the one with most things on it is taken; without such a line the wall faces the robot.
+    Walls are vertical, so landmarks on a wall are collinear in the horizontal plane. Of the lines through the landmark
+    and another one, the line with the most landmarks is used; without such a line the wall faces the robot.
 
     Args:
-        position: of the thing, shape (3,), in the place's frame [m].
-        others: things around it, shape (n, 3).
+        position: landmark in the place's frame, shape (3,) [m].
+        others: landmarks around it, shape (n, 3) [m].
     """
     facing = -position[:2] / max(float(np.hypot(*position[:2])), 1e-9)
     offsets = others[:, :2] - position[:2]
@@ -45,15 +45,15 @@ def wall_normal(position: NDArray[np.float64], others: NDArray[np.float64]) -> N
 def centre_motion(
     taught: TaughtPrimitive, state: NDArray[np.float64], view: StereoView
 ) -> NDArray[np.float64]:
-    """Return by how much the apparent centre of a circle left its place on the wall since it was taught.
+    """Return how far the apparent centre of a circle moved on the wall since it was taught.
 
     Args:
-        taught: a primitive; what is no circle does not move.
-        state: shape (4,), x, y, z [m] and yaw [rad] of the robot in the place's frame.
-        view: the cameras, and how the robot leans.
+        taught: taught primitive; the correction is zero for anything but circles.
+        state: x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (4,).
+        view: stereo view with cameras and tilt.
 
     Returns:
-        shape (4,): u, v left and u, v right [px].
+        correction of u, v left and u, v right, shape (4,) [px].
     """
     if taught.normal is None:
         return np.zeros(4)
@@ -64,13 +64,13 @@ def centre_motion(
 def _shifts(
     taught: TaughtPrimitive, normal_place: NDArray[np.float64], state: NDArray[np.float64], view: StereoView
 ) -> NDArray[np.float64]:
-    """Return the ellipse's centre less that of the circle in both images, shape (4,) [px]."""
+    """Return the ellipse centre minus the circle centre in both images, shape (4,) [px]."""
     R_place_camera = matrix_from_rpy((0.0, 0.0, float(state[3]))) @ view.camera.rotation
     eye = state[:3] + matrix_from_rpy((0.0, 0.0, float(state[3]))) @ view.camera.position
     centre, normal = (taught.position - eye) @ R_place_camera, normal_place @ R_place_camera
     if centre[2] <= 0.0:
         return np.zeros(4)
-    # The circle's size follows from how large it was seen at the taught place.
+    # The radius follows from the apparent size in the taught image.
     depth = float(((taught.position - view.camera.position) @ view.camera.rotation)[2])
     radius = taught.size * depth / view.rig.left.fx
     right = centre - [view.rig.baseline, 0.0, 0.0]

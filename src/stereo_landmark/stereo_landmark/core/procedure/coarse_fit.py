@@ -1,7 +1,7 @@
-"""The pose that fits primitives as they were detected: good enough to look where it puts all others.
+"""Coarse pose from detected, not yet refined primitives: accurate enough for guided matching.
 
-It weighs as `core.place.reprojection_fit` does, which fits the displacement itself to measured points; but detected
-coordinates all have the same noise, and roll and pitch are known. So many suppositions are tried in a millisecond.
+Minimizes the same robust cost as `core.place.reprojection_fit`, but all detected coordinates have the same noise, and
+roll and pitch are fixed. Many pose hypotheses are fitted in a millisecond.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.symmetric_matrix import invert_symmetric
 
 DETECTED_SIGMA = 0.7
-"""How well a detected primitive is known before it is measured in the grey image [px]."""
+"""Standard deviation of a detected primitive before its refinement in the grey image [px]."""
 HUBER = 3.0
-"""Standard deviations of a point beyond which its pull grows no more."""
+"""Threshold of the Huber loss [standard deviations]."""
 STEPS_MAX = 20
 STEP_DONE = 1e-5
-"""A step smaller than this [m, rad] ends the fit."""
+"""Convergence: the iteration stops when the step is smaller than this [m, rad]."""
 DEPTH_MIN = 0.05
-"""Nearer points are not in view [m]."""
+"""Nearer points are not visible [m]."""
 
 
 def coarse_fit(
@@ -32,14 +32,14 @@ def coarse_fit(
     seen: NDArray[np.float64],
     view: StereoView,
 ) -> NDArray[np.float64] | None:
-    """Return x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (4,), None where points tell none.
+    """Fit x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (4,); None if they are not observable.
 
     Args:
-        start: shape (4,), about where it is.
-        taught: shape (n, 3), in the place's frame [m].
-        covariances: shape (n, 3, 3), of the taught points [m²].
-        seen: shape (n, 4), u, v left and u, v right [px].
-        view: the cameras, and how the robot leans.
+        start: initial state, shape (4,).
+        taught: taught points in the place's frame, shape (n, 3) [m].
+        covariances: covariances of the taught points, shape (n, 3, 3) [m²].
+        seen: measured u, v left and u, v right, shape (n, 4) [px].
+        view: stereo view with cameras and tilt.
     """
     if len(seen) < 2:
         return None
@@ -59,7 +59,7 @@ def _fit(
     position: NDArray[np.float64],
     lens: NDArray[np.float64],
 ) -> bool:
-    """Write the fitted state by Gauss-Newton steps with weights; return whether points determine it."""
+    """Write the fitted state (reweighted Gauss-Newton); return whether it is observable."""
     information, gradient, inverse = np.empty((4, 4)), np.empty(4), np.empty((4, 4))
     axes, place = np.empty((3, 3)), np.empty(3)
     for _ in range(STEPS_MAX):
@@ -109,7 +109,7 @@ def _sum_up(
     information: NDArray[np.float64],
     gradient: NDArray[np.float64],
 ) -> None:
-    """Write the normal equations of a step; the camera is its axes, place and lens."""
+    """Write the normal equations of a step; the camera is its axes, position and intrinsics."""
     jacobian, residual = np.empty((3, 4)), np.empty(3)
     spread, weights = np.empty((3, 3)), np.empty((3, 3))
     information[:], gradient[:] = 0.0, 0.0
@@ -136,9 +136,9 @@ def _weigh(
     spread: NDArray[np.float64],
     weights: NDArray[np.float64],
 ) -> None:
-    """Write the inverse covariance of u left, mean v and u right, less for what lies off (Huber)."""
+    """Write the information of u left, mean v and u right, with the Huber weight."""
     variance = DETECTED_SIGMA**2
-    # A taught point moves its picture as the robot does, the other way.
+    # The derivative by a taught point is that by the robot's position with the opposite sign.
     for i in range(3):
         a, b, c = jacobian[i, 0], jacobian[i, 1], jacobian[i, 2]
         x = a * covariance[0, 0] + b * covariance[1, 0] + c * covariance[2, 0]
@@ -174,7 +174,7 @@ def _linearised(
     jacobian: NDArray[np.float64],
     residual: NDArray[np.float64],
 ) -> bool:
-    """Write residuals and derivatives of u left, mean v and u right of a point; return whether it is in view."""
+    """Write residual and Jacobian of u left, mean v and u right of a point; return whether it is visible."""
     axes, place, lens = camera
     dx, dy, dz = taught[0] - place[0], taught[1] - place[1], taught[2] - place[2]
     x = axes[0, 0] * dx + axes[1, 0] * dy + axes[2, 0] * dz
@@ -184,7 +184,7 @@ def _linearised(
         return False
     scale_u, scale_v, scale_right = lens[0] / z, lens[1] / z, lens[4] / z
     u, v, right = x / z, y / z, (x - lens[6]) / z
-    # A turn moves a point about the robot, not about the camera.
+    # Yaw rotates about the robot's base, not about the camera.
     ex, ey = taught[0] - state[0], taught[1] - state[1]
     for i in range(4):
         if i < 3:

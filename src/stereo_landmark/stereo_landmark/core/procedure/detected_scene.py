@@ -25,7 +25,7 @@ from stereo_landmark.core.segments.segments import Segments, follow_segments
 
 @dataclass(frozen=True)
 class ImageProcessing:
-    """What is taught for a place: from grey images to primitives (paper 3.3b and c)."""
+    """Image processing parameters of a place, from grey images to primitives (paper 3.3b and c)."""
 
     edges: EdgeSettings = field(default_factory=EdgeSettings)
     primitives: PrimitiveSettings = field(default_factory=PrimitiveSettings)
@@ -37,8 +37,8 @@ class DetectedKind:
     """All primitives of one kind in an image.
 
     Attributes:
-        kind: of all of them.
-        primitives: n of them.
+        kind: kind of all the primitives.
+        primitives: n primitives.
     """
 
     kind: Kind
@@ -46,33 +46,33 @@ class DetectedKind:
 
     @cached_property
     def centres(self) -> NDArray[np.float64]:
-        """Shape (n, 2) [px]."""
+        """Centres of the primitives, shape (n, 2) [px]."""
         return centres_of(self.kind, self.primitives)
 
     @cached_property
     def numbers(self) -> NDArray[np.float64]:
-        """Their shapes, shape (n, d), see `numbers_of`."""
+        """Shape vectors of the primitives, shape (n, d), see `numbers_of`."""
         return numbers_of(self.kind, self.primitives)
 
     @cached_property
     def descriptors(self) -> NDArray[np.float64]:
-        """Shape (n, DESCRIPTORS)."""
+        """Shape descriptors of the primitives, shape (n, DESCRIPTOR_SIZE)."""
         return descriptors_of(self.kind, self.numbers)
 
     @cached_property
     def tree(self) -> cKDTree:
-        """For the primitives near a place."""
+        """KD-tree of the centres, for radius searches."""
         return cKDTree(self.centres)
 
 
 @dataclass(frozen=True)
 class DetectedScene:
-    """What was found in one image.
+    """Segments and primitives detected in one image.
 
     Attributes:
-        image: shape (h, w), grey.
-        segments: of its edges.
-        kinds: the primitives of each kind that was looked for.
+        image: grey image, shape (h, w).
+        segments: edge segments.
+        kinds: detected primitives by kind.
     """
 
     image: NDArray[np.uint8]
@@ -83,15 +83,15 @@ class DetectedScene:
 def detect_scene(
     image: NDArray[np.uint8], processing: ImageProcessing, kinds: Iterable[Kind] = tuple(Kind)
 ) -> DetectedScene:
-    """Find the primitives of an image.
+    """Detect the primitives of an image.
 
     Args:
-        image: shape (h, w), grey.
-        processing: as taught.
-        kinds: what to look for.
+        image: grey image, shape (h, w).
+        processing: taught image processing.
+        kinds: kinds of primitives to detect.
 
     Raises:
-        StereoLandmarkError: the image is of another type or shape, or too small.
+        StereoLandmarkError: the image has the wrong type or shape, or is too small.
     """
     wanted = set(kinds)
     segments = follow_segments(extract_edges(image, processing.edges), processing.edges)

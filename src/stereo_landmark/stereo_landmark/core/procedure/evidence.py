@@ -1,4 +1,4 @@
-"""How much speaks for a supposed pose: what should be in view there is, and chance would not have put it there."""
+"""Log-likelihood ratio of a pose hypothesis: expected primitives are detected, against detections by chance."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
 
 WINDOW = 5.0
-"""A primitive counts as found this near to where it is expected from a fitted pose [px]."""
+"""Maximum distance of a detection from its predicted pixel [px]."""
 SPREAD = 1.0
-"""Standard deviation of where it is found, along each axis [px]; rows of other spacing are told apart by it. Rendered
-scenes show 0.01 px for what the pose was fitted to and 0.1 px for things around; calibrations are worse."""
+"""Standard deviation of a detection along each axis [px]; it separates rows of different spacing. Rendered scenes show
+0.01 px for the fitted primitives and 0.1 px for the context landmarks; real calibrations are worse."""
 BORDER = 8.0
-"""What is expected nearer to the border may be out of view [px]."""
+"""Primitives predicted nearer to the border may be out of view [px]."""
 CHANCE_MIN, CHANCE_MAX = 0.05, 0.5
-"""That a window holds a primitive anyhow; walls have patterns, so chance is never as small as if they had none."""
+"""Limits of the probability of a false positive in a window; patterns on walls keep it above the lower limit."""
 
 
 class Evidence:
-    """Weighs poses against the primitives of one image.
+    """Scores pose hypotheses by the primitives of the left image.
 
     Args:
-        expected: taught primitives, of the targets and around them.
-        view: both images.
-        tolerances: how far primitives may differ.
-        settings: how likely a primitive is found.
+        expected: taught primitives: those of the targets and the context landmarks.
+        view: stereo view.
+        tolerances: tolerances of the shape comparison.
+        settings: search settings with the detection probability.
     """
 
     def __init__(
@@ -55,10 +55,10 @@ class Evidence:
         self._sure = settings.found_probability
 
     def weigh(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the log likelihoods of poses above that of chance, shape (h,).
+        """Return the log-likelihood ratios of poses against chance, shape (h,).
 
         Args:
-            states: shape (h, 4), x, y, z [m] and yaw [rad] in the place's frame.
+            states: x, y, z [m] and yaw [rad] in the place's frame, shape (h, 4).
         """
         pixels = expected_pixels(states, self._positions, self._view)
         near = np.exp(-0.5 * _squares_to_found(pixels, self._starts, self._centres) / SPREAD**2)
@@ -71,7 +71,7 @@ class Evidence:
         return (u > BORDER) & (u < width - 1 - BORDER) & (v > BORDER) & (v < height - 1 - BORDER)
 
     def _chance(self, primitive: TaughtPrimitive) -> float:
-        """Return how likely a window anywhere holds a primitive of the kind."""
+        """Return the probability that a window contains a primitive of this kind by chance."""
         area = self._view.rig.left.width * self._view.rig.left.height
         count = len(self._view.left.kinds[primitive.kind].primitives)
         return min(max(count * math.pi * WINDOW**2 / area, CHANCE_MIN), CHANCE_MAX)
@@ -81,12 +81,12 @@ class Evidence:
 def _squares_to_found(
     pixels: NDArray[np.float64], starts: NDArray[np.int64], centres: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the squared ways to the nearest primitives like expected ones, infinite outside of the window, (h, k).
+    """Return squared distances to the nearest similar primitives, infinite outside of the window, shape (h, k) [px²].
 
     Args:
-        pixels: shape (h, k, 4), where they are expected.
-        starts: shape (k + 1,), where the centres of what looks like each begin.
-        centres: shape (n, 2) [px].
+        pixels: predicted pixels, shape (h, k, 4) [px].
+        starts: start index in `centres` of the candidates of each primitive, shape (k + 1,).
+        centres: centres of similar primitives, shape (n, 2) [px].
     """
     squares = np.full(pixels.shape[:2], np.inf)
     for h in range(pixels.shape[0]):

@@ -1,4 +1,4 @@
-"""Where taught primitives are expected from supposed poses, many at once."""
+"""Predicts the pixels of taught primitives for many pose hypotheses at once."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from numpy.typing import NDArray
 from stereo_landmark.core.procedure.stereo_view import StereoView
 
 DEPTH_MIN = 0.2
-"""Nearer things are not in view [m]."""
+"""Nearer points are not visible [m]."""
 
 
 def expected_pixels(
     states: NDArray[np.float64], positions: NDArray[np.float64], view: StereoView
 ) -> NDArray[np.float64]:
-    """Return where points are expected, shape (h, k, 4): u, v left and u, v right [px]; NaN behind the robot.
+    """Return predicted pixels, shape (h, k, 4): u, v left and u, v right [px]; NaN behind the cameras.
 
     Args:
-        states: shape (h, 4), x, y, z [m] and yaw [rad] of the robot in the place's frame.
-        positions: shape (k, 3), in the place's frame [m].
-        view: the cameras, and how the robot leans.
+        states: x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (h, 4).
+        positions: points in the place's frame, shape (k, 3) [m].
+        view: stereo view with cameras and tilt.
     """
     return np.asarray(_project(states, positions, view.camera.rotation, view.camera.position, lens_of(view)))
 
@@ -28,14 +28,14 @@ def expected_pixels(
 def poses_apart(
     states: NDArray[np.float64], positions: NDArray[np.float64], view: StereoView
 ) -> NDArray[np.float64]:
-    """Return how far from poses points appear from where the first one has them, the farthest ones, shape (h,) [px].
+    """Return the largest image distance of the points between each pose and the first pose, shape (h,) [px].
 
-    What one of both poses has behind it is left out; with nothing before them in common, poses are infinitely apart.
+    Points behind the cameras of one of both poses are ignored; the distance is infinite if no point is visible in both.
 
     Args:
-        states: shape (h, 4), x, y, z [m] and yaw [rad] of the robot in the place's frame.
-        positions: shape (k, 3), in the place's frame [m].
-        view: the cameras, and how the robot leans.
+        states: x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (h, 4).
+        positions: points in the place's frame, shape (k, 3) [m].
+        view: stereo view with cameras and tilt.
     """
     pixels = expected_pixels(states, positions, view)[..., :2]
     ways = np.hypot(*(pixels - pixels[:1]).transpose(2, 0, 1))
@@ -44,7 +44,7 @@ def poses_apart(
 
 
 def lens_of(view: StereoView) -> NDArray[np.float64]:
-    """Return what compiled loops know of the cameras: fx, fy, cx, cy, fx and cx of the right one [px], baseline [m]."""
+    """Return the intrinsics for the kernels: fx, fy, cx, cy, fx and cx of the right camera [px], baseline [m]."""
     left, right = view.rig.left, view.rig.right
     return np.array([left.fx, left.fy, left.cx, left.cy, right.fx, right.cx, view.rig.baseline])
 
@@ -52,12 +52,12 @@ def lens_of(view: StereoView) -> NDArray[np.float64]:
 def states_through(
     taught: NDArray[np.float64], found: NDArray[np.float64], yaws: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the poses from which a taught point is where it was found, shape (n, h, 4): x, y, z, yaw.
+    """Return the poses that map a taught point to its matches, shape (n, h, 4): x, y, z [m], yaw [rad].
 
     Args:
-        taught: shape (3,), in the place's frame [m].
-        found: shape (n, 3), in the level base frame of now [m].
-        yaws: shape (h,) [rad].
+        taught: taught point in the place's frame, shape (3,) [m].
+        found: matched points in the current gravity-aligned base frame, shape (n, 3) [m].
+        yaws: yaw hypotheses, shape (h,) [rad].
     """
     cos, sin = np.cos(yaws), np.sin(yaws)
     x, y, z = (found[:, None, axis] for axis in range(3))

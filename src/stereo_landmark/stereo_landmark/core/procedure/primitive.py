@@ -1,4 +1,4 @@
-"""What all four primitives have in common."""
+"""Common operations on all four kinds of primitives."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Primitive = Ellipse | Quadrilateral | ParallelLines | Corner
 
 
 class Kind(Enum):
-    """Of a primitive, as files and the teaching page call it."""
+    """Kind of a primitive, with its name in files and on the teaching page."""
 
     ELLIPSE = 'ellipse'
     QUADRILATERAL = 'quadrilateral'
@@ -44,7 +44,7 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Tolerances:
-    """How far found primitives may differ from taught ones, for each kind."""
+    """Tolerances between detected and taught shapes, for each kind."""
 
     ellipse: EllipseTolerance = field(default_factory=EllipseTolerance)
     quadrilateral: QuadrilateralTolerance = field(default_factory=QuadrilateralTolerance)
@@ -53,7 +53,7 @@ class Tolerances:
 
 
 def kind_of(primitive: Primitive) -> Kind:
-    """Return what a primitive is."""
+    """Return the kind of a primitive."""
     match primitive:
         case Ellipse():
             return Kind.ELLIPSE
@@ -68,20 +68,20 @@ def kind_of(primitive: Primitive) -> Kind:
 def refined_pair(
     left: Primitive, right: Primitive, images: tuple[NDArray[np.uint8], NDArray[np.uint8]]
 ) -> tuple[Primitive, Primitive] | None:
-    """Measure a primitive in both grey images, shapes (h, w); None where one of them does not show it."""
+    """Refine a primitive in both grey images, shapes (h, w); None if it is not visible in one of them."""
     here, there = refined(left, images[0]), refined(right, images[1])
     return None if here is None or there is None else (here, there)
 
 
 def as_ordered(found: Primitive, taught: Primitive) -> Primitive:
-    """Return a found primitive with its points named as those of a taught one."""
+    """Reorder the points of a detected primitive to correspond to those of a taught one."""
     if isinstance(found, Quadrilateral) and isinstance(taught, Quadrilateral):
         return ordered_as(found, taught)
     return found
 
 
 def difference(found: Primitive, taught: Primitive, tolerances: Tolerances) -> float:
-    """Return how much a primitive differs: 0 not at all, 1 just tolerated, infinite for another kind."""
+    """Return the shape difference: 0 for equal, 1 at the tolerance, infinite for another kind."""
     match found, taught:
         case Ellipse(), Ellipse():
             return ellipse_difference(found, taught, tolerances.ellipse)
@@ -95,7 +95,7 @@ def difference(found: Primitive, taught: Primitive, tolerances: Tolerances) -> f
 
 
 def refined(primitive: Primitive, image: NDArray[np.uint8]) -> Primitive | None:
-    """Measure a detected primitive in the grey image, shape (h, w); None where it is not there."""
+    """Refine a detected primitive in the grey image, shape (h, w); None if it is not visible."""
     match primitive:
         case Ellipse():
             return refine_ellipse(primitive, image)
@@ -108,12 +108,12 @@ def refined(primitive: Primitive, image: NDArray[np.uint8]) -> Primitive | None:
 
 
 def without_covariance(primitive: Primitive) -> Primitive:
-    """Return the shape alone, as it is taught: its uncertainty was that of one image."""
+    """Return the shape without covariance, as it is taught; the covariance belongs to one image only."""
     return replace(primitive, covariance=np.zeros_like(primitive.covariance))
 
 
 def size_of(primitive: Primitive) -> float:
-    """Return a length that grows with the primitive [px]; that of a corner is not known and 1."""
+    """Return the size of a primitive: semi-major axis, half diagonal or width [px]; 1 for corners."""
     match primitive:
         case Ellipse():
             return float(primitive.semi_axes[0])

@@ -1,4 +1,4 @@
-"""Choosing detected primitives by words instead of by hand (paper 4b)."""
+"""Selects detected primitives by position, size and order instead of by mouse (paper 4b)."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from stereo_landmark.core.procedure.primitive import Kind, Primitive, size_of
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 NEAR = 20.0
-"""A primitive that is farther from the given place is another one [px]."""
+"""Maximum distance of the selected primitive from the given pixel [px]."""
 
 
 ANY_SIZE = (0.0, math.inf)
 
 
 class Order(Enum):
-    """In which primitives of a region are looked for."""
+    """Sort order of the primitives of a region."""
 
     LEFT_TO_RIGHT = 'left_to_right'
     RIGHT_TO_LEFT = 'right_to_left'
@@ -41,13 +41,13 @@ _RANKS: dict[Order, Callable[[Primitive], float]] = {
 
 @dataclass(frozen=True)
 class NearChoice:
-    """One primitive, by where it is.
+    """Selects the primitive nearest to a pixel.
 
     Attributes:
-        kind: of the primitive.
+        kind: kind of the primitive.
         place: u and v near its centre [px].
-        sizes: smallest and largest, as `size_of` tells them; they tell a rim's inside from its outside [px].
-        name: that it gets; the kind and a number if empty.
+        sizes: smallest and largest `size_of`, e.g. to separate the inner from the outer edge of a rim [px].
+        name: name of the selected primitive; the kind and a number if empty.
     """
 
     kind: Kind
@@ -56,17 +56,17 @@ class NearChoice:
     name: str = ''
 
     def found_in(self, scene: DetectedScene) -> list[Primitive]:
-        """Return the primitive nearest to the place.
+        """Return the primitive nearest to the pixel.
 
         Raises:
-            StereoLandmarkError: there is none near.
+            StereoLandmarkError: no primitive is near.
         """
         among = _of_size(scene, self.kind, self.sizes)
         centres = np.array([primitive.centre for primitive in among]).reshape(-1, 2)
         offsets = np.hypot(*(centres - self.place).T)
         if not len(offsets) or offsets.min() > NEAR:
             where = f'{self.place[0]:g}, {self.place[1]:g}'
-            nearest = 'there is none of these sizes in the image'
+            nearest = 'there is none of this size in the image'
             if len(offsets):
                 u, v = centres[int(offsets.argmin())]
                 nearest = f'the nearest is at {u:.0f}, {v:.0f}'
@@ -76,15 +76,15 @@ class NearChoice:
 
 @dataclass(frozen=True)
 class RegionChoice:
-    """All primitives of a kind in a region.
+    """Selects all primitives of a kind in a region.
 
     Attributes:
-        kind: of the primitives.
-        region: left, top, right, bottom; their centres are inside [px].
-        sizes: smallest and largest [px].
-        order: in which they are taken.
-        count: as many there must be, and no more are taken; None for any number.
-        name: that they get, with a number; the kind if empty.
+        kind: kind of the primitives.
+        region: left, top, right, bottom of the rectangle that contains their centres [px].
+        sizes: smallest and largest size [px].
+        order: sort order.
+        count: exact number of selected primitives, the first in the order; None for all.
+        name: name prefix of the selected primitives; the kind if empty.
     """
 
     kind: Kind
@@ -95,10 +95,10 @@ class RegionChoice:
     name: str = ''
 
     def found_in(self, scene: DetectedScene) -> list[Primitive]:
-        """Return the primitives in their order.
+        """Return the primitives in the sort order.
 
         Raises:
-            StereoLandmarkError: there are fewer than asked for, or none.
+            StereoLandmarkError: there are fewer than requested, or none.
         """
         left, top, right, bottom = self.region
         found = [
@@ -118,20 +118,20 @@ Choice = NearChoice | RegionChoice
 
 
 def named_primitives(choices: list[Choice], scene: DetectedScene) -> dict[str, Primitive]:
-    """Return what is chosen by name, in the order of the choices.
+    """Return the selected primitives by name, in the order of the selections.
 
-    A primitive that has a name of its own keeps it; others are numbered, ``meter 1``, ``meter 2``.
+    Named primitives keep their names; others are numbered, ``meter 1``, ``meter 2``.
 
     Raises:
-        StereoLandmarkError: a choice finds nothing, a name or a primitive is chosen twice.
+        StereoLandmarkError: a selection matches nothing, or a name or a primitive is selected twice.
     """
     named: dict[str, Primitive] = {}
     for choice in choices:
         for number, primitive in enumerate(choice.found_in(scene), start=1):
             if any(primitive is other for other in named.values()):
                 raise StereoLandmarkError(
-                    f'{choice.kind.value} at {primitive.centre[0]:.0f}, {primitive.centre[1]:.0f} is chosen twice; '
-                    'leave one of the choices out'
+                    f'{choice.kind.value} at {primitive.centre[0]:.0f}, {primitive.centre[1]:.0f} selected twice; '
+                    'remove one of the entries'
                 )
             named[_name(choice, number, named)] = primitive
     return named
@@ -150,5 +150,5 @@ def _name(choice: Choice, number: int, taken: dict[str, Primitive]) -> str:
         number = 1 + sum(key.startswith(f'{choice.kind.value} ') for key in taken)
         name = f'{choice.kind.value} {number}'
     if name in taken:
-        raise StereoLandmarkError(f'two primitives are called {name}; give each a name of its own')
+        raise StereoLandmarkError(f'two primitives are called {name}; names must be unique')
     return name

@@ -1,7 +1,7 @@
-"""Which primitives a fitted pose tells to be those of a target.
+"""Guided matching: matches the primitives of a target again, at the pixels that a fitted pose predicts.
 
-A supposition takes what lies nearest to a window's middle, and where outlines lie within or beside each other, as on a
-panel, that is often another one. The fitted pose tells where each point is to be, in both images and to a few pixels.
+A pose hypothesis matches the primitive nearest to the centre of a window. On nested or adjacent outlines, as on a
+panel, that is often a wrong one. The fitted pose predicts each point in both images to a few pixels.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from stereo_landmark.core.procedure.taught_place import TaughtPrimitive, TaughtT
 
 @dataclass(frozen=True)
 class _Alike:
-    """What one image shows that may be a taught primitive.
+    """Detected primitives of one image that are similar to a taught primitive.
 
     Attributes:
-        numbers: among those of its kind, shape (n,).
-        points: shape (n, p, 2), named as those of the taught one [px].
-        sizes: of ellipses, which have one point only, shape (n,) [px]; shape (0,) for all others.
+        numbers: indices among the primitives of the kind, shape (n,).
+        points: points in the order of the taught primitive's, shape (n, p, 2) [px].
+        sizes: sizes of ellipses, which have only one point, shape (n,) [px]; shape (0,) for other kinds.
     """
 
     numbers: NDArray[np.int64]
@@ -42,13 +42,13 @@ class _Alike:
 
 
 class Rematch:
-    """Matches one target again.
+    """Matches one target by guided matching.
 
     Args:
-        target: of a place.
-        points: where the points of each of its primitives were taught, in the place's frame.
-        view: both images.
-        tolerances: how far primitives may differ.
+        target: taught target.
+        points: taught points of each of its primitives, in the place's frame.
+        view: stereo view.
+        tolerances: tolerances of the shape comparison.
     """
 
     def __init__(
@@ -66,14 +66,14 @@ class Rematch:
         ]
 
     def matched(self, states: NDArray[np.float64], window: float) -> NDArray[np.int64]:
-        """Return the primitives whose points are nearest to where they are expected, left and right, shape (h, k, 2).
+        """Return the candidates nearest to the predicted points in the left and right image, shape (h, k, 2).
 
         Args:
-            states: shape (h, 4), x, y, z [m] and yaw [rad] of the robot in the place's frame.
-            window: what is farther off at some point is another one [px].
+            states: x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (h, 4).
+            window: maximum distance of each point from its prediction [px].
 
         Returns:
-            for `fitted` and `pairs`; -1 where an image shows none.
+            candidate indices for `fit` and `pairs`; -1 without a match.
         """
         sizes = self._sizes * self._depths(np.zeros((1, 4))) / self._depths(states)
         chosen = np.full((len(states), len(self._points), 2), -1)
@@ -86,11 +86,11 @@ class Rematch:
         return chosen
 
     def fitted(self, state: NDArray[np.float64], chosen: NDArray[np.int64]) -> NDArray[np.float64] | None:
-        """Return the pose that fits primitives as they were detected, shape (4,), None where they tell none.
+        """Fit the pose to the detected primitives, shape (4,); None if it is not observable.
 
         Args:
-            state: shape (4,), about where it is.
-            chosen: shape (k, 2), of `matched`.
+            state: initial state, shape (4,).
+            chosen: candidate indices from `match`, shape (k, 2).
         """
         numbers = np.flatnonzero(chosen[:, 0] >= 0).tolist()
         if not numbers:
@@ -103,7 +103,7 @@ class Rematch:
         return coarse_fit(state, positions, covariances, np.concatenate(seen), self._view)
 
     def pairs(self, chosen: NDArray[np.int64]) -> list[NamedPair]:
-        """Return the primitives of both images; ``chosen`` as of `fitted`."""
+        """Return the matched primitives of both images; ``chosen`` as in `fit`."""
         pairs: list[NamedPair] = []
         for k, taught in enumerate(self._target.primitives):
             if chosen[k, 0] >= 0:
@@ -116,7 +116,7 @@ class Rematch:
         return pairs
 
     def _depths(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how far ahead the primitives are, shape (h, k) [m]."""
+        """Return the depths of the primitives, shape (h, k) [m]."""
         pixels = expected_pixels(states, self._centres, self._view)
         rig = self._view.rig
         disparities = (pixels[..., 0] - rig.left.cx) - (pixels[..., 2] - rig.right.cx)
@@ -150,14 +150,14 @@ def _nearest(
     sizes: NDArray[np.float64],
     window: float,
 ) -> NDArray[np.int64]:
-    """Return the number of the nearest to expected points, shape (h, p, 2), for each row; -1 outside of the window.
+    """Return the index of the nearest candidate for each row of predicted points; -1 outside of the window.
 
     Args:
-        points: shape (n, p, 2) [px].
-        point_sizes: shape (n,), or (0,) where sizes do not count [px].
-        expected: shape (h, p, 2); what is not a number is nowhere [px].
-        sizes: shape (h,) [px].
-        window: [px].
+        points: points of the candidates, shape (n, p, 2) [px].
+        point_sizes: sizes of the candidates, shape (n,), or (0,) to ignore sizes [px].
+        expected: predicted points, shape (h, p, 2); NaN matches nothing [px].
+        sizes: predicted sizes, shape (h,) [px].
+        window: maximum misfit [px].
     """
     nearest = np.full(len(expected), -1)
     for h in range(len(expected)):
@@ -168,7 +168,7 @@ def _nearest(
                 if not misfit < least:
                     break
                 du, dv = expected[h, p, 0] - points[i, p, 0], expected[h, p, 1] - points[i, p, 1]
-                # Not so the maximum, which would forget what is not a number.
+                # Unlike max(), this comparison propagates NaN.
                 way = np.sqrt(du * du + dv * dv)
                 misfit = way if not way < misfit else misfit
             if misfit < least:

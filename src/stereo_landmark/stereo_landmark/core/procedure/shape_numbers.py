@@ -1,4 +1,4 @@
-"""Shapes of primitives as rows of numbers, so that many are compared at once."""
+"""Shape vectors and descriptors of primitives, for vectorized comparison."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from stereo_landmark.core.procedure.primitive import Kind, Primitive, Tolerances
 
 DESCRIPTORS = 9
 SIZE_STEP = 0.2
-"""Difference of the logarithm of a size between the views of both cameras."""
+"""Tolerance of the logarithm of a size between both cameras."""
 ANGLE_STEP = 0.2
-"""Difference of a direction [rad]."""
+"""Tolerance of a direction [rad]."""
 CORNER_STEP = 0.15
-"""Difference of the corner of a quadrilateral as a part of its size."""
+"""Tolerance of a corner of a quadrilateral, as a fraction of its size."""
 LENGTH_STEP = 0.7
-"""Difference of the logarithm of a length whose ends are badly known."""
+"""Tolerance of the logarithm of a length with uncertain end points."""
 
 _NUMBERS: dict[Kind, Callable[[Sequence[Any]], NDArray[np.float64]]] = {
     Kind.ELLIPSE: ellipse_numbers,
@@ -38,7 +38,7 @@ _NUMBERS: dict[Kind, Callable[[Sequence[Any]], NDArray[np.float64]]] = {
 
 
 def numbers_of(kind: Kind, primitives: Sequence[Primitive]) -> NDArray[np.float64]:
-    """Return the shapes of primitives of one kind, shape (n, d); where they are plays no part."""
+    """Return the shape vectors of primitives of one kind, shape (n, d), independent of their positions."""
     return _NUMBERS[kind](primitives)
 
 
@@ -55,16 +55,16 @@ def centres_of(kind: Kind, primitives: Sequence[Primitive]) -> NDArray[np.float6
 def differences(
     kind: Kind, found: NDArray[np.float64], taught: NDArray[np.float64], tolerances: Tolerances
 ) -> NDArray[np.float64]:
-    """Return how much found shapes differ from taught ones: 0 not at all, 1 just tolerated.
+    """Return the differences between detected and taught shapes: 0 for equal, 1 at the tolerance.
 
     Args:
-        kind: of all of them.
-        found: shape (n, d), see :func:`numbers_of`.
-        taught: shape (k, d).
-        tolerances: how far they may differ.
+        kind: kind of all the primitives.
+        found: detected shapes, shape (n, d), see :func:`numbers_of`.
+        taught: taught shapes, shape (k, d).
+        tolerances: tolerances of the shape comparison.
 
     Returns:
-        shape (k, n).
+        differences, shape (k, n).
     """
     match kind:
         case Kind.ELLIPSE:
@@ -78,14 +78,14 @@ def differences(
 
 
 def descriptors_of(kind: Kind, numbers: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return descriptors: two primitives of a kind look the same where all of these differ by less than one.
+    """Return descriptors: two primitives of a kind are similar if all their descriptors differ by less than one.
 
     Args:
-        kind: of all of them.
-        numbers: shape (n, d), see :func:`numbers_of`.
+        kind: kind of all the primitives.
+        numbers: shape vectors, shape (n, d), see :func:`numbers_of`.
 
     Returns:
-        shape (n, DESCRIPTORS).
+        descriptors, shape (n, DESCRIPTORS).
     """
     rows = np.zeros((len(numbers), DESCRIPTORS))
     match kind:
@@ -111,5 +111,5 @@ def descriptors_of(kind: Kind, numbers: NDArray[np.float64]) -> NDArray[np.float
 
 
 def _lines(tilts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return directions without a sense as half the unit vectors of twice their angles, shape (n, 2)."""
+    """Return undirected angles as half unit vectors of the doubled angle, shape (n, 2)."""
     return 0.5 * np.column_stack([np.cos(2.0 * tilts), np.sin(2.0 * tilts)])

@@ -1,4 +1,4 @@
-"""What the search for targets answers."""
+"""Results of the target search."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from stereo_landmark.core.place.stereo_points import StereoPoints
 
 @dataclass(frozen=True)
 class TargetSighting:
-    """A target that was found.
+    """A detected target.
 
     Attributes:
-        target: its name.
-        state: shape (4,), x, y, z [m] and yaw [rad] of the robot in the place's frame, roughly.
-        points: measured in the grey images, named ``target/primitive/point``.
-        found: names of the primitives that were found.
-        evidence: log likelihood above chance.
+        target: name of the target.
+        state: coarse x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (4,).
+        points: points refined in the grey images, named ``target/primitive/point``.
+        found: names of the detected primitives.
+        evidence: log-likelihood ratio against chance.
     """
 
     target: str
@@ -31,21 +31,21 @@ class TargetSighting:
 
 
 class NoSightingReason(Enum):
-    """Why a target is not found."""
+    """Why a target is not detected."""
 
-    NO_CANDIDATE = 'nothing looks like it'
-    NO_EVIDENCE = 'what looks like it could be chance'
-    AMBIGUOUS = 'it may be in several places'
+    NO_CANDIDATE = 'no similar shapes in view'
+    NO_EVIDENCE = 'the match could be due to chance'
+    AMBIGUOUS = 'ambiguous: several poses match'
 
 
 @dataclass(frozen=True)
 class NoTargetSighting:
-    """A target that was not found, and why.
+    """A target that was not detected, and why.
 
     Attributes:
-        target: its name.
-        reason: the kind of failure.
-        detail: numbers to it, for the diagnostics.
+        target: name of the target.
+        reason: kind of failure.
+        detail: numbers for the diagnostics.
     """
 
     target: str

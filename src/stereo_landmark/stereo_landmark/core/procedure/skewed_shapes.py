@@ -1,4 +1,4 @@
-"""Quadrilaterals whose sides are of different things: panels and signs are rectangles, these are none."""
+"""Finds quadrilaterals that are not rectangles in 3D: their sides belong to different objects."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 from stereo_landmark.core.procedure.primitive import Primitive
 
 SKEW_MAX = 0.05
-"""Opposite sides of a rectangle, as measured in space, differ by a smaller part than this,"""
+"""Opposite sides of a rectangle differ in 3D by a smaller fraction than this,"""
 SKEW_SIGMAS = 5.0
 """or by fewer standard deviations."""
 
 
 def skewed_shapes(shapes: Mapping[str, Primitive], coordinates: SpatialPoints) -> Iterator[tuple[str, str]]:
-    """Yield name and remark of each quadrilateral that is no rectangle in space.
+    """Yield name and warning of each quadrilateral that is not a rectangle in 3D.
 
-    One side that is another thing's in one of the images, such as the frame around a panel, makes a plane out of it
-    that is not there, and two corners far behind or before the wall, which look well measured.
+    If one side is matched to another edge in one of the images, such as the frame around a panel, two corners are
+    triangulated far behind or in front of the wall, with small stated covariances.
 
     Args:
         shapes: primitives by their names.
-        coordinates: of their points, named ``name/point``.
+        coordinates: 3D points, named ``name/point``.
     """
     for name, shape in shapes.items():
         if not isinstance(shape, Quadrilateral):
@@ -34,14 +34,14 @@ def skewed_shapes(shapes: Mapping[str, Primitive], coordinates: SpatialPoints) -
         if skew > 1.0:
             one, other = (f'{100.0 * length:.1f}' for length in lengths)
             text = (
-                f'{name}: its opposite sides are {one} and {other} cm long in space; unless it is so, they are of '
-                'different things: choose another primitive'
+                f'{name}: its opposite sides are {one} and {other} cm long in 3D; a rectangle is probably mismatched: '
+                'select another primitive'
             )
             yield name, text
 
 
 def _skew(corners: SpatialPoints) -> tuple[float, tuple[float, float]]:
-    """Return how far opposite sides differ, above 1 for more than in any rectangle, and their lengths [m]."""
+    """Return the skew, above 1 for anything but a rectangle, and the lengths of the opposite sides [m]."""
     sides = [_side(corners, k) for k in range(4)]
     worst = 0.0, (0.0, 0.0)
     for (one, variance), (other, other_variance) in zip(sides[:2], sides[2:], strict=True):

@@ -1,4 +1,4 @@
-"""Which detected primitives may be a taught one, and where they are in space."""
+"""Finds and triangulates detected primitives that are similar to a taught one."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
 
 @dataclass(frozen=True)
 class StereoCandidates:
-    """Detected primitives that may be one taught primitive.
+    """Detected stereo pairs that are similar to one taught primitive.
 
     Attributes:
-        left: numbers among those of its kind in the left image, shape (n,).
-        right: the same in the right image, shape (n,).
-        centres: u, v left and u right, shape (n, 3) [px].
-        positions: of their centres in the level base frame, shape (n, 3) [m].
-        points: their invariant points in the order of the taught one's, u, v left and u, v right, shape (n, p, 4) [px].
+        left: indices among the primitives of the kind in the left image, shape (n,).
+        right: indices in the right image, shape (n,).
+        centres: u, v left and u right of the centres, shape (n, 3) [px].
+        positions: centres in the gravity-aligned base frame, shape (n, 3) [m].
+        points: invariant points in the order of the taught one's, u, v left and u, v right, shape (n, p, 4) [px].
     """
 
     left: NDArray[np.int64]
@@ -42,13 +42,13 @@ class StereoCandidates:
 def stereo_candidates(
     taught: Sequence[TaughtPrimitive], view: StereoView, depths: NDArray[np.float64], tolerances: Tolerances
 ) -> list[StereoCandidates]:
-    """Find what both images show that may be each of some taught primitives.
+    """Find the stereo candidates of each taught primitive.
 
     Args:
-        taught: k of them.
-        view: both images.
-        depths: smallest and largest depth that each may have, shape (k, 2) [m].
-        tolerances: how far they may differ.
+        taught: k taught primitives.
+        view: stereo view.
+        depths: smallest and largest accepted depth of each, shape (k, 2) [m].
+        tolerances: tolerances of the shape comparison.
     """
     alike = alike_primitives(taught, view.left.kinds, tolerances)
     return [
@@ -60,7 +60,7 @@ def stereo_candidates(
 def alike_primitives(
     taught: Sequence[TaughtPrimitive], kinds: dict[Kind, DetectedKind], tolerances: Tolerances
 ) -> list[NDArray[np.bool_]]:
-    """Return of each taught primitive which ones of its kind are within the tolerances, each of shape (n,)."""
+    """Return for each taught primitive the mask of primitives within the tolerances, each of shape (n,)."""
     rows: dict[int, NDArray[np.bool_]] = {}
     for kind, detected in kinds.items():
         numbers = [k for k, each in enumerate(taught) if each.kind is kind]
@@ -95,7 +95,7 @@ def _invariant_points(
     view: StereoView,
     centres: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return the corners of quadrilaterals, shape (n, 4, 4), and the centres of all others, shape (n, 1, 4) [px]."""
+    """Return the corners of quadrilaterals, shape (n, 4, 4), and the centres of other kinds, shape (n, 1, 4) [px]."""
     if taught.kind is not Kind.QUADRILATERAL:
         return centres[:, None]
     here, there = view.both(taught.kind)
@@ -105,7 +105,7 @@ def _invariant_points(
 
 
 def _points(seen: NDArray[np.float64], rig: StereoRig) -> NDArray[np.float64]:
-    """Return points in the left optical frame, shape (n, 3), of u, v left and u, v right, shape (n, 4)."""
+    """Triangulate u, v left and u, v right, shape (n, 4) [px], into the left optical frame, shape (n, 3) [m]."""
     left = rig.left
     z = left.fx * rig.baseline / ((seen[:, 0] - left.cx) - (seen[:, 2] - rig.right.cx))
     x = (seen[:, 0] - left.cx) / left.fx * z

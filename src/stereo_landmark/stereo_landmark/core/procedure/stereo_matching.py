@@ -1,8 +1,8 @@
-"""Which primitive of the right image is which of the left one, where many look the same.
+"""Stereo matching of primitives, also where many look the same.
 
-Things that look alike are told apart by their neighbours: on surfaces, disparities of neighbours differ by less than a
-share of their distance (the disparity gradient limit of Pollard, Mayhew & Frisby 1985). Each pair of primitives gets
-support from all neighbours that have a pair within that limit, and pairs win that have the most on both sides.
+Similar primitives are disambiguated by their neighbours: on surfaces, the disparities of neighbours differ by less than
+a fraction of their distance (the disparity gradient limit of Pollard, Mayhew & Frisby 1985). Each candidate pair gets
+support from all neighbours with a pair within that limit; pairs with the most support on both sides are matched.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from numba import njit
 from numpy.typing import NDArray
 
 ROWS_APART = 2.0
-"""Rectified images show a point in the same row, and detection is about a pixel off [px]."""
+"""Maximum row difference of a pair; detections are accurate to about a pixel [px]."""
 GRADIENT_MAX = 0.15
-"""Of disparities over the image: a wall seen at 45° from 3 m with 0.2 m of baseline has 0.07."""
+"""Maximum disparity gradient: a wall seen at 45° from 3 m with 0.2 m of baseline has 0.07."""
 SLACK = 2.0
-"""Error of a disparity [px]."""
+"""Disparity error besides the gradient [px]."""
 NEIGHBOURHOOD = 600.0
-"""How far support reaches [px]: far enough to see the end of a row of like things."""
+"""Radius of the neighbours that give support [px]: large enough to include the end of a row of similar shapes."""
 SAME = 4.0
-"""Disparities that differ by less are those of one thing that was detected twice [px]."""
+"""Pairs whose disparities differ by less are duplicate detections [px]."""
 VOTERS_MAX = 1000
-"""Of more primitives, as many are asked, evenly chosen: on tiled walls there are thousands, and they say the same."""
+"""Maximum number of supporting neighbours; more are subsampled evenly, since tiled walls have thousands."""
 MARGIN = 1.03
-"""Pairs that have hardly more support than others are not told apart."""
+"""Minimum ratio of the support to that of the runner-up; below it a pair is ambiguous."""
 
 
 def match_pairs(
@@ -36,14 +36,14 @@ def match_pairs(
     weights: Sequence[float],
     wanted: int,
 ) -> NDArray[np.int64]:
-    """Return the pairs of one kind that win, shape (k, 2). Primitives of all kinds support each other.
+    """Return the matched pairs of one kind, shape (k, 2). Primitives of all kinds support each other.
 
     Args:
-        centres: of each kind, shape (n, 2), in the left image [px].
-        pairs: of each kind, shape (m, 2), see `alike_pairs`.
-        disparities: of each kind, shape (m,) [px].
-        weights: how much the word of a primitive of each kind counts.
-        wanted: number of the kind.
+        centres: centres in the left image for each kind, shape (n, 2) [px].
+        pairs: candidate pairs for each kind, shape (m, 2), see `alike_pairs`.
+        disparities: disparities of the pairs for each kind, shape (m,) [px].
+        weights: support weight of a primitive of each kind.
+        wanted: index of the kind to match.
     """
     begin, end = np.cumsum([0, *(len(numbers) for numbers in pairs)])[wanted : wanted + 2]
     asked = np.zeros(sum(len(numbers) for numbers in pairs), dtype=np.bool_)
@@ -69,14 +69,14 @@ def alike_pairs(
     right_shapes: NDArray[np.float64],
     disparities: tuple[float, float],
 ) -> NDArray[np.int64]:
-    """Return which primitives of one kind may be the same, shape (m, 2): number in the left and in the right image.
+    """Return candidate pairs of primitives of one kind, shape (m, 2): index in the left and in the right image.
 
     Args:
-        left: shape (n, 2), centres less the principal point [px].
-        left_shapes: shape (n, d), their descriptors.
-        right: shape (k, 2).
-        right_shapes: shape (k, d).
-        disparities: smallest and largest [px].
+        left: centres in the left image minus the principal point, shape (n, 2) [px].
+        left_shapes: descriptors of the left primitives, shape (n, d).
+        right: centres in the right image minus the principal point, shape (k, 2) [px].
+        right_shapes: descriptors of the right primitives, shape (k, d).
+        disparities: smallest and largest disparity [px].
     """
     order = np.argsort(right[:, 1])
     rows = right[order, 1]
@@ -113,14 +113,14 @@ def supports(
     weights: NDArray[np.float64],
     asked: NDArray[np.bool_],
 ) -> NDArray[np.float64]:
-    """Return how much the neighbours speak for each pair that is asked for, shape (m,); 0 for the others.
+    """Return the support of the neighbours for each requested pair, shape (m,); 0 for the others.
 
     Args:
-        places: shape (m, 2), centres in the left image [px].
-        disparities: shape (m,) [px].
-        owners: shape (m,), which primitive of the left image a pair is of; pairs of one stand together.
-        weights: shape (m,), how much the word of that primitive counts.
-        asked: shape (m,).
+        places: centres in the left image, shape (m, 2) [px].
+        disparities: disparities of the pairs, shape (m,) [px].
+        owners: index of the left primitive of each pair, shape (m,); pairs of one primitive are adjacent.
+        weights: support weight of the left primitive of each pair, shape (m,).
+        asked: mask of the requested pairs, shape (m,).
     """
     firsts = _firsts(owners)
     layers, sizes, voters = _voters(disparities, firsts)
@@ -148,11 +148,11 @@ def supports(
 def _voters(
     disparities: NDArray[np.float64], firsts: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
-    """Return the first disparity of each voter, then the second of those that have two, and so on.
+    """Return the first disparity of each supporter, then the second of those that have two, and so on.
 
     Returns:
-        rows of disparities, shape (k, n); how many voters have so many, shape (k,); which owners the voters are,
-        those with most pairs first, shape (n,).
+        rows of disparities, shape (k, n); number of supporters with that many, shape (k,); left indices of the
+        supporters, those with the most pairs first, shape (n,).
     """
     step = max((len(firsts) + VOTERS_MAX - 2) // VOTERS_MAX, 1)
     chosen = np.arange(0, len(firsts) - 1, step)
@@ -169,7 +169,7 @@ def _voters(
     return layers, sizes, chosen
 
 
-# Sums in any order, so that many voters are asked together.
+# Summation order is free, so that the loop is vectorized.
 @njit(cache=True, error_model='numpy', fastmath={'reassoc', 'nsz', 'contract'})
 def _support(
     disparity: float,
@@ -192,7 +192,7 @@ def _support(
 
 @njit(cache=True, error_model='numpy')
 def _firsts(owners: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return where the pairs of each owner begin, and the number of pairs."""
+    """Return the first pair of each left primitive, followed by the number of pairs."""
     firsts = np.empty(len(owners) + 1, np.int64)
     count = 0
     for p in range(len(owners)):
@@ -205,11 +205,11 @@ def _firsts(owners: NDArray[np.int64]) -> NDArray[np.int64]:
 
 @njit(cache=True, error_model='numpy')
 def contested(pairs: NDArray[np.int64], disparities: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which pairs have rivals for their left or right primitive, shape (m,); what was detected twice is none.
+    """Return the mask of pairs that compete for their left or right primitive, shape (m,), except for duplicates.
 
     Args:
-        pairs: shape (m, 2), of one kind.
-        disparities: shape (m,) [px].
+        pairs: candidate pairs of one kind, shape (m, 2).
+        disparities: disparities of the pairs, shape (m,) [px].
     """
     alone = np.ones(len(pairs), np.bool_)
     for side in range(2):
@@ -230,12 +230,12 @@ def contested(pairs: NDArray[np.int64], disparities: NDArray[np.float64]) -> NDA
 def mutual_best(
     pairs: NDArray[np.int64], disparities: NDArray[np.float64], support: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """Return which pairs have clearly the most support of all of their left and of their right primitive, shape (m,).
+    """Return the mask of pairs with clearly the most support for both their left and right primitive, shape (m,).
 
     Args:
-        pairs: shape (m, 2), of one kind.
-        disparities: shape (m,) [px].
-        support: shape (m,).
+        pairs: candidate pairs of one kind, shape (m, 2).
+        disparities: disparities of the pairs, shape (m,) [px].
+        support: support of the pairs, shape (m,).
     """
     chosen = np.ones(len(pairs), np.bool_)
     for side in range(2):
@@ -247,7 +247,7 @@ def mutual_best(
             for a in range(begin, end):
                 for b in range(begin, end):
                     p, q = order[a], order[b]
-                    # What was detected twice is no rival.
+                    # Duplicate detections do not compete.
                     rivals = abs(disparities[p] - disparities[q]) > SAME
                     if rivals and support[p] <= MARGIN * support[q]:
                         chosen[p] = False

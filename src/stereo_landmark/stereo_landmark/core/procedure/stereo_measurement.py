@@ -1,4 +1,4 @@
-"""The corresponding points of primitives that both images show (paper 3.3d, 3.4)."""
+"""Corresponding points of stereo-matched primitives (paper 3.3d, 3.4)."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 from stereo_landmark.core.procedure.primitive import Primitive, as_ordered
 
 NamedPair = tuple[str, Primitive, Primitive]
-"""The name of a primitive, and how it is seen in the left and in the right image."""
+"""Name of a primitive, and its shape in the left and in the right image."""
 
 
 def pair_as_taught(taught: Primitive, left: Primitive, right: Primitive) -> tuple[Primitive, Primitive]:
-    """Return both with their points named as those of the taught one."""
+    """Reorder the points of both shapes to correspond to those of the taught one."""
     ordered = as_ordered(left, taught)
     return ordered, as_ordered(right, ordered)
 
 
 def invariant_points(primitive: Primitive) -> tuple[str, ...]:
-    """Return the names of the points that are the same spot from wherever they are seen.
+    """Return the names of the points that are invariant to the viewpoint.
 
-    The mean of the corners of a quadrilateral is not: seen at an angle it moves towards the farther side.
+    The mean of the corners of a quadrilateral is not: in an oblique view it moves towards the farther side.
     """
     names = primitive.image_points()
     return tuple(name for name in names if not (isinstance(primitive, Quadrilateral) and name == 'centre'))
@@ -34,7 +34,7 @@ def stereo_points(pairs: Iterable[NamedPair]) -> StereoPoints:
     """Return the invariant points of primitives, named ``primitive/point``.
 
     Args:
-        pairs: primitives whose points have the same names in both images.
+        pairs: primitives whose points correspond in both images.
     """
     names: list[str] = []
     pixels: list[np.ndarray] = []

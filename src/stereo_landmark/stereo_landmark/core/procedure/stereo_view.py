@@ -1,4 +1,4 @@
-"""Both images of a moment and the cameras that took them."""
+"""Primitives of a stereo pair with its cameras."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from stereo_landmark.core.procedure.primitive import Kind
 from stereo_landmark.core.procedure.stereo_matching import alike_pairs, match_pairs
 
 DEPTHS = (0.3, 30.0)
-"""Of what a robot can locate itself by [m]."""
+"""Minimum and maximum depth of a landmark [m]."""
 
 WEIGHTS = {Kind.ELLIPSE: 1.0, Kind.QUADRILATERAL: 1.0, Kind.PARALLEL_LINES: 0.5, Kind.CORNER: 0.2}
-"""How much the word of a primitive counts for its neighbours: many corners are seen by one camera only."""
+"""Support weight of a primitive for its neighbours: many corners are visible in one camera only."""
 
 
 @dataclass(frozen=True)
 class StereoView:
-    """What both cameras show.
+    """Detected primitives of both images.
 
     Attributes:
-        left: the left image.
-        right: the right image, with the same kinds of primitives.
-        rig: the cameras.
+        left: primitives of the left image.
+        right: primitives of the right image, of the same kinds.
+        rig: stereo cameras.
         tilt: roll and pitch of the base [rad].
     """
 
@@ -39,7 +39,7 @@ class StereoView:
 
     @cached_property
     def camera(self) -> LevelCamera:
-        """The left one on the robot that leans."""
+        """Left camera in the gravity-aligned base frame."""
         return level_camera(self.rig.mount, *self.tilt)
 
     def both(self, kind: Kind) -> tuple[DetectedKind, DetectedKind]:
@@ -47,9 +47,9 @@ class StereoView:
         return self.left.kinds[kind], self.right.kinds[kind]
 
     def partners_of(self, kind: Kind) -> NDArray[np.int64]:
-        """Return which primitive of the right image each of the left one is, shape (n,); -1 for none."""
+        """Return the index of the right primitive matched to each left one, shape (n,); -1 without a match."""
         if kind not in self._partners:
-            # Primitives of all kinds support each other, but only those of this kind are decided now.
+            # Primitives of all kinds support each other, but only those of this kind are matched now.
             numbers = match_pairs(
                 [self.left.kinds[each].centres for each in self._pairs],
                 list(self._pairs.values()),
@@ -63,12 +63,12 @@ class StereoView:
 
     @cached_property
     def _partners(self) -> dict[Kind, NDArray[np.int64]]:
-        """What was asked so far."""
+        """Cached matches by kind."""
         return {}
 
     @cached_property
     def _pairs(self) -> dict[Kind, NDArray[np.int64]]:
-        """What may be the same, by kind, each of shape (m, 2)."""
+        """Candidate pairs by kind, each of shape (m, 2)."""
         return {kind: self._alike(kind) for kind in self.left.kinds}
 
     def _alike(self, kind: Kind) -> NDArray[np.int64]:

@@ -1,8 +1,8 @@
-"""Suppositions where the robot is: the detection paths of the procedure tree (paper 3.4, figs 7 and 8).
+"""Pose hypotheses from the detection paths of the procedure tree (paper 3.4, figs 7 and 8).
 
-Each primitive of a target is taken as the first of a path, the surest one first. Where one that looks like it was
-found, its place in space and each turn that the robot may have made give a pose, and the pose gives the windows in
-which the others are looked for. Suppositions that find the same primitives are one.
+Each primitive of a target begins a path, the most reliable one first. The 3D position of each of its candidates and
+each tested yaw of the robot determine a pose, and the pose determines the windows in which the other primitives are
+searched. Hypotheses that match the same primitives are merged.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ from stereo_landmark.core.procedure.stereo_candidates import StereoCandidates
 from stereo_landmark.core.procedure.stereo_view import StereoView
 
 TURN_STEP = 0.09
-"""Between the turns that are tried [rad]."""
+"""Step between the tested yaws [rad]."""
 WAY_SHARE = 0.08
-"""The window of a primitive grows by this share of its way from the first one of the path."""
+"""Growth of a search window per pixel of distance from the first primitive of the path."""
 DISPARITY_SHARE = 0.5
-"""Disparities are off by less than places, by about this factor."""
+"""Ratio of the error of disparities to that of positions."""
 KEPT_MAX = 24
-"""Suppositions that are looked at more closely."""
+"""Maximum number of hypotheses that are refined."""
 _Tried = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]
 """States, matches, misfits and paths."""
 
 
 @dataclass(frozen=True)
 class Supposition:
-    """A supposed pose and the primitives that speak for it.
+    """A hypothetical pose and the primitives that support it.
 
     Attributes:
-        state: shape (4,), x, y, z [m] and yaw [rad] of the robot in the place's frame.
-        matched: shape (k,), the candidate of each primitive of the target, -1 for none.
-        path: the primitive that its path began with.
+        state: x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (4,).
+        matched: candidate index of each primitive of the target, shape (k,), -1 without a match.
+        path: index of the first primitive of its path.
     """
 
     state: NDArray[np.float64]
@@ -53,13 +53,13 @@ def suppose(
     view: StereoView,
     settings: SearchSettings,
 ) -> list[Supposition]:
-    """Return different suppositions, those that find most first; of equal ones those of the surer path.
+    """Return distinct hypotheses, those with the most matches first, in a tie those of the more reliable path.
 
     Args:
-        positions: shape (k, 3), of the target's primitives in the place's frame, the surest first [m].
-        candidates: of each of them.
-        view: both images.
-        settings: where the robot may be.
+        positions: the target's primitives in the place's frame, the most reliable first, shape (k, 3) [m].
+        candidates: stereo candidates of each primitive.
+        view: stereo view.
+        settings: search settings.
     """
     yaws = np.arange(-settings.turn, settings.turn + 0.5 * TURN_STEP, TURN_STEP)
     needed = math.ceil(max(1.0, settings.seen_min * len(positions)) - 1e-9)
@@ -83,10 +83,10 @@ def _best_of(
     misfits: NDArray[np.float64],
     paths: NDArray[np.int64],
 ) -> list[Supposition]:
-    """Return suppositions, of those with the same matches the one that fits best."""
+    """Return hypotheses, of those with the same matches the one with the smallest misfit."""
     counts = (matched >= 0).sum(axis=1)
     chosen: list[int] = []
-    # Those that find most come first, so that few need to be compared.
+    # Hypotheses with the most matches come first, so that few need to be compared.
     for count in np.unique(counts)[::-1].tolist():
         alike = np.flatnonzero(counts == count)
         alike = alike[np.argsort(misfits[alike], kind='stable')]
@@ -107,23 +107,23 @@ def _match(
     window: float,
     needed: int,
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the candidate of each primitive in its window, shape (h, k), -1 for none, and the mean misfit, (h,).
+    """Return the candidate of each primitive in its window, shape (h, k), -1 without one, and the mean misfit, (h,).
 
     Args:
-        pixels: shape (h, k, 4), where the primitives are expected.
-        starts: shape (k + 1,), where the candidates of each begin.
-        centres: shape (n, 3), of the candidates: u, v left and u right [px].
-        order: shape (n,), the numbers of the candidates of each primitive by rising v.
-        path: the primitive that the path begins with.
-        window: its half width at the first primitive [px].
-        needed: poses that find fewer primitives have an infinite misfit.
+        pixels: predicted pixels of the primitives, shape (h, k, 4) [px].
+        starts: start index of the candidates of each primitive, shape (k + 1,).
+        centres: u, v left and u right of the candidates, shape (n, 3) [px].
+        order: indices of the candidates of each primitive by ascending v, shape (n,).
+        path: index of the first primitive of the path.
+        window: half width of the window at the first primitive [px].
+        needed: minimum number of matches; poses with fewer have an infinite misfit.
     """
     count = pixels.shape[1]
     matched = np.full(pixels.shape[:2], -1)
     misfits = np.full(len(pixels), np.inf)
     sorted_centres, firsts = _by_rows(starts, centres, order)
     squares = np.empty(len(centres))
-    # What is rare is asked first: it shows soonest that a pose is wrong.
+    # The primitive with the fewest candidates is tested first: it rejects wrong poses earliest.
     rare_first = np.argsort(np.diff(starts), kind='mergesort')
     for h in range(len(pixels)):
         found, total = 0, 0.0
@@ -147,10 +147,10 @@ def _match(
 def _by_rows(
     starts: NDArray[np.int64], centres: NDArray[np.float64], order: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the candidates of each primitive by rising v, and the first one that is not above each row of pixels.
+    """Sort the candidates of each primitive by ascending v, and index the first one at or below each pixel row.
 
     Returns:
-        centres, shape (3, n), and numbers among them, shape (k, rows).
+        sorted centres, shape (3, n), and first indices, shape (k, rows).
     """
     count = len(starts) - 1
     ordered = np.empty((3, len(centres)))
@@ -179,19 +179,19 @@ def _nearest(
     reach: float,
     squares: NDArray[np.float64],
 ) -> tuple[int, float]:
-    """Return the number of the candidate nearest to a place and its distance [px]; -1 where none is within reach.
+    """Return index and distance [px] of the candidate nearest to a predicted pixel; -1 if none is within the radius.
 
     Args:
-        expected: shape (4,) [px].
-        centres: shape (3, n), by rising v [px].
-        firsts: shape (rows,), see `_by_rows`.
-        end: of this primitive's candidates.
-        order: shape (n,), their numbers.
-        reach: [px].
-        squares: shape (n,), room for what is only needed here.
+        expected: predicted u, v left and u, v right, shape (4,) [px].
+        centres: candidates by ascending v, shape (3, n) [px].
+        firsts: first index of each row, shape (rows,), see `_by_rows`.
+        end: end index of the candidates of this primitive.
+        order: original indices of the candidates, shape (n,).
+        reach: search radius [px].
+        squares: scratch array, shape (n,).
     """
     top, bottom = max(expected[1] - reach, 0.0), expected[1] + reach + 1.0
-    # Not so where the place is not a number: then nothing is near.
+    # False for NaN, which matches nothing.
     if not (top < len(firsts) and bottom >= 0.0):
         return -1, reach
     begin = firsts[int(top)]
@@ -209,7 +209,7 @@ def _nearest(
     return best, np.sqrt(least)
 
 
-# The least of any order is the same, so that many are looked at together.
+# The minimum does not depend on the order, so that the loop is vectorized.
 @njit(cache=True, error_model='numpy', fastmath={'nnan', 'nsz', 'reassoc'})
 def _write_squares(
     expected: NDArray[np.float64],
@@ -218,7 +218,7 @@ def _write_squares(
     rights: NDArray[np.float64],
     squares: NDArray[np.float64],
 ) -> float:
-    """Write the squared distances of places with u, v and u right from an expected one; return the least [px²]."""
+    """Write the squared distances of candidates from a predicted pixel; return the smallest [px²]."""
     u, v, disparity = expected[0], expected[1], expected[0] - expected[2]
     least = np.inf
     for i in range(len(us)):

@@ -1,4 +1,4 @@
-"""Looks for a taught target in a pair of images (paper 3.4, fig. 6)."""
+"""Searches a taught target in a stereo pair (paper 3.4, fig. 6)."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ from stereo_landmark.core.procedure.suppositions import Supposition, suppose
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget
 
 APART = 15.0
-"""Poses from which a primitive is expected this far away are different [px]."""
+"""Minimum image distance of a primitive between distinct poses [px]."""
 REMATCH_WINDOWS = 10.0, 4.0
-"""Within which primitives are matched again, each time followed by a fit [px]."""
+"""Window of each round of guided matching, each followed by a fit [px]."""
 DEPTH_MIN = 0.3
 DEPTH_SHARE = 0.3
-"""Detected depths are off by up to this share."""
+"""Maximum relative error of a detected depth."""
 
 
 @dataclass(frozen=True)
 class _Supposed:
-    """A supposed pose, shape (4,), and what makes the primitives that it was fitted to."""
+    """A fitted pose hypothesis: state, shape (4,), and a function that returns its matched primitives."""
 
     state: NDArray[np.float64]
     pairs: Callable[[], list[NamedPair]]
@@ -48,17 +48,17 @@ class _Supposed:
 
 @dataclass(frozen=True)
 class _Reading(_Supposed):
-    """The same, and how much speaks for it."""
+    """A fitted pose hypothesis with its log-likelihood ratio."""
 
     evidence: float
 
 
 class TargetSearch:
-    """Looks for the targets of one place.
+    """Searches the targets of one place.
 
     Args:
-        place: as taught.
-        settings: None for the defaults.
+        place: taught place.
+        settings: search settings; None for the defaults.
     """
 
     def __init__(self, place: TaughtPlace, settings: SearchSettings | None = None) -> None:
@@ -66,11 +66,11 @@ class TargetSearch:
         self._settings = settings or SearchSettings()
 
     def search(self, target: TaughtTarget, view: StereoView) -> TargetSighting | NoTargetSighting:
-        """Look for a target.
+        """Search a target.
 
         Args:
-            target: of the place.
-            view: both images, with the place's kinds of primitives.
+            target: target of the place.
+            view: stereo view with the place's kinds of primitives.
         """
         positions = np.array([taught.position for taught in target.primitives])
         best = self._verdict(target, self._readings(target, positions, view), positions, view)
@@ -89,7 +89,7 @@ class TargetSearch:
     def _readings(
         self, target: TaughtTarget, positions: NDArray[np.float64], view: StereoView
     ) -> list[_Reading]:
-        """Return the poses that may be, those first for which most speaks."""
+        """Generate, fit and score pose hypotheses, the most likely first."""
         candidates = self._candidates(target, view)
         points = self._invariant_points(target)
         fitted = [
@@ -107,8 +107,8 @@ class TargetSearch:
         return sorted(readings, key=lambda reading: -reading.evidence)
 
     def _matched_again(self, rematch: Rematch, fitted: list[_Supposed]) -> list[_Supposed]:
-        """Return poses fitted to the primitives that they themselves tell, where these are enough."""
-        # Suppositions of one truth end with the same primitives, and with one pose.
+        """Refine hypotheses by guided matching, where it finds enough primitives."""
+        # Hypotheses near the same pose converge to the same matches, which are fitted only once.
         states: dict[bytes, NDArray[np.float64] | None] = {}
         for window in REMATCH_WINDOWS:
             chosen = rematch.matched(np.array([each.state for each in fitted]), window)
@@ -123,7 +123,7 @@ class TargetSearch:
         return fitted
 
     def _candidates(self, target: TaughtTarget, view: StereoView) -> list[StereoCandidates]:
-        """Return what may be each primitive of the target, at a depth at which it may be."""
+        """Return the candidates of each primitive of the target within its depth range."""
         tolerances, reach = self._place.processing.tolerances, self._settings.reach
         positions = np.array([taught.position for taught in target.primitives])
         distances = np.linalg.norm(positions - view.camera.position, axis=1)
@@ -138,7 +138,7 @@ class TargetSearch:
         return Evidence([*expected, *place.surroundings], view, place.processing.tolerances, self._settings)
 
     def _invariant_points(self, target: TaughtTarget) -> list[SpatialPoints]:
-        """Return where the points of each primitive were taught, in the place's frame."""
+        """Return the taught points of each primitive in the place's frame."""
         return [
             self._place.coordinates.selected(
                 tuple(f'{target.name}/{taught.name}/{point}' for point in invariant_points(taught.shape))
@@ -153,18 +153,19 @@ class TargetSearch:
         positions: NDArray[np.float64],
         view: StereoView,
     ) -> _Reading | NoTargetSighting:
-        """Return the reading that can be trusted, or why there is none."""
+        """Return the best hypothesis if it is significant and unambiguous, otherwise the reason why it is not."""
         if not readings:
-            detail = f'{len(target.primitives)} primitives were looked for'
+            detail = f'searched for {len(target.primitives)} primitives'
             return NoTargetSighting(target.name, NoSightingReason.NO_CANDIDATE, detail)
         best = readings[0]
         if best.evidence < self._settings.evidence_min:
-            detail = f'evidence {best.evidence:.1f}, {self._settings.evidence_min:g} is needed'
+            needed = self._settings.evidence_min
+            detail = f'log-likelihood ratio {best.evidence:.1f}, {needed:g} is needed'
             return NoTargetSighting(target.name, NoSightingReason.NO_EVIDENCE, detail)
         apart = poses_apart(np.array([reading.state for reading in readings]), positions, view)
         others = [reading for reading, far in zip(readings, apart, strict=True) if far > APART]
         if others and best.evidence - others[0].evidence < self._settings.margin:
-            detail = f'evidence {best.evidence:.1f} and {others[0].evidence:.1f}'
+            detail = f'log-likelihood ratios {best.evidence:.1f} and {others[0].evidence:.1f}'
             return NoTargetSighting(target.name, NoSightingReason.AMBIGUOUS, detail)
         return best
 
@@ -175,7 +176,7 @@ def _fitted(
     candidates: Sequence[StereoCandidates],
     view: StereoView,
 ) -> NDArray[np.float64] | None:
-    """Return the pose that fits matched primitives as they were detected, None where they tell none."""
+    """Fit the pose to the matched primitives as detected; None if it is not observable."""
     matched = [(k, i) for k, i in enumerate(supposed.matched.tolist()) if i >= 0]
     positions = np.concatenate([taught[k].positions for k, _ in matched])
     covariances = np.concatenate([taught[k].covariances for k, _ in matched])
@@ -186,7 +187,7 @@ def _fitted(
 def _without_motion(
     points: StereoPoints, target: TaughtTarget, state: NDArray[np.float64], view: StereoView
 ) -> StereoPoints:
-    """Return points of which the centres of circles are where they were taught, not where they appear to be."""
+    """Return points with the centres of circles corrected for the change of viewpoint."""
     pixels = points.pixels.copy()
     for taught in target.primitives:
         name = f'{target.name}/{taught.name}/centre'
@@ -201,7 +202,7 @@ def _pairs(
     candidates: Sequence[StereoCandidates],
     view: StereoView,
 ) -> list[NamedPair]:
-    """Return the primitives of both images that a supposition matched."""
+    """Return the primitives of both images that a hypothesis matched."""
     pairs: list[NamedPair] = []
     for taught, found, i in zip(target.primitives, candidates, matched.tolist(), strict=True):
         if i >= 0:

@@ -1,4 +1,4 @@
-"""What is taught of a place (paper 3.3): targets of primitives, their points, and what is around them."""
+"""Taught data of a place (paper 3.3): targets made of primitives, their points, and context landmarks."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from stereo_landmark.core.procedure.primitive import Kind, Primitive, kind_of, s
 
 @dataclass(frozen=True)
 class TaughtPrimitive:
-    """One primitive.
+    """One taught primitive.
 
     Attributes:
-        name: unique in its target.
-        shape: as the left camera saw it; its covariance is zero.
-        position: of its centre in the place's frame, shape (3,) [m].
-        normal: of the wall that a circle is on, shape (3,), in the place's frame; None for what is no circle.
+        name: name, unique in its target.
+        shape: shape in the taught left image, with zero covariance.
+        position: centre in the place's frame, shape (3,) [m].
+        normal: normal of the wall of a circle, shape (3,), in the place's frame; None for other kinds.
     """
 
     name: str
@@ -33,22 +33,22 @@ class TaughtPrimitive:
 
     @property
     def kind(self) -> Kind:
-        """What it is."""
+        """Kind of the primitive."""
         return kind_of(self.shape)
 
     @property
     def size(self) -> float:
-        """How large the left camera saw it [px]."""
+        """Size in the taught left image [px]."""
         return size_of(self.shape)
 
 
 @dataclass(frozen=True)
 class TaughtTarget:
-    """An object to look for, described by primitives (paper 3.2).
+    """An object to detect, described by primitives (paper 3.2).
 
     Attributes:
-        name: unique in its place.
-        primitives: in the order of their detection, the surest first (paper 3.3c).
+        name: name, unique in its place.
+        primitives: primitives in the order of detection, the most reliable first (paper 3.3c).
         points: names of the corresponding points, ``primitive/point`` (paper 3.3d).
     """
 
@@ -59,17 +59,17 @@ class TaughtTarget:
 
 @dataclass(frozen=True)
 class TaughtPlace:
-    """A place. Its frame is the level base frame of the robot when it was taught.
+    """A taught place. Its frame is the gravity-aligned base frame of the robot at teaching time.
 
     Attributes:
-        name: of the place, also of its frame.
-        rig: the cameras that it was taught with (paper 3.3a).
-        processing: of the images (paper 3.3b).
-        targets: what to look for (paper 3.3c and d).
-        coordinates: of the points, named ``target/primitive/point`` (paper 3.3e).
-        surroundings: other primitives around the targets; they tell a target from its like.
-        T_map_place: where the place is in the map, None where nobody told.
-        images: from which it was taught, None where they are not at hand.
+        name: name of the place and of its frame.
+        rig: stereo cameras used for teaching (paper 3.3a).
+        processing: image processing parameters (paper 3.3b).
+        targets: objects to detect (paper 3.3c and d).
+        coordinates: taught points, named ``target/primitive/point`` (paper 3.3e).
+        surroundings: context landmarks: other primitives around the targets, which disambiguate similar targets.
+        T_map_place: pose of the place in the map, None if unknown.
+        images: images used for teaching, None if not available.
     """
 
     name: str
@@ -83,6 +83,6 @@ class TaughtPlace:
 
     @property
     def kinds(self) -> set[Kind]:
-        """The kinds of primitives to look for."""
+        """Kinds of primitives to detect."""
         taught = [primitive for target in self.targets for primitive in target.primitives]
         return {primitive.kind for primitive in (*taught, *self.surroundings)}

@@ -1,4 +1,4 @@
-"""Makes a taught place of a pair of images and of what the engineer chose (paper 4)."""
+"""Teaches a place from a stereo pair and the selected primitives (paper 4)."""
 
 from __future__ import annotations
 
@@ -36,19 +36,19 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 SURROUNDINGS_MAX = 40
 SURROUNDINGS_APART = 16.0
-"""Primitives around the targets are at least so far from each other, for one thing speaks once [px]."""
+"""Minimum distance between context landmarks, so that each object counts once [px]."""
 SURROUNDING_KINDS = (Kind.QUADRILATERAL, Kind.ELLIPSE, Kind.CORNER)
-"""The most telling first."""
+"""Kinds of context landmarks, the most distinctive first."""
 
 
 @dataclass(frozen=True)
 class TargetChoice:
-    """What the engineer chose.
+    """The primitives and points selected for a target.
 
     Attributes:
-        name: of the target.
-        primitives: chosen ones of the left image by name, the surest first.
-        points: ``primitive/point`` that the pose is made of; None for all.
+        name: name of the target.
+        primitives: selected primitives of the left image by name, the most reliable first.
+        points: names ``primitive/point`` of the points used for the pose; None for all.
     """
 
     name: str
@@ -57,12 +57,12 @@ class TargetChoice:
 
 
 class Teacher:
-    """Teaches one place from one pair of images.
+    """Teaches one place from one stereo pair.
 
     Args:
-        view: both images, with all kinds of primitives.
-        processing: how the primitives were found.
-        pixel_sigma: error of the calibration, which is that of the taught points too [px].
+        view: stereo view with all kinds of primitives.
+        processing: image processing that detected the primitives.
+        pixel_sigma: calibration error, which also affects the taught points [px].
     """
 
     def __init__(
@@ -73,38 +73,38 @@ class Teacher:
         self._pixel_sigma = pixel_sigma
 
     def measure(self, chosen: Primitive) -> tuple[Primitive, Primitive]:
-        """Return how both images show a primitive that was detected in the left one, measured in the grey images.
+        """Return a primitive detected in the left image, refined in both grey images.
 
         Raises:
-            StereoLandmarkError: the right image shows none like it, or an outline cannot be measured.
+            StereoLandmarkError: the right image has no match, or an outline cannot be measured.
         """
         partner = self._partner(chosen)
         if partner is None:
-            raise StereoLandmarkError('the right image does not show it; choose another primitive')
+            raise StereoLandmarkError('it has no match in the right image; select another primitive')
         images = self._view.left.image, self._view.right.image
         measured = refined_pair(*pair_as_taught(chosen, chosen, partner), images)
         if measured is None:
             raise StereoLandmarkError(
-                'its outline cannot be measured in both images; choose another primitive'
+                'its outline cannot be measured in both images; select another primitive'
             )
         points = stereo_points([('it', *measured)])
         if not rows_agree(points, self._pixel_sigma).all():
             apart = float(np.median(np.abs(points.pixels[:, 3] - points.pixels[:, 1])))
             raise StereoLandmarkError(
-                f'the images show it in different rows, {apart:.2f} px apart, so that it is not one thing; choose '
-                'another primitive, or calibrate the cameras again as a pair if the others are apart too'
+                f'its rows in both images differ by {apart:.2f} px, so it is mismatched; select another primitive, or '
+                'recalibrate the cameras as a pair if other primitives are apart too'
             )
         return measured
 
     def coordinates(self, points: StereoPoints) -> SpatialPoints:
-        """Return points in the place's frame.
+        """Triangulate points into the place's frame.
 
         Raises:
             StereoLandmarkError: a point is too far away.
         """
         far = np.flatnonzero(~measurable(points, self._view.rig))
         if len(far):
-            raise StereoLandmarkError(f'{points.names[far[0]]} is too far away to be measured; leave it out')
+            raise StereoLandmarkError(f'{points.names[far[0]]} is too far away to be measured; exclude it')
         camera = self._view.camera
         points = with_calibration_error(points, self._pixel_sigma)
         return triangulate(points, self._view.rig).moved(camera.rotation, camera.position)
@@ -112,18 +112,18 @@ class Teacher:
     def teach(
         self, name: str, choices: Sequence[TargetChoice], T_map_place: PlanarPose | None = None
     ) -> TaughtPlace:
-        """Return the place.
+        """Return the taught place.
 
         Args:
-            name: of the place.
-            choices: its targets.
-            T_map_place: where the place is in the map, None where nobody told.
+            name: name of the place.
+            choices: selected targets.
+            T_map_place: pose of the place in the map, None if unknown.
 
         Raises:
-            StereoLandmarkError: a primitive cannot be measured, or names are double or missing.
+            StereoLandmarkError: a primitive cannot be measured, or names are duplicate or missing.
         """
         if not choices:
-            raise StereoLandmarkError(f'place {name} has no target; choose primitives for one')
+            raise StereoLandmarkError(f'place {name} has no target; select primitives for one')
         pairs: list[NamedPair] = []
         targets: list[TaughtTarget] = []
         for choice in choices:
@@ -153,7 +153,7 @@ class Teacher:
 
     def _target(self, choice: TargetChoice, pairs: Sequence[NamedPair]) -> TaughtTarget:
         if not pairs:
-            raise StereoLandmarkError(f'target {choice.name} has no primitive; choose one or more')
+            raise StereoLandmarkError(f'target {choice.name} has no primitive; select one or more')
         primitives = tuple(
             TaughtPrimitive(part, without_covariance(left), self._position(left, right))
             for part, (_, left, right) in zip(choice.primitives, pairs, strict=True)
@@ -164,12 +164,14 @@ class Teacher:
         points = there.names if choice.points is None else choice.points
         if not points:
             raise StereoLandmarkError(
-                f'target {choice.name} has no point that the pose is made of; use one or more of its points'
+                f'target {choice.name} has no point for the pose; use one or more of its points'
             )
         for point in points:
             if point not in there.names:
                 known = ', '.join(there.names)
-                raise StereoLandmarkError(f'target {choice.name} has no point {point}; choose among {known}')
+                raise StereoLandmarkError(
+                    f'target {choice.name} has no point {point}; its points are {known}'
+                )
         return TaughtTarget(choice.name, primitives, tuple(points))
 
     def _position(self, left: Primitive, right: Primitive) -> NDArray[np.float64]:
@@ -178,11 +180,11 @@ class Teacher:
         return position
 
     def _is_near(self, left: Primitive, right: Primitive) -> bool:
-        """Tell whether the position of a primitive can be measured."""
+        """Return whether the position of a primitive can be measured."""
         return bool(measurable(_centre(left, right), self._view.rig).all())
 
     def _partner(self, chosen: Primitive) -> Primitive | None:
-        """Return what the right image shows of a primitive of the left one."""
+        """Return the match of a left primitive in the right image, None if there is none."""
         kind = kind_of(chosen)
         here, there = self._view.both(kind)
         number = next(i for i, primitive in enumerate(here.primitives) if primitive is chosen)
@@ -190,7 +192,7 @@ class Teacher:
         return None if partner < 0 else there.primitives[partner]
 
     def _surroundings(self, taught: Iterable[Primitive]) -> tuple[TaughtPrimitive, ...]:
-        """Return what else both images show for certain, of each spot the most telling."""
+        """Return context landmarks: other stereo-matched primitives, the most distinctive one at each position."""
         taken = list(taught)
         found: list[TaughtPrimitive] = []
         for kind in SURROUNDING_KINDS:
@@ -209,13 +211,13 @@ class Teacher:
 
 
 def _centre(left: Primitive, right: Primitive) -> StereoPoints:
-    """Return the centre of a primitive, roughly."""
+    """Return the unrefined centre of a primitive."""
     pixels = np.array([[*left.centre, *right.centre]])
     return StereoPoints(('centre',), pixels, np.eye(4)[None])
 
 
 def _on_walls(target: TaughtTarget, around: NDArray[np.float64]) -> TaughtTarget:
-    """Return a target whose circles have the normals of their walls, which follow from what is around, shape (n, 3)."""
+    """Return a target whose circles have wall normals, estimated from surrounding points, shape (n, 3) [m]."""
     primitives = tuple(
         replace(each, normal=wall_normal(each.position, around)) if each.kind is Kind.ELLIPSE else each
         for each in target.primitives
@@ -224,11 +226,11 @@ def _on_walls(target: TaughtTarget, around: NDArray[np.float64]) -> TaughtTarget
 
 
 def _belong_together(one: Primitive, other: Primitive) -> bool:
-    """Tell whether two primitives may be of one thing: a corner on the outline of a plate says nothing new."""
+    """Return whether two primitives may belong to one object, such as a corner on the outline of a plate."""
     spots, others = _spots(one), _spots(other)
     gaps = np.linalg.norm(spots[:, None] - others[None], axis=2)
     radii = [float(each.semi_axes[0]) if isinstance(each, Ellipse) else 0.0 for each in (one, other)]
-    # Two round things that do not overlap are two, however near: the next meter in the row tells most.
+    # Ellipses that do not overlap are different objects: the next meter in a row is the most informative.
     apart = 0.0 if all(radii) else SURROUNDINGS_APART
     return bool(gaps.min() - sum(radii) < apart)
 
@@ -241,4 +243,4 @@ def _spots(primitive: Primitive) -> NDArray[np.float64]:
 def _check_names(names: Sequence[str]) -> None:
     for name in names:
         if names.count(name) > 1:
-            raise StereoLandmarkError(f'two targets are called {name}; give each a name of its own')
+            raise StereoLandmarkError(f'two targets are called {name}; names must be unique')

@@ -1,4 +1,4 @@
-"""What is weak of where taught points are: one rule for the page and the batch (paper 4)."""
+"""Checks the geometry of taught points, with the same rules for the page and the batch mode (paper 4)."""
 
 from __future__ import annotations
 
@@ -10,45 +10,46 @@ from numpy.typing import NDArray
 from stereo_landmark.core.place.place_fix import PlaceFix
 
 POINTS_GOOD = 4
-"""With fewer, nothing may be hidden."""
+"""Recommended number of points: with fewer, no point may be hidden."""
 POSITION_SIGMA_MAX = 0.02
-"""[m]"""
+"""Recommended maximum standard deviation of the position [m]."""
 YAW_SIGMA_MAX = math.radians(0.5)
-"""[rad]"""
+"""Recommended maximum standard deviation of the yaw [rad]."""
 SPOT = 0.02
-"""Points that are nearer to each other, such as the centres of two rims of one meter, are hidden together [m]."""
+"""Minimum distance of distinct points; nearer ones, such as two rims of one meter, are hidden together [m]."""
 WIDTH_MIN = 0.3
-"""Seen from above, points that are nearer together hardly tell a turn [m]."""
+"""Recommended minimum horizontal extent of the points, for an observable yaw [m]."""
 
 
 def weak_geometry(positions: NDArray[np.float64], fix: PlaceFix | None) -> list[str]:
-    """Return what is weak, a line each with its remedy, none where points are good.
+    """Return warnings with remedies, one line each, none for a good geometry.
 
     Args:
-        positions: of the points that the pose is made of, shape (n, 3), in the place's frame [m].
-        fix: what they tell where they were taught, None for nothing.
+        positions: points used for the pose in the place's frame, shape (n, 3) [m].
+        fix: pose at the taught place from these points, None if there is none.
     """
     weak = [] if fix is None else _too_uncertain(positions, fix)
     if len(positions) < POINTS_GOOD:
         return [
             *weak,
-            f'too few points: {len(positions)}, choose {POINTS_GOOD} or more, for some may be hidden',
+            f'too few points: {len(positions)}, select {POINTS_GOOD} or more, since some may be hidden',
         ]
     spots = spots_of(positions)
     if spots < POINTS_GOOD:
         weak.append(
-            f'too close together: {len(positions)} points are in {spots} spots; choose some in {POINTS_GOOD} or more'
+            f'too close together: {len(positions)} points at {spots} distinct positions; '
+            f'select points at {POINTS_GOOD} or more'
         )
     width = width_from_above(positions)
     if width < WIDTH_MIN:
         weak.append(
-            f'too narrow: seen from above the points span {width:.2f} m; spread them over {WIDTH_MIN} m or more'
+            f'too narrow: the horizontal extent is {width:.2f} m; spread them over {WIDTH_MIN} m or more'
         )
     return weak
 
 
 def spots_of(positions: NDArray[np.float64]) -> int:
-    """Return in how many spots points, shape (n, 3) [m], lie."""
+    """Return the number of distinct positions of points, shape (n, 3) [m]."""
     spots = np.empty((0, 3))
     for position in positions:
         if not (np.linalg.norm(spots - position, axis=1) < SPOT).any():
@@ -57,13 +58,13 @@ def spots_of(positions: NDArray[np.float64]) -> int:
 
 
 def width_from_above(positions: NDArray[np.float64]) -> float:
-    """Return how far points, shape (n, 3) with n > 0, spread along the ground [m]."""
+    """Return the horizontal extent of points, shape (n, 3) with n > 0 [m]."""
     middle = positions[:, :2] - positions[:, :2].mean(axis=0)
     return float(np.ptp(middle @ np.linalg.svd(middle)[2][0]))
 
 
 def sigmas_of(fix: PlaceFix) -> tuple[float, float]:
-    """Return the standard deviations of the position, in its worst direction [m], and of the heading [rad]."""
+    """Return the standard deviations of the position in its worst direction [m] and of the yaw [rad]."""
     position = math.sqrt(float(np.linalg.eigvalsh(fix.covariance[:2, :2])[-1]))
     return position, math.sqrt(float(fix.covariance[3, 3]))
 
@@ -74,11 +75,11 @@ def _too_uncertain(positions: NDArray[np.float64], fix: PlaceFix) -> list[str]:
     if position > POSITION_SIGMA_MAX:
         far = float(np.linalg.norm(positions, axis=1).mean())
         weak.append(
-            f'too shallow: at {far:.1f} m the position is known to {100 * position:.1f} cm only; '
-            'choose nearer points, more of them, or some at another depth'
+            f'too shallow: at {far:.1f} m the position has a standard deviation of {100 * position:.1f} cm; '
+            'select nearer points, more points, or points at another depth'
         )
     if yaw > YAW_SIGMA_MAX:
         weak.append(
-            f'the heading is known to {math.degrees(yaw):.1f} degrees only; choose points farther apart'
+            f'the yaw has a standard deviation of {math.degrees(yaw):.1f} degrees; select points farther apart'
         )
     return weak

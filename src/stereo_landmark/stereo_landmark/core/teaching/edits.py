@@ -1,4 +1,4 @@
-"""The steps that an engineer makes: each takes the state before it and returns the state after it."""
+"""Edits of a teaching state: each takes a state and returns the changed state."""
 
 from __future__ import annotations
 
@@ -17,37 +17,39 @@ from stereo_landmark.core.teaching.teaching_state import ChosenPrimitive, Region
 _PLACE_NAME = re.compile(r'[A-Za-z0-9_][A-Za-z0-9_-]{0,63}')
 _NAME_MAX = 64
 _REGION_MIN = 8.0
-"""A smaller region holds no primitive; somebody only clicked [px]."""
+"""Minimum side of a region; smaller ones are accidental clicks [px]."""
 
 
 def name_place(state: TeachingState, name: str) -> TeachingState:
-    """Call the place otherwise.
+    """Rename the place.
 
     Raises:
-        StereoLandmarkError: the name is none for a file and a frame.
+        StereoLandmarkError: the name is not valid for a file and a frame.
     """
     if not _PLACE_NAME.fullmatch(name):
-        raise StereoLandmarkError(f'{name!r} is no name for a place; use up to 64 letters, digits, _ and -')
+        raise StereoLandmarkError(
+            f'{name!r} is not a valid place name; use up to 64 letters, digits, _ and -'
+        )
     return replace(state, name=name)
 
 
 def locate_place(state: TeachingState, T_map_place: PlanarPose | None) -> TeachingState:
-    """Say where the place is in the map; None takes it back."""
+    """Set the pose of the place in the map; None removes it."""
     return replace(state, T_map_place=T_map_place)
 
 
 def take_pair(state: TeachingState, pair: int) -> TeachingState:
-    """Teach from another pair of images."""
+    """Select another stereo pair for teaching."""
     return replace(state, pair=pair)
 
 
 def set_processing(state: TeachingState, name: str, value: float) -> TeachingState:
-    """Change one number of the image processing (paper 4a).
+    """Change one parameter of the image processing (paper 4a).
 
     Args:
-        state: before.
-        name: of the setting, such as ``edges.threshold``.
-        value: in its unit.
+        state: state before the edit.
+        name: name of the setting, such as ``edges.threshold``.
+        value: new value in the unit of the setting.
 
     Raises:
         StereoLandmarkError: there is no such setting, or the value is out of range.
@@ -62,26 +64,26 @@ def set_processing(state: TeachingState, name: str, value: float) -> TeachingSta
 
 
 def reset_processing(state: TeachingState, group: str = '') -> TeachingState:
-    """Return to the default numbers of a group such as ``edges``, or of all."""
+    """Reset the settings of a group such as ``edges``, or all settings, to their defaults."""
     defaults = {d.name: d.default for d in describe_settings(ImageProcessing) if d.name.startswith(group)}
     values = {**processing_values(state.processing), **defaults}
     return replace(state, processing=settings_from_values(ImageProcessing, values))
 
 
 def show_kind(state: TeachingState, kind: Kind, *, shown: bool) -> TeachingState:
-    """Run a detector or stop it (paper 4b)."""
+    """Show or hide the primitives of a kind (paper 4b)."""
     return replace(state, kinds=state.kinds | {kind} if shown else state.kinds - {kind})
 
 
 def add_target(state: TeachingState) -> TeachingState:
-    """Begin another target."""
+    """Add an empty target and activate it."""
     names = {target.name for target in state.targets}
     name = next(f'target_{k}' for k in range(1, len(names) + 2) if f'target_{k}' not in names)
     return replace(state, targets=(*state.targets, TargetDraft(name)), active=len(state.targets))
 
 
 def remove_target(state: TeachingState, number: int) -> TeachingState:
-    """Give up a target; the last one is emptied instead."""
+    """Remove a target; the last one is emptied instead."""
     _check_number(number, len(state.targets), 'target')
     rest = (*state.targets[:number], *state.targets[number + 1 :])
     if not rest:
@@ -91,16 +93,16 @@ def remove_target(state: TeachingState, number: int) -> TeachingState:
 
 
 def work_on_target(state: TeachingState, number: int) -> TeachingState:
-    """Turn to another target."""
+    """Activate another target."""
     _check_number(number, len(state.targets), 'target')
     return replace(state, active=number)
 
 
 def name_target(state: TeachingState, number: int, name: str) -> TeachingState:
-    """Call a target otherwise.
+    """Rename a target.
 
     Raises:
-        StereoLandmarkError: the name is empty, taken, or holds a slash.
+        StereoLandmarkError: the name is empty, taken, or contains a slash.
     """
     _check_number(number, len(state.targets), 'target')
     others = [target.name for k, target in enumerate(state.targets) if k != number]
@@ -111,7 +113,7 @@ def name_target(state: TeachingState, number: int, name: str) -> TeachingState:
 
 
 def draw_region(state: TeachingState, region: Region | None) -> TeachingState:
-    """Say where in the left image the target lies (paper 4b); None for anywhere.
+    """Set the region of the left image that contains the target (paper 4b); None for the whole image.
 
     Raises:
         StereoLandmarkError: the region is too small.
@@ -124,7 +126,7 @@ def draw_region(state: TeachingState, region: Region | None) -> TeachingState:
 
 
 def choose(state: TeachingState, shape: Primitive) -> TeachingState:
-    """Make a primitive part of the target, as the last to be looked for."""
+    """Add a primitive to the target, last in the order of detection."""
     target = state.target
     names = {part.name for part in target.primitives}
     kind = kind_of(shape).value
@@ -133,7 +135,7 @@ def choose(state: TeachingState, shape: Primitive) -> TeachingState:
 
 
 def drop(state: TeachingState, name: str) -> TeachingState:
-    """Take a primitive out of the target."""
+    """Remove a primitive from the target."""
     target = state.target
     _number_of(target, name)
     primitives = tuple(part for part in target.primitives if part.name != name)
@@ -142,10 +144,10 @@ def drop(state: TeachingState, name: str) -> TeachingState:
 
 
 def name_primitive(state: TeachingState, old: str, new: str) -> TeachingState:
-    """Call a primitive of the target otherwise.
+    """Rename a primitive of the target.
 
     Raises:
-        StereoLandmarkError: there is none, or the new name is empty, taken, or holds a slash.
+        StereoLandmarkError: it does not exist, or the new name is empty, taken, or contains a slash.
     """
     target, number = state.target, _number_of(state.target, old)
     _check_name(new, [part.name for part in target.primitives if part.name != old])
@@ -159,12 +161,12 @@ def name_primitive(state: TeachingState, old: str, new: str) -> TeachingState:
 
 
 def move(state: TeachingState, name: str, place: int) -> TeachingState:
-    """Look for a primitive earlier or later (paper 4b).
+    """Move a primitive in the order of detection (paper 4b).
 
     Args:
-        state: before.
-        name: of the primitive.
-        place: its number in the new order, 0 for the first; beyond the end for the last.
+        state: state before the edit.
+        name: name of the primitive.
+        place: new index, 0 for the first; values beyond the end for the last.
     """
     primitives = list(state.target.primitives)
     moved = primitives.pop(_number_of(state.target, name))
@@ -173,10 +175,10 @@ def move(state: TeachingState, name: str, place: int) -> TeachingState:
 
 
 def use_points(state: TeachingState, points: Sequence[str], *, used: bool) -> TeachingState:
-    """Make the pose of points, named ``primitive/point``, or leave them out (paper 4c).
+    """Include or exclude points, named ``primitive/point``, in the pose estimate (paper 4c).
 
     Raises:
-        StereoLandmarkError: a primitive is not part of the target.
+        StereoLandmarkError: a primitive does not belong to the target.
     """
     for point in points:
         _number_of(state.target, point.rpartition('/')[0])
@@ -205,6 +207,8 @@ def _check_number(number: int, count: int, what: str) -> None:
 
 def _check_name(name: str, taken: Sequence[str]) -> None:
     if not name.strip() or '/' in name or not name.isprintable() or len(name) > _NAME_MAX:
-        raise StereoLandmarkError(f'{name!r} is no name; give up to {_NAME_MAX} letters without a slash')
+        raise StereoLandmarkError(
+            f'{name!r} is not a valid name; use up to {_NAME_MAX} printable characters without a slash'
+        )
     if name in taken:
         raise StereoLandmarkError(f'{name} is taken; choose another name')

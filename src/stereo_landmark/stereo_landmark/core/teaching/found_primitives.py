@@ -1,4 +1,4 @@
-"""The primitives among which the engineer chooses (paper 4b)."""
+"""Detected primitives that can be selected for a target (paper 4b)."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from stereo_landmark.core.teaching.outline import outline_of
 from stereo_landmark.core.teaching.teaching_state import Region
 
 _SAME_CENTRE = 3.0
-"""Detected again after the image processing was changed, a primitive is nearer than this [px]."""
+"""Maximum distance of the same primitive after a change of the image processing [px],"""
 _SAME_SIZE = 0.15
-"""and its size differs by a smaller part than this."""
+"""and maximum relative difference of its size."""
 
 
 @dataclass(frozen=True, eq=False)
 class FoundPrimitive:
-    """A primitive of the left image.
+    """A selectable primitive of the left image.
 
     Attributes:
-        kind: of it.
-        number: among those of its kind.
-        shape: as detected.
-        depth: of its centre before the cameras [m], None where the right image does not show it.
+        kind: kind of the primitive.
+        number: index among the primitives of its kind.
+        shape: detected shape.
+        depth: depth of its centre [m], None without a match in the right image.
     """
 
     kind: Kind
@@ -37,7 +37,7 @@ class FoundPrimitive:
 
 
 def found_primitives(view: StereoView, kinds: Iterable[Kind], region: Region | None) -> list[FoundPrimitive]:
-    """Return what was detected in a region of the left image; None for the whole image."""
+    """Return the primitives detected in a region of the left image; None for the whole image."""
     found = []
     for kind in sorted(kinds, key=list(Kind).index):
         for number, shape in enumerate(view.left.kinds[kind].primitives):
@@ -47,7 +47,7 @@ def found_primitives(view: StereoView, kinds: Iterable[Kind], region: Region | N
 
 
 def found_again(shape: Primitive, scene: DetectedScene) -> Primitive | None:
-    """Return the same primitive in another detection of the same image, None if it is not detected now."""
+    """Return the same primitive in another detection result of the same image, None if it is not detected."""
     among = scene.kinds[kind_of(shape)]
     if any(each is shape for each in among.primitives):
         return shape

@@ -1,4 +1,4 @@
-"""What the chosen primitives measure in both images and in space (paper 4c)."""
+"""Measures the selected primitives in both images and in 3D (paper 4c)."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.seen_pair import SeenPair
 from stereo_landmark.core.teaching.teaching_state import ChosenPrimitive, TargetDraft
 
-LOST = 'it is not found with this image processing; take it out, or take the change back'
+LOST = 'it is not detected with this image processing; remove it, or undo the change'
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredPrimitive:
-    """A chosen primitive.
+    """A measured primitive.
 
     Attributes:
-        name: of it.
-        pair: how both images show it, None where it cannot be measured.
-        fault: why not, else empty.
+        name: name of the primitive.
+        pair: shapes refined in both images, None if it cannot be measured.
+        fault: reason why it cannot be measured, otherwise empty.
     """
 
     name: str
@@ -33,12 +33,12 @@ class MeasuredPrimitive:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredTarget:
-    """A target as it is measured.
+    """A measured target.
 
     Attributes:
-        primitives: all of them, in their order.
-        points: all corresponding points of those that can be measured, named ``primitive/point``.
-        coordinates: of the points, in the place's frame.
+        primitives: all primitives in the order of detection.
+        points: corresponding points of the measured primitives, named ``primitive/point``.
+        coordinates: triangulated points in the place's frame.
     """
 
     primitives: tuple[MeasuredPrimitive, ...]
@@ -47,7 +47,7 @@ class MeasuredTarget:
 
 
 def measure_draft(draft: TargetDraft, seen: SeenPair) -> MeasuredTarget:
-    """Measure what was chosen of a target in a pair of images."""
+    """Measure the selected primitives of a target in a stereo pair."""
     parts = tuple(_measured(part, seen) for part in draft.primitives)
     pairs: list[NamedPair] = [(part.name, *part.pair) for part in parts if part.pair is not None]
     points = stereo_points(pairs)
@@ -55,10 +55,10 @@ def measure_draft(draft: TargetDraft, seen: SeenPair) -> MeasuredTarget:
 
 
 def choice_of(draft: TargetDraft, seen: SeenPair) -> TargetChoice:
-    """Return what is taught of a target.
+    """Return the selection of a target for teaching.
 
     Raises:
-        StereoLandmarkError: a primitive is not found any more.
+        StereoLandmarkError: a primitive is not detected any more.
     """
     shapes: dict[str, Primitive] = {}
     for part in draft.primitives:

@@ -1,4 +1,4 @@
-"""Primitives as lines to be drawn."""
+"""Outlines of primitives as polylines."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 from stereo_landmark.core.procedure.primitive import Primitive
 
 _STEPS = 48
-"""Around an ellipse."""
+"""Number of segments of an ellipse."""
 
 
 def outline_of(primitive: Primitive) -> list[NDArray[np.float64]]:
-    """Return the lines of a primitive, each of shape (n, 2) [px]."""
+    """Return the polylines of a primitive, each of shape (n, 2) [px]."""
     match primitive:
         case Ellipse():
             angles = np.linspace(0.0, math.tau, _STEPS + 1)
@@ -37,6 +37,6 @@ def outline_of(primitive: Primitive) -> list[NDArray[np.float64]]:
 
 
 def bounds_of(primitive: Primitive) -> NDArray[np.float64]:
-    """Return the upper left and the lower right corner around a primitive, shape (2, 2) [px]."""
+    """Return the upper left and lower right corner of a primitive's bounding box, shape (2, 2) [px]."""
     points = np.vstack(outline_of(primitive))
     return np.array([points.min(axis=0), points.max(axis=0)])

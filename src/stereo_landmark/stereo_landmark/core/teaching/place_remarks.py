@@ -1,4 +1,4 @@
-"""What is weak of a place, as the page tells it target by target, for those who teach without the page."""
+"""Warnings about a place in batch mode, the same as those on the page."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stereo_landmark.core.teaching.teaching_state import ChosenPrimitive, Target
 
 
 def draft_of(choice: TargetChoice) -> TargetDraft:
-    """Return a choice as the page has it."""
+    """Return the draft of a target with this selection."""
     parts = tuple(ChosenPrimitive(name, shape) for name, shape in choice.primitives.items())
     points = {f'{part.name}/{point}' for part in parts for point in invariant_points(part.shape)}
     left_out = frozenset() if choice.points is None else frozenset(points - set(choice.points))
@@ -18,13 +18,13 @@ def draft_of(choice: TargetChoice) -> TargetDraft:
 
 
 def place_remarks(session: TeachingSession) -> list[str]:
-    """Return the page's hints to all targets and what is not found again, a line each, none for a good place.
+    """Return the page's hints for all targets and the undetected targets, one line each, none for a good place.
 
     Args:
-        session: with all targets chosen.
+        session: teaching session with all targets selected.
 
     Raises:
-        StereoLandmarkError: a target has nothing to be found by.
+        StereoLandmarkError: a target has no primitives.
     """
     hints = [
         f'target {hint.target}: {hint.text}'

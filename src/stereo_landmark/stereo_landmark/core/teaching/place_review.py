@@ -1,4 +1,4 @@
-"""What is weak of a taught place, told while it can still be mended (paper 4: choose what cannot be mistaken)."""
+"""Checks a taught place for weak geometry and ambiguous targets (paper 4: targets must be unique)."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def review_place(
     tilt: tuple[float, float] = (0.0, 0.0),
     settings: LandmarkSettings | None = None,
 ) -> list[str]:
-    """Return what is weak, a line each, none for a good place.
+    """Return warnings, one line each, none for a good place.
 
     Args:
-        place: as taught.
-        left: shape (h, w), grey, rectified: what it was taught from.
-        right: the same of the right camera.
-        tilt: roll and pitch of the base then [rad].
-        settings: how the robot will look for it; None for the defaults.
+        place: taught place.
+        left: rectified grey left image used for teaching, shape (h, w).
+        right: rectified grey right image used for teaching, shape (h, w).
+        tilt: roll and pitch of the base at teaching time [rad].
+        settings: localization settings; None for the defaults.
     """
     answer = LandmarkLocalizer([place], settings).locate(left, right, tilt)
     fix = answer.displacement if isinstance(answer, LandmarkFix) else None
@@ -34,23 +34,23 @@ def review_place(
 
 
 def not_found_again(answer: LandmarkFix | NoLandmarkFix) -> list[str]:
-    """Return what is not found in the very images that it was taught from, a line each.
+    """Return a line for each target that is not detected in the images used for teaching.
 
     Args:
-        answer: of the localizer to those images.
+        answer: localization result for those images.
     """
     lost = [
-        f'target {sighting.target}: {sighting.reason.value} even where it was taught ({sighting.detail}); '
-        'add primitives that tell it from its like'
+        f'target {sighting.target}: {sighting.reason.value} even in the taught images ({sighting.detail}); '
+        'add primitives that distinguish it from similar objects'
         for sighting in answer.sightings
         if isinstance(sighting, NoTargetSighting)
     ]
     if isinstance(answer, NoLandmarkFix) and not lost:
-        lost.append(f'{answer.reason} even where it was taught ({answer.detail}); choose other points')
+        lost.append(f'{answer.reason} even in the taught images ({answer.detail}); select other points')
     return lost
 
 
 def _chosen_positions(place: TaughtPlace) -> NDArray[np.float64]:
-    """Return the points that the pose is made of, shape (n, 3) [m]."""
+    """Return the points used for the pose, shape (n, 3) [m]."""
     names = tuple(f'{target.name}/{point}' for target in place.targets for point in target.points)
     return place.coordinates.selected(names).positions

@@ -1,4 +1,4 @@
-"""Tries the procedure tree of a target on the images that it was taught from (paper 4d)."""
+"""Tests the procedure tree of a target on the images used for teaching (paper 4d)."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarge
 from stereo_landmark.core.teaching.outline import bounds_of
 
 _NEAR = 0.1
-"""Seen from where it was taught, a target tells a pose no farther from there [m, rad]."""
+"""Maximum pose error on the taught images [m, rad]."""
 _BEYOND = 2.0
-"""What lies less beyond the outline of a hidden primitive is hidden too [px]."""
+"""Margin around a hidden primitive within which others are hidden, too [px]."""
 
 
 class Outcome(Enum):
-    """Of a search."""
+    """Outcome of a search."""
 
     FOUND = 'found'
     AMBIGUOUS = 'ambiguous'
@@ -37,9 +37,9 @@ class TrialRun:
     """A search with some primitives hidden.
 
     Attributes:
-        hidden: their names.
-        outcome: what came out.
-        detail: numbers to it.
+        hidden: names of the hidden primitives.
+        outcome: outcome of the search.
+        detail: numbers for the message.
     """
 
     hidden: tuple[str, ...]
@@ -54,14 +54,14 @@ def check_procedure(
     view: StereoView,
     settings: SearchSettings,
 ) -> Iterator[TrialRun]:
-    """Yield what is found with nothing hidden, with each primitive hidden, and with the first ones, path by path.
+    """Yield the outcomes with nothing hidden, with each primitive hidden, and with the first ones of the order hidden.
 
     Args:
-        place: with the target.
-        target: that is tried.
-        pairs: its primitives in both images.
-        view: both images that it was taught from.
-        settings: of the search.
+        place: place with the target.
+        target: tested target.
+        pairs: primitives of the target in both images.
+        view: stereo view used for teaching.
+        settings: search settings.
     """
     names = [primitive.name for primitive in target.primitives]
     trials: list[tuple[str, ...]] = [(), *((name,) for name in names)]
@@ -79,12 +79,12 @@ def _trial(search: TargetSearch, target: TaughtTarget, view: StereoView, hidden:
         return TrialRun(hidden, Outcome.AMBIGUOUS if ambiguous else Outcome.MISSED, answer.detail)
     x, y, _, yaw = answer.state
     if max(np.hypot(x, y), abs(yaw)) > _NEAR:
-        return TrialRun(hidden, Outcome.MISTAKEN, f'{np.hypot(x, y):.2f} m away')
-    return TrialRun(hidden, Outcome.FOUND, f'evidence {answer.evidence:.1f}')
+        return TrialRun(hidden, Outcome.MISTAKEN, f'pose error {np.hypot(x, y):.2f} m')
+    return TrialRun(hidden, Outcome.FOUND, f'log-likelihood ratio {answer.evidence:.1f}')
 
 
 def _covered(view: StereoView, pairs: Collection[tuple[Primitive, Primitive]]) -> StereoView:
-    """Return the view without some primitives and what is inside them."""
+    """Return the view without some primitives and those inside them."""
     left = _without(view.left, [left for left, _ in pairs])
     right = _without(view.right, [right for _, right in pairs])
     return StereoView(left, right, view.rig, view.tilt)

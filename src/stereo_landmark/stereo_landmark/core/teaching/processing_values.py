@@ -1,4 +1,4 @@
-"""The image processing as numbers by name, as sliders and files have them."""
+"""Image processing settings as numbers by name, for sliders and files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 
 
 def processing_values(processing: ImageProcessing) -> dict[str, float]:
-    """Return all numbers, named as ``edges.threshold``."""
+    """Return all values by name, such as ``edges.threshold``."""
     names = [description.name for description in describe_settings(ImageProcessing)]
     return {name: _value_of(processing, name) for name in names}
 

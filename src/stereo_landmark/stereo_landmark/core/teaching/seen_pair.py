@@ -1,4 +1,4 @@
-"""One pair of images under one image processing, and what was found out about it: each thing is worked out once."""
+"""A stereo pair under one image processing, with cached results."""
 
 from __future__ import annotations
 
@@ -11,36 +11,36 @@ from stereo_landmark.core.teaching.found_primitives import found_again
 
 
 class SeenPair:
-    """A view and its teacher, who looks for a chosen primitive once, however often the page asks.
+    """A stereo view with its teacher and a cache of re-detected primitives.
 
     Args:
-        view: both images, with all kinds of primitives.
-        processing: how the primitives were found.
+        view: stereo view with all kinds of primitives.
+        processing: image processing that detected the primitives.
     """
 
     def __init__(self, view: StereoView, processing: ImageProcessing) -> None:
         self.view = view
         self.teacher = RememberingTeacher(view, processing)
-        # By identity; a shape is kept with its answer, so that no other one takes its number.
+        # Keyed by id(); the shape is stored with the result, so that its id is not reused.
         self._again: dict[int, tuple[Primitive, Primitive | None]] = {}
 
     def again(self, shape: Primitive) -> Primitive | None:
-        """Return a chosen primitive as it is detected in the left image, None if it is not detected."""
+        """Return a selected primitive as detected in the left image, None if it is not detected."""
         if id(shape) not in self._again:
             self._again[id(shape)] = shape, found_again(shape, self.view.left)
         return self._again[id(shape)][1]
 
 
 class RememberingTeacher(Teacher):
-    """Measures each primitive once."""
+    """A teacher that caches the measurement of each primitive."""
 
     def __init__(self, view: StereoView, processing: ImageProcessing) -> None:
-        """Begin with nothing measured."""
+        """Start with an empty cache."""
         super().__init__(view, processing)
         self._measured: dict[int, tuple[Primitive, tuple[Primitive, Primitive] | str]] = {}
 
     def measure(self, chosen: Primitive) -> tuple[Primitive, Primitive]:
-        """Return how both images show a primitive, as `Teacher.measure` does.
+        """Return a primitive refined in both images, as `Teacher.measure` does.
 
         Raises:
             StereoLandmarkError: it cannot be measured.

@@ -1,4 +1,4 @@
-"""A taught place as the choices that lead to it, so that it can be taught further."""
+"""Restores the teaching state of a taught place for further editing."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from stereo_landmark.core.teaching.teaching_state import ChosenPrimitive, Target
 
 
 def state_of_place(place: TaughtPlace) -> TeachingState:
-    """Return the state in which a place was saved; its pair is number 0."""
+    """Return the teaching state of a saved place; its stereo pair is number 0."""
     drafts = tuple(_draft(target) for target in place.targets)
     kinds = TeachingState().kinds | {part.kind for target in place.targets for part in target.primitives}
     return TeachingState(place.name, 0, place.processing, kinds, drafts, 0, place.T_map_place)

@@ -1,4 +1,4 @@
-"""A place that is being taught: the engineer's steps and what follows from them."""
+"""A teaching session: edits with undo history, and the results computed from them."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ from stereo_landmark.core.teaching.undo_history import UndoHistory
 from stereo_landmark.core.teaching.weak_choices import Hint, expected_fix, weak_choices
 
 VIEWS_KEPT = 4
-"""So that undo and redo are quick."""
+"""Number of cached pairs, so that undo and redo are fast."""
 
 
 @dataclass(frozen=True, eq=False)
 class TargetReport:
-    """What follows from the choice of a target.
+    """Results for a target.
 
     Attributes:
-        measured: its primitives and points in both images and in space.
-        fix: what its used points tell, with the covariance to be expected.
-        hints: to weak choices.
+        measured: primitives and points in both images and in 3D.
+        fix: expected pose from its used points, with covariance.
+        hints: hints about weak selections.
     """
 
     measured: MeasuredTarget
@@ -49,13 +49,13 @@ class TargetReport:
 
 
 class TeachingSession:
-    """Holds the steps of one engineer.
+    """A teaching session with its history.
 
     Args:
-        images_of: gives the pair of images of a number, always the same for the same number.
-        rig: the cameras that took them.
-        state: to begin with, None for an empty place.
-        settings: with which targets are tried, None for the defaults.
+        images_of: returns the stereo pair of a number, always the same for the same number.
+        rig: stereo cameras of the images.
+        state: initial state, None for an empty place.
+        settings: localization settings for tests, None for the defaults.
     """
 
     def __init__(
@@ -73,48 +73,48 @@ class TeachingSession:
 
     @property
     def state(self) -> TeachingState:
-        """What holds now."""
+        """Current state."""
         return self.history.present
 
     @property
     def images(self) -> StereoImages:
-        """The pair that is taught from."""
+        """Stereo pair used for teaching."""
         return self._images_of(self.state.pair)
 
     def do(self, edit: Callable[[TeachingState], TeachingState], gesture: str = '') -> None:
-        """Make a step; if it is refused nothing has changed, and one that changes nothing is none.
+        """Apply an edit; a rejected edit changes nothing, and an edit without a change is not recorded.
 
         Args:
-            edit: one of :mod:`stereo_landmark.core.teaching.edits`, all but its first argument bound.
-            gesture: name of a movement all of whose steps are undone as one.
+            edit: one of :mod:`stereo_landmark.core.teaching.edits`, with all but its first argument bound.
+            gesture: name of a gesture whose edits are undone together.
 
         Raises:
-            StereoLandmarkError: the step cannot be made.
+            StereoLandmarkError: the edit is not possible.
         """
         state = edit(self.state)
         if state is not self.state:
             self.history.advance(state, gesture)
 
     def segments(self, image: NDArray[np.uint8]) -> Segments:
-        """Return the edges of an image with the present image processing (paper 4a)."""
+        """Return the edge segments of an image with the current image processing (paper 4a)."""
         settings = self.state.processing.edges
         return follow_segments(extract_edges(image, settings), settings)
 
     @property
     def view(self) -> StereoView:
-        """What the detectors find in both images.
+        """Detected primitives of both images.
 
         Raises:
-            StereoLandmarkError: an image is of another size than the cameras'.
+            StereoLandmarkError: an image has another size than the calibration.
         """
         return self._seen.view
 
     def found(self) -> list[FoundPrimitive]:
-        """Return the primitives among which to choose now (paper 4b)."""
+        """Return the primitives that can be selected (paper 4b)."""
         return found_primitives(self.view, self.state.kinds, self.state.target.region)
 
     def chosen_name(self, found: FoundPrimitive) -> str | None:
-        """Return what a found primitive is called in the target, None if it is not part of it."""
+        """Return the name of a detected primitive in the target, None if it is not selected."""
         seen = self._seen
         for part in self.state.target.primitives:
             if seen.again(part.shape) is found.shape:
@@ -122,15 +122,15 @@ class TeachingSession:
         return None
 
     def toggle(self, kind: Kind, number: int) -> None:
-        """Choose a primitive of the left image, or take it out of the target if it is chosen.
+        """Select a primitive of the left image, or remove it from the target if it is selected.
 
         Raises:
-            StereoLandmarkError: there is none of that number.
+            StereoLandmarkError: the number does not exist.
         """
         among = self.view.left.kinds[kind].primitives
         if not 0 <= number < len(among):
             raise StereoLandmarkError(
-                f'there is no {kind.value} of number {number}; choose one that is shown'
+                f'there is no {kind.value} of number {number}; select one that is shown'
             )
         shape = among[number]
         name = self.chosen_name(FoundPrimitive(kind, number, shape, None))
@@ -141,7 +141,7 @@ class TeachingSession:
         )
 
     def report(self, draft: TargetDraft) -> TargetReport:
-        """Return what follows from the choice of a target (paper 4c)."""
+        """Return the results for a target (paper 4c)."""
         measured = measure_draft(draft, self._seen)
         used = [name not in draft.left_out for name in measured.points.names]
         points = measured.points.subset(np.array(used, dtype=np.bool_))
@@ -150,18 +150,18 @@ class TeachingSession:
         return TargetReport(measured, fix, hints)
 
     def place(self) -> TaughtPlace:
-        """Return the place as it is taught.
+        """Return the taught place.
 
         Raises:
-            StereoLandmarkError: a target has nothing to be found by.
+            StereoLandmarkError: a target has no primitives.
         """
         return self._place_of(self.state.targets)
 
     def draft(self) -> TaughtPlace:
-        """Return the place without the targets for which nothing is chosen yet.
+        """Return the place without targets that are still empty.
 
         Raises:
-            StereoLandmarkError: nothing is chosen at all, or what is chosen cannot be measured.
+            StereoLandmarkError: all targets are empty, or a selected primitive cannot be measured.
         """
         return self._place_of([target for target in self.state.targets if target.primitives])
 
@@ -171,10 +171,10 @@ class TeachingSession:
         return seen.teacher.teach(state.name, choices, state.T_map_place)
 
     def check(self, number: int) -> list[TrialRun]:
-        """Try the procedure tree of a target on the images that it is taught from (paper 4d).
+        """Test the procedure tree of a target on the images used for teaching (paper 4d).
 
         Raises:
-            StereoLandmarkError: a target has nothing to be found by.
+            StereoLandmarkError: a target has no primitives.
         """
         place, draft = self.place(), self.state.targets[number]
         parts = measure_draft(draft, self._seen).primitives
@@ -183,10 +183,10 @@ class TeachingSession:
         return list(check_procedure(place, place.targets[number], pairs, self.view, search))
 
     def locate(self, pair: int) -> LandmarkFix | NoLandmarkFix:
-        """Find the robot in another pair of images by what is taught so far.
+        """Localize the robot in another stereo pair with the current selections.
 
         Raises:
-            StereoLandmarkError: a target has nothing to be found by, or the images are of another size.
+            StereoLandmarkError: a target has no primitives, or the images have another size.
         """
         images = self._images_of(pair)
         localizer = LandmarkLocalizer([self.place()], self.settings)

@@ -1,4 +1,4 @@
-"""All that the engineer has chosen so far."""
+"""Immutable state of a teaching session."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stereo_landmark.core.procedure.primitive import Kind, Primitive
 
 @dataclass(frozen=True)
 class Region:
-    """A rectangle of the left image in which a target lies (paper 4b) [px]."""
+    """A rectangle of the left image that contains a target (paper 4b) [px]."""
 
     left: float
     top: float
@@ -32,11 +32,11 @@ class Region:
 
 @dataclass(frozen=True, eq=False)
 class ChosenPrimitive:
-    """A primitive of a target.
+    """A selected primitive of a target.
 
     Attributes:
-        name: unique in its target.
-        shape: as it was detected in the left image when it was chosen.
+        name: name, unique in its target.
+        shape: shape detected in the left image when it was selected.
     """
 
     name: str
@@ -45,13 +45,13 @@ class ChosenPrimitive:
 
 @dataclass(frozen=True, eq=False)
 class TargetDraft:
-    """A target that is being described.
+    """A target that is being edited.
 
     Attributes:
-        name: unique in its place.
-        region: where its primitives are looked for; None for the whole image.
-        primitives: chosen ones, the surest first.
-        left_out: ``primitive/point`` that the pose shall not be made of.
+        name: name, unique in its place.
+        region: region that contains its primitives; None for the whole image.
+        primitives: selected primitives, the most reliable first.
+        left_out: names ``primitive/point`` of points that are not used for the pose.
     """
 
     name: str
@@ -62,16 +62,16 @@ class TargetDraft:
 
 @dataclass(frozen=True, eq=False)
 class TeachingState:
-    """A place that is being taught; each step of the engineer makes a new one.
+    """State of a place that is being taught; each edit returns a new state.
 
     Attributes:
-        name: of the place.
-        pair: number of the pair of images that it is taught from.
-        processing: of the images (paper 4a).
-        kinds: of primitives that are shown and can be chosen.
-        targets: one or more.
-        active: number of the target that is worked on.
-        T_map_place: where the place is in the map, None where nobody told.
+        name: name of the place.
+        pair: number of the stereo pair used for teaching.
+        processing: image processing (paper 4a).
+        kinds: kinds of primitives that are shown and can be selected.
+        targets: one or more targets.
+        active: index of the active target.
+        T_map_place: pose of the place in the map, None if unknown.
     """
 
     name: str = 'place_1'
@@ -84,16 +84,16 @@ class TeachingState:
 
     @property
     def target(self) -> TargetDraft:
-        """The one that is worked on."""
+        """Active target."""
         return self.targets[self.active]
 
     @property
     def choice(self) -> Hashable:
-        """What a check of the procedure tree and a test depend on; equal where nothing of that was changed."""
+        """Key of all inputs of the procedure check and of the test; equal keys give equal results."""
         targets = tuple((each.name, each.primitives, each.left_out) for each in self.targets)
         return self.pair, self.processing, targets
 
     @property
     def work(self) -> Hashable:
-        """All that a saved place holds; equal where nothing was changed that is worth saving."""
+        """Key of the content of a saved place; equal keys mean that nothing has to be saved."""
         return self.name, self.T_map_place, self.choice

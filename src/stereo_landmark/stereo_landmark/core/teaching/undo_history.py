@@ -1,4 +1,4 @@
-"""States that can be gone back to."""
+"""Undo and redo of immutable states."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ State = TypeVar('State')
 
 
 class UndoHistory(Generic[State]):
-    """Keeps all states since the beginning; the states themselves never change.
+    """History of immutable states with undo and redo.
 
     Args:
-        first: the state at the beginning.
+        first: initial state.
     """
 
     def __init__(self, first: State) -> None:
@@ -21,7 +21,7 @@ class UndoHistory(Generic[State]):
 
     @property
     def present(self) -> State:
-        """The state that holds."""
+        """Current state."""
         return self._states[self._now]
 
     @property
@@ -31,15 +31,15 @@ class UndoHistory(Generic[State]):
 
     @property
     def can_redo(self) -> bool:
-        """Whether a step was undone and none was made since."""
+        """Whether there is an undone state."""
         return self._now + 1 < len(self._states)
 
     def advance(self, state: State, gesture: str = '') -> None:
-        """Go on to a new state; what was undone is forgotten.
+        """Append a new state; undone states are discarded.
 
         Args:
-            state: the new state.
-            gesture: name of a movement, such as one drag of a slider; all its states are one step. Empty for none.
+            state: new state.
+            gesture: name of a gesture, such as one drag of a slider, whose states are undone together; empty for none.
         """
         if gesture and gesture == self._gesture:
             self._states[self._now] = state
@@ -49,11 +49,11 @@ class UndoHistory(Generic[State]):
         self._gesture = gesture
 
     def undo(self) -> None:
-        """Go back a step, if there is one."""
+        """Return to the previous state, if there is one."""
         self._now = max(self._now - 1, 0)
         self._gesture = ''
 
     def redo(self) -> None:
-        """Take back an undo, if there was one."""
+        """Return to the undone state, if there is one."""
         self._now = min(self._now + 1, len(self._states) - 1)
         self._gesture = ''

@@ -1,4 +1,4 @@
-"""What an engineer should know of his choices before he leaves: too few, too narrow, ambiguous."""
+"""Hints about weak selections: too few points, too narrow, ambiguous."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from stereo_landmark.core.teaching.procedure_check import Outcome, TrialRun
 from stereo_landmark.core.teaching.teaching_state import TargetDraft
 
 POINT_SIGMA_MAX = 0.1
-"""A point that is known worse says little [m]."""
+"""Recommended maximum standard deviation of a point [m]."""
 PRIMITIVES_GOOD = 3
-"""With fewer, one that is hidden leaves nothing to compare."""
+"""Recommended number of primitives, so that one may be hidden."""
 ALIKE_MAX = 8
-"""So many that look like the first primitive make the search long."""
+"""Recommended maximum number of shapes similar to the first primitive; more make the search slow."""
 BORDER_SHARE = 0.06
-"""What is nearer to the border leaves the view soon, as a part of the image's width."""
+"""Recommended minimum distance from the image border, as a fraction of the image width."""
 
 
 class Weight(Enum):
-    """Of a hint."""
+    """Severity of a hint."""
 
     STOP = 'stop'
     WEAK = 'weak'
@@ -43,13 +43,13 @@ class Weight(Enum):
 
 @dataclass(frozen=True)
 class Hint:
-    """Something that the engineer should know, and what to do.
+    """A problem of a target and its remedy.
 
     Attributes:
-        weight: STOP where the place cannot be taught so.
+        weight: severity; STOP if the place cannot be saved.
         target: name of the target.
         about: name of the primitive or point, empty for the whole target.
-        text: one sentence.
+        text: message, one sentence.
     """
 
     weight: Weight
@@ -61,7 +61,7 @@ class Hint:
 def expected_fix(
     points: StereoPoints, coordinates: SpatialPoints, view: StereoView, settings: LandmarkSettings
 ) -> PlaceFix | NoPlaceFix:
-    """Return what the used points of a target tell from where they were taught, with its covariance."""
+    """Return the pose at the taught place from the used points of a target, with covariance."""
     return PlaceLocator(view.rig, settings.place).locate(points, coordinates, view.tilt)
 
 
@@ -72,14 +72,14 @@ def weak_choices(
     view: StereoView,
     tolerances: Tolerances,
 ) -> list[Hint]:
-    """Return the hints to a target, the weightiest first.
+    """Return the hints for a target, the most severe first.
 
     Args:
-        draft: what was chosen.
-        measured: the same in both images.
-        fix: what its used points tell.
-        view: both images.
-        tolerances: how far primitives may differ.
+        draft: edited target.
+        measured: measured target.
+        fix: expected pose from its used points.
+        view: stereo view.
+        tolerances: tolerances of the shape comparison.
     """
     hints = [
         *_unmeasured(draft, measured.primitives),
@@ -93,7 +93,7 @@ def weak_choices(
 
 
 def weak_procedure(target: str, trials: Sequence[TrialRun]) -> Iterator[Hint]:
-    """Yield the hints to trial runs of a target's procedure tree."""
+    """Yield hints about failed trial runs of a target's procedure tree."""
     for trial in trials:
         if trial.outcome is Outcome.FOUND:
             continue
@@ -101,14 +101,12 @@ def weak_procedure(target: str, trials: Sequence[TrialRun]) -> Iterator[Hint]:
         weight = (Weight.STOP, Weight.WEAK, Weight.NOTE)[min(len(trial.hidden), 2)]
         match trial.outcome:
             case Outcome.AMBIGUOUS:
-                text = f'{without}it may be in several places ({trial.detail}); add something that stands out nearby'
+                text = f'{without}several poses match about equally well ({trial.detail}); add a distinctive primitive'
             case Outcome.MISTAKEN:
-                text = (
-                    f'{without}something else is taken for it ({trial.detail}); add something that stands out'
-                )
+                text = f'{without}a wrong pose is found ({trial.detail}); add a distinctive primitive'
                 weight = Weight.STOP
             case _:
-                text = f'{without}it is not found ({trial.detail}); add a primitive'
+                text = f'{without}it is not detected ({trial.detail}); add a primitive'
         yield Hint(weight, target, trial.hidden[0] if len(trial.hidden) == 1 else '', text)
 
 
@@ -124,15 +122,16 @@ def _geometry(draft: TargetDraft, measured: MeasuredTarget, fix: PlaceFix | NoPl
             Weight.STOP,
             draft.name,
             '',
-            'nothing is chosen; draw a region and click on shapes, or remove the target',
+            'no primitive is selected; draw a region and click on shapes, or remove the target',
         )
         return
     if isinstance(fix, NoPlaceFix):
-        text = f'{fix.reason.value} ({fix.detail}); choose more points, farther apart or nearer'
+        text = f'{fix.reason.value} ({fix.detail}); select more points, farther apart or nearer'
         yield Hint(Weight.STOP, draft.name, '', text)
         return
     if len(draft.primitives) < PRIMITIVES_GOOD:
-        text = f'{len(draft.primitives)} primitives are few, for one may be hidden; choose {PRIMITIVES_GOOD} or more'
+        count = len(draft.primitives)
+        text = f'too few primitives: {count}, select {PRIMITIVES_GOOD} or more, since one may be hidden'
         yield Hint(Weight.WEAK, draft.name, '', text)
     used = measured.coordinates.selected(fix.names).positions
     for text in weak_geometry(used, fix):
@@ -143,7 +142,7 @@ def _uncertain_points(draft: TargetDraft, points: SpatialPoints) -> Iterator[Hin
     for name, covariance in zip(points.names, points.covariances, strict=True):
         sigma = math.sqrt(float(np.linalg.eigvalsh(covariance)[-1]))
         if sigma > POINT_SIGMA_MAX and name not in draft.left_out:
-            text = f'{name} is known to ±{100.0 * sigma:.0f} cm only; leave the point out'
+            text = f'{name} has a standard deviation of {100.0 * sigma:.0f} cm; exclude the point'
             yield Hint(Weight.WEAK, draft.name, name, text)
 
 
@@ -161,7 +160,7 @@ def _near_border(draft: TargetDraft, parts: Sequence[MeasuredPrimitive], view: S
     room = min(float(min(low.min(), *([width, height] - high))) for low, high in boxes)
     if room < BORDER_SHARE * width:
         name = parts[0].name
-        text = f'{name} is {max(room, 0.0):.0f} px from the border and leaves the view soon; look for it last'
+        text = f'{name} is {max(room, 0.0):.0f} px from the border and soon out of view; move it to the end'
         yield Hint(Weight.NOTE, draft.name, name, text)
 
 
@@ -172,5 +171,5 @@ def _look_alikes(draft: TargetDraft, scene: DetectedScene, tolerances: Tolerance
     among = scene.kinds[kind_of(first.shape)].primitives
     alike = sum(difference(each, first.shape, tolerances) <= 1.0 for each in among)
     if alike > ALIKE_MAX:
-        text = f'{alike} things in the image look like {first.name}; put a rarer one first'
+        text = f'{alike} shapes in the image are similar to {first.name}; put a rarer primitive first'
         yield Hint(Weight.NOTE, draft.name, first.name, text)

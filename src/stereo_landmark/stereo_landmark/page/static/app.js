@@ -1,4 +1,4 @@
-// What the page knows, and how it makes steps.
+// State of the page, and requests to the server.
 
 import { Connection } from './connection.js';
 import { toast } from './dom.js';
@@ -6,8 +6,8 @@ import { toast } from './dom.js';
 export const app = {
   greeting: null,
   state: null,
-  part: 'processing',
-  /** Only on this page: the primitive under the cursor, the result of a test, the step that waits for its answer. */
+  step: 'processing',
+  /** Local to this page: hovered primitive, test result, pending edit. */
   hover: null,
   selected: null,
   edges: {},
@@ -15,67 +15,67 @@ export const app = {
   testPair: null,
   pending: null,
   isSaving: false,
-  isUp: false,
+  isConnected: false,
   connection: null,
 };
 
 const listeners = [];
 
-/** Call a function after every change. */
+/** Register a listener for changes. */
 export const onChange = (listener) => listeners.push(listener);
 
-/** Show tests what the page shows people. */
+/** Expose the state to browser tests. */
 export function publish() {
   window.__state = {
-    part: app.part, state: app.state, selected: app.selected, checks: app.state?.checks, test: app.test,
-    keeping: app.state?.keeping, isUp: app.isUp, edges: Object.fromEntries(
+    step: app.step, state: app.state, selected: app.selected, checks: app.state?.checks, test: app.test,
+    keeping: app.state?.keeping, isConnected: app.isConnected, edges: Object.fromEntries(
       Object.entries(app.edges).map(([side, edges]) => [side, edges.count])),
   };
 }
 
-/** Tell everybody that something changed. */
+/** Notify all listeners of a change. */
 export function changed() {
   publish();
   listeners.forEach((listener) => listener());
 }
 
 export function connect(onFirst) {
-  app.connection = new Connection(() => ask('snapshot'), async (isUp) => {
-    app.isUp = isUp;
-    if (isUp) {
+  app.connection = new Connection(() => request('snapshot'), async (isConnected) => {
+    app.isConnected = isConnected;
+    if (isConnected) {
       const isFirst = !app.greeting;
-      await ask('hello');
+      await request('hello');
       if (isFirst && app.state) onFirst();
     } else if (app.greeting) toast('The server does not answer. Is it still running?', true);
     changed();
   });
 }
 
-/** Ask for something; faults become a line on the page. */
-export async function ask(what, fields = {}) {
+/** Send a request; errors are shown as a message. */
+export async function request(what, fields = {}) {
   try {
-    const answer = await app.connection.ask(what, fields);
+    const answer = await app.connection.request(what, fields);
     if (answer.greeting) app.greeting = answer.greeting;
-    takeState(answer.state);
+    applyState(answer.state);
     return answer;
   } catch (fault) {
-    takeState(fault.answer?.state);
+    applyState(fault.answer?.state);
     if (!fault.answer?.exists) toast(fault.message, true);
     return { error: fault.message, ...fault.answer };
   }
 }
 
-/** Whoever made the step: a test of another choice holds no more. */
-function takeState(state) {
+/** Apply a new state; a test result of another selection becomes invalid. */
+function applyState(state) {
   if (!state) return;
   if (state.choice !== app.state?.choice) app.test = null;
   app.state = state;
   changed();
 }
 
-/** Make a step of the engineer. */
-export function step(what, fields = {}) {
-  const asked = ask(what, fields);
+/** Send an edit. */
+export function edit(what, fields = {}) {
+  const asked = request(what, fields);
   app.pending = asked;
   asked.then(() => { if (app.pending === asked) app.pending = null; });
   return asked;

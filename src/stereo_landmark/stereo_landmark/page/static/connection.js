@@ -1,10 +1,10 @@
-// The WebSocket: requests with numbers, answers with the same ones.
+// WebSocket connection: requests and responses with matching IDs.
 
 export class Connection {
-  /** onChange: called when another page made a step; onUp(isUp): when the server comes or goes. */
-  constructor(onChange, onUp) {
+  /** onChange: called when another page made an edit; onConnection(isConnected): when the connection opens or closes. */
+  constructor(onChange, onConnection) {
     this.onChange = onChange;
-    this.onUp = onUp;
+    this.onConnection = onConnection;
     this.waiting = new Map();
     this.count = 0;
     this.open();
@@ -13,17 +13,17 @@ export class Connection {
   open() {
     const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
     this.socket = new WebSocket(`${scheme}://${location.host}/socket`);
-    this.socket.onopen = () => this.onUp(true);
-    this.socket.onmessage = (event) => this.take(JSON.parse(event.data));
+    this.socket.onopen = () => this.onConnection(true);
+    this.socket.onmessage = (event) => this.receive(JSON.parse(event.data));
     this.socket.onclose = () => {
       for (const { reject } of this.waiting.values()) reject(new Error('the server does not answer; is it still running?'));
       this.waiting.clear();
-      this.onUp(false);
+      this.onConnection(false);
       setTimeout(() => this.open(), 1000);
     };
   }
 
-  take(answer) {
+  receive(answer) {
     if (answer.changed) { this.onChange(); return; }
     const { resolve, reject } = this.waiting.get(answer.id) ?? {};
     this.waiting.delete(answer.id);
@@ -32,7 +32,7 @@ export class Connection {
     else resolve(answer);
   }
 
-  ask(what, fields = {}) {
+  request(what, fields = {}) {
     if (this.socket.readyState !== WebSocket.OPEN) return Promise.reject(new Error('no connection to the server'));
     this.count += 1;
     const id = this.count;
@@ -43,8 +43,8 @@ export class Connection {
   }
 }
 
-/** Runs one piece of work at a time; of those that come meanwhile only the latest is done. */
-export class LatestWins {
+/** Processes one value at a time; of the values queued meanwhile only the latest is processed. */
+export class LatestValueQueue {
   constructor(work) {
     this.work = work;
     this.isBusy = false;
@@ -53,7 +53,7 @@ export class LatestWins {
     this.skipped = 0;
   }
 
-  async give(value) {
+  async push(value) {
     if (this.isBusy) {
       if (this.next) this.skipped += 1;
       this.next = { value };
@@ -66,7 +66,7 @@ export class LatestWins {
         const now = this.next.value;
         this.next = null;
         this.sent += 1;
-        // Each value waits for the answer to the one before: that is the point.
+        // Sequential on purpose: each value waits for the previous response.
         await this.work(now);
       }
     } finally {

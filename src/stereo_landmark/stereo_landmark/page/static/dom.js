@@ -1,6 +1,6 @@
-// Small makers of page elements.
+// Helpers that create page elements.
 
-/** Make an element: attributes, on… handlers and properties by name, then children or texts. */
+/** Create an element: attributes, on… handlers and properties by name, then children or strings. */
 export function el(tag, attributes = {}, ...children) {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -16,7 +16,7 @@ export function el(tag, attributes = {}, ...children) {
 
 const SVG = 'http://www.w3.org/2000/svg';
 
-/** Make an SVG element. */
+/** Create an SVG element. */
 export function svg(tag, attributes = {}, ...children) {
   const made = document.createElementNS(SVG, tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -42,7 +42,7 @@ const KIND_PATHS = {
   parallel_lines: 'M2 5.5 14 3.5M2 12.5 14 10.5', corner: 'M3 2.5V13H13.5',
 };
 
-/** A small picture of a kind. */
+/** Icon of a kind. */
 export function kindIcon(kind) {
   const path = svg('path', { d: KIND_PATHS[kind], fill: 'none', stroke: COLOURS[kind], 'stroke-width': 1.8 });
   return svg('svg', { viewBox: '0 0 16 16', width: 16, height: 16, class: 'kind' }, path);
@@ -50,7 +50,7 @@ export function kindIcon(kind) {
 
 let hiding = 0;
 
-/** Say something for some seconds. */
+/** Show a message for some seconds. */
 export function toast(text, isFault = false) {
   const box = byId('toast');
   box.textContent = text;
@@ -60,9 +60,9 @@ export function toast(text, isFault = false) {
   hiding = setTimeout(() => { box.hidden = true; }, isFault ? 9000 : 4000);
 }
 
-/** Lengths for people. */
-export const millimetres = (metres) => {
+/** Human-readable lengths and angles. */
+export const formatLength = (metres) => {
   const mm = 1000 * metres;
   return mm < 10 ? `${mm.toFixed(1)} mm` : mm < 1000 ? `${mm.toFixed(0)} mm` : `${metres.toFixed(1)} m`;
 };
-export const degrees = (radians, digits = 2) => `${(radians * 180 / Math.PI).toFixed(digits)}°`;
+export const formatAngle = (radians, digits = 2) => `${(radians * 180 / Math.PI).toFixed(digits)}°`;

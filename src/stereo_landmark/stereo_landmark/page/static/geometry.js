@@ -1,6 +1,6 @@
-// Small geometry of the image plane.
+// Geometry of the image plane.
 
-/** Distance of a place from a polyline [px]. */
+/** Distance of a point from a polyline [px]. */
 export function distanceToLine(place, line) {
   let best = Infinity;
   for (let i = 1; i < line.length; i += 1) best = Math.min(best, distanceToSegment(place, line[i - 1], line[i]));
@@ -10,37 +10,37 @@ export function distanceToLine(place, line) {
 function distanceToSegment([x, y], [ax, ay], [bx, by]) {
   const dx = bx - ax, dy = by - ay;
   const squared = dx * dx + dy * dy;
-  const share = squared ? Math.min(1, Math.max(0, ((x - ax) * dx + (y - ay) * dy) / squared)) : 0;
-  return Math.hypot(x - ax - share * dx, y - ay - share * dy);
+  const t = squared ? Math.min(1, Math.max(0, ((x - ax) * dx + (y - ay) * dy) / squared)) : 0;
+  return Math.hypot(x - ax - t * dx, y - ay - t * dy);
 }
 
-/** Mean of the places of some lines. */
-export function middleOf(lines) {
+/** Centre of the bounding box of polylines. */
+export function centreOf(lines) {
   const all = lines.flat();
   return [0, 1].map((axis) => (Math.min(...all.map((p) => p[axis])) + Math.max(...all.map((p) => p[axis]))) / 2);
 }
 
 const CLOSED_MIN = 4;
-/** Corners and lines are meant only by who points at them this exactly, as a part of the reach. */
+/** Hit radius of open shapes, as a fraction of the radius. */
 const EXACT = 0.5;
 
-/** Who points at the outline of a closed shape this exactly means it, though a smaller one lies around the place, too. */
+/** Hit radius of the outline of a closed shape, which ranks before smaller shapes around the point. */
 const ON_OUTLINE = 0.25;
 
 /**
- * The shapes that may be meant by a place, the likeliest first: open ones that it is on, then closed ones on whose
- * outline it is, then closed ones around it, the smallest first, then what is near.
+ * Shapes at a point, the most likely first: open shapes at the point, closed shapes with the outline at the point,
+ * closed shapes around it, the smallest first, then near shapes.
  */
-export function shapesAt(items, outlineOf, place, reach) {
+export function shapesAt(items, outlineOf, place, radius) {
   const ranked = [];
   for (const item of items) {
     const lines = outlineOf(item);
     const distance = Math.min(...lines.map((line) => distanceToLine(place, line)));
     const isClosed = lines.length === 1 && lines[0].length > CLOSED_MIN;
-    if (!isClosed && distance <= EXACT * reach) ranked.push({ item, rank: 0, value: distance });
-    else if (isClosed && distance <= ON_OUTLINE * reach) ranked.push({ item, rank: 1, value: distance });
+    if (!isClosed && distance <= EXACT * radius) ranked.push({ item, rank: 0, value: distance });
+    else if (isClosed && distance <= ON_OUTLINE * radius) ranked.push({ item, rank: 1, value: distance });
     else if (isClosed && isInside(place, lines[0])) ranked.push({ item, rank: 2, value: areaOf(lines[0]) });
-    else if (distance <= reach) ranked.push({ item, rank: 3, value: distance });
+    else if (distance <= radius) ranked.push({ item, rank: 3, value: distance });
   }
   return ranked.sort((a, b) => a.rank - b.rank || a.value - b.value).map(({ item }) => item);
 }

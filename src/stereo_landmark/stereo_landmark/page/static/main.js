@@ -1,28 +1,28 @@
-// The page: header, parts, hints, keys.
+// The page: header, steps, hints, keys.
 
-import { app, ask, changed, connect, onChange, step } from './app.js';
+import { app, request, changed, connect, onChange, edit } from './app.js';
 import { byId, el } from './dom.js';
 import { listenToKeys, showKeys } from './keys.js';
 import { drawEdges, panelProcessing } from './panel_processing.js';
 import { panelPoints } from './panel_points.js';
 import { panelTargets } from './panel_targets.js';
-import { panelTest, save, takeName, test } from './panel_test.js';
+import { panelTest, save, submitName, test } from './panel_test.js';
 import { check, panelTree } from './panel_tree.js';
 import { updateStage } from './stage.js';
 
-export const PARTS = {
-  processing: { title: 'Image processing', panel: panelProcessing, tip: 'Drag a slider; the edges follow. Double click a slider for its default. Wheel zooms, Alt+drag moves.' },
-  targets: { title: 'Targets', panel: panelTargets, tip: 'Drag a region, click shapes to choose them; X goes through shapes upon each other. Del takes out, Alt+↑ ↓ reorders, Esc cancels.' },
-  points: { title: 'Corresponding points', panel: panelPoints, tip: 'Click a cross to leave the point out or take it back. Drag in the lower view to turn it.' },
+export const STEPS = {
+  processing: { title: 'Image processing', panel: panelProcessing, tip: 'Drag a slider to update the edges. Double click a slider for its default. Wheel zooms, Alt+drag pans.' },
+  targets: { title: 'Targets', panel: panelTargets, tip: 'Drag a region, click shapes to select them; X cycles through overlapping shapes. Del removes, Alt+↑ ↓ reorders, Esc cancels.' },
+  points: { title: 'Corresponding points', panel: panelPoints, tip: 'Click a cross to exclude or include the point. Drag in the lower view to rotate it.' },
   tree: { title: 'Procedure tree', panel: panelTree, tip: 'Branches are tried from the thickest to the thinnest.' },
-  test: { title: 'Test and save', panel: panelTest, tip: 'Green crosses make the pose, amber ones were left out as inconsistent.' },
+  test: { title: 'Test and save', panel: panelTest, tip: 'Green crosses are inliers, amber ones were rejected as outliers.' },
 };
 
-/** How far each part is: hints in it, or done. */
-function standing(part) {
+/** Status of each step for its dot. */
+function stepStatus(step) {
   const { targets } = app.state;
   const has = (list) => list.length > 0;
-  switch (part) {
+  switch (step) {
     case 'processing': return 'good';
     case 'targets': return targets.every((each) => has(each.primitives)) ? worst(targets.flatMap((each) => each.hints)) : 'open';
     case 'points': return targets.every((each) => each.expected.is_fix) ? 'good' : 'open';
@@ -33,14 +33,14 @@ function standing(part) {
 
 const worst = (hints) => (hints.some((h) => h.weight === 'stop') ? 'stop' : hints.some((h) => h.weight === 'weak') ? 'weak' : 'good');
 
-export function goTo(part) {
-  app.part = part;
+export function goTo(step) {
+  app.step = step;
   app.hover = null;
   byId('cursor').textContent = '';
-  if (part === 'processing') drawEdges();
-  if (part === 'tree' && !app.state.checks[app.state.active]) check();
-  if (part === 'test' && app.testPair === null && app.state.pairs.length > 1) app.testPair = (app.state.pair + 1) % app.state.pairs.length;
-  if (part === 'test' && !app.test && app.state.targets.every((each) => each.expected.is_fix)) test();
+  if (step === 'processing') drawEdges();
+  if (step === 'tree' && !app.state.checks[app.state.active]) check();
+  if (step === 'test' && app.testPair === null && app.state.pairs.length > 1) app.testPair = (app.state.pair + 1) % app.state.pairs.length;
+  if (step === 'test' && !app.test && app.state.targets.every((each) => each.expected.is_fix)) test();
   changed();
 }
 
@@ -54,12 +54,12 @@ function updateHeader() {
   byId('redo').disabled = !state.can_redo;
   byId('save').disabled = app.isSaving;
   byId('save').textContent = app.isSaving ? 'Saving …' : { saved: 'Saved ✓', unsaved: 'Save •', new: 'Save' }[state.keeping];
-  byId('save').title = `Save the place (Ctrl+S)${state.keeping === 'unsaved' ? ': there are changes that are not saved' : ''}`;
-  byId('parts').replaceChildren(...Object.entries(PARTS).map(([part, { title }], i) => el('button', {
-    role: 'tab', className: `part ${standing(part)}${part === app.part ? ' on' : ''}`, 'aria-selected': String(part === app.part),
-    'data-testid': `part-${part}`, title: `Key ${i + 1}`, onclick: () => goTo(part),
+  byId('save').title = `Save the place (Ctrl+S)${state.keeping === 'unsaved' ? ': unsaved changes' : ''}`;
+  byId('steps').replaceChildren(...Object.entries(STEPS).map(([step, { title }], i) => el('button', {
+    role: 'tab', className: `step ${stepStatus(step)}${step === app.step ? ' on' : ''}`, 'aria-selected': String(step === app.step),
+    'data-testid': `step-${step}`, title: `Key ${i + 1}`, onclick: () => goTo(step),
   }, el('span', { className: 'number' }, String(i + 1)), title, el('span', { className: 'dot' }))));
-  byId('tip').textContent = PARTS[app.part].tip;
+  byId('tip').textContent = STEPS[app.step].tip;
 }
 
 function updateHints() {
@@ -74,41 +74,41 @@ function updateHints() {
 
 function updatePanel() {
   const panel = byId('panel');
-  // A slider or a field that is in use must not be replaced under the hand.
+  // A slider or input in use must not be replaced.
   const used = document.activeElement;
-  if (panel.contains(used) && used.matches('input[type=range], input[type=number]') && panel.dataset.part === app.part && used.matches(':active')) return;
+  if (panel.contains(used) && used.matches('input[type=range], input[type=number]') && panel.dataset.step === app.step && used.matches(':active')) return;
   const focused = panel.contains(used) ? used.dataset.testid : null;
   const scroll = panel.scrollTop;
-  panel.replaceChildren(...PARTS[app.part].panel().filter(Boolean));
-  panel.dataset.part = app.part;
+  panel.replaceChildren(...STEPS[app.step].panel().filter(Boolean));
+  panel.dataset.step = app.step;
   panel.scrollTop = scroll;
   if (focused) panel.querySelector(`[data-testid="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
 }
 
 onChange(() => {
   if (!app.state) return;
-  byId('curtain').hidden = true;
-  document.body.classList.toggle('down', !app.isUp);
+  byId('loading').hidden = true;
+  document.body.classList.toggle('down', !app.isConnected);
   updateHeader();
   updatePanel();
   updateHints();
   updateStage();
 });
 
-byId('place').addEventListener('change', takeName);
-byId('pair').addEventListener('change', async (event) => { await step('take_pair', { pair: Number(event.target.value) }); if (app.part === 'processing') drawEdges(); });
-byId('take').addEventListener('click', async () => { await step('take'); if (app.part === 'processing') drawEdges(); });
-byId('undo').addEventListener('click', () => back('undo'));
-byId('redo').addEventListener('click', () => back('redo'));
+byId('place').addEventListener('change', submitName);
+byId('pair').addEventListener('change', async (event) => { await edit('take_pair', { pair: Number(event.target.value) }); if (app.step === 'processing') drawEdges(); });
+byId('take').addEventListener('click', async () => { await edit('take'); if (app.step === 'processing') drawEdges(); });
+byId('undo').addEventListener('click', () => applyHistory('undo'));
+byId('redo').addEventListener('click', () => applyHistory('redo'));
 byId('save').addEventListener('click', () => save());
 byId('help').addEventListener('click', showKeys);
 window.addEventListener('beforeunload', (event) => { if (app.state?.keeping === 'unsaved') event.preventDefault(); });
 
-export async function back(which) {
+export async function applyHistory(which) {
   if (!app.state[`can_${which}`]) return;
-  await step(which);
-  if (app.part === 'processing') drawEdges();
+  await edit(which);
+  if (app.step === 'processing') drawEdges();
 }
 
-listenToKeys({ goTo, back });
-connect(() => { drawEdges(); ask('snapshot'); });
+listenToKeys({ goTo, applyHistory });
+connect(() => { drawEdges(); request('snapshot'); });

@@ -1,38 +1,38 @@
-// Part 3: the corresponding points, in both images and in space (paper 4c).
+// Step 3: corresponding points in both images and in 3D (paper 4c).
 
-import { activeTarget, step } from './app.js';
-import { COLOURS, degrees, el, kindIcon, millimetres } from './dom.js';
+import { activeTarget, edit } from './app.js';
+import { COLOURS, formatAngle, el, kindIcon, formatLength } from './dom.js';
 import { targetTabs } from './panel_targets.js';
 import { stage } from './stage.js';
 
-export function expectation(target) {
+export function expectedPrecision(target) {
   const { expected } = target;
   if (!expected.is_fix) return el('p', { className: 'expected stop', 'data-testid': 'expected' }, el('b', {}, 'No pose yet'), el('span', {}, expected.text));
   const isGood = expected.position_sigma <= 0.01 && expected.yaw_sigma <= 0.3 * Math.PI / 180;
   return el('p', { className: `expected ${isGood ? 'good' : 'weak'}`, 'data-testid': 'expected' },
-    el('b', {}, `± ${millimetres(expected.position_sigma)}  ± ${degrees(expected.yaw_sigma)}`),
-    el('span', {}, 'is what these points promise for the robot (1 σ)'));
+    el('b', {}, `± ${formatLength(expected.position_sigma)}  ± ${formatAngle(expected.yaw_sigma)}`),
+    el('span', {}, 'expected standard deviation of the pose (1 σ)'));
 }
 
 function pointRow(point) {
   const [x, y, z] = point.xyz.map((value) => value.toFixed(3));
   const check = el('input', {
     type: 'checkbox', checked: point.used, 'data-testid': `point-${point.name}`,
-    onchange: () => step('use_points', { points: [point.name], used: check.checked }),
+    onchange: () => edit('use_points', { points: [point.name], used: check.checked }),
   });
   return el('tr', { className: point.used ? '' : 'unused', 'data-hover': point.name, onmouseenter: () => stage.hover(point.name), onmouseleave: () => stage.hover(null) },
     el('td', {}, el('label', {}, check, point.name.split('/').at(-1).replace('_', ' '))),
-    el('td', {}, x), el('td', {}, y), el('td', {}, z), el('td', { className: point.sigma > 0.1 ? 'bad' : '' }, `± ${millimetres(point.sigma)}`));
+    el('td', {}, x), el('td', {}, y), el('td', {}, z), el('td', { className: point.sigma > 0.1 ? 'bad' : '' }, `± ${formatLength(point.sigma)}`));
 }
 
-function group(part) {
-  const points = activeTarget().points.filter((point) => point.name.startsWith(`${part.name}/`));
+function group(primitive) {
+  const points = activeTarget().points.filter((point) => point.name.startsWith(`${primitive.name}/`));
   const names = points.map((point) => point.name);
   const areUsed = points.some((point) => point.used);
   return [
-    el('tr', { className: 'group' }, el('th', { colSpan: 4 }, kindIcon(part.kind), el('span', { style: { color: COLOURS[part.kind] } }, part.name)),
-      el('th', {}, points.length > 1 && el('button', { className: 'quiet', onclick: () => step('use_points', { points: names, used: !areUsed }) }, areUsed ? 'None' : 'All'))),
-    ...(part.fault ? [el('tr', {}, el('td', { colSpan: 5, className: 'bad' }, part.fault))] : points.map(pointRow)),
+    el('tr', { className: 'group' }, el('th', { colSpan: 4 }, kindIcon(primitive.kind), el('span', { style: { color: COLOURS[primitive.kind] } }, primitive.name)),
+      el('th', {}, points.length > 1 && el('button', { className: 'quiet', onclick: () => edit('use_points', { points: names, used: !areUsed }) }, areUsed ? 'None' : 'All'))),
+    ...(primitive.fault ? [el('tr', {}, el('td', { colSpan: 5, className: 'bad' }, primitive.fault))] : points.map(pointRow)),
   ];
 }
 
@@ -44,8 +44,8 @@ export function panelPoints() {
     el('tbody', {}, ...target.primitives.flatMap(group)));
   return [
     el('h2', {}, 'Corresponding points'), targetTabs(),
-    el('p', {}, 'The pose is made of these points. Leave out what is badly known. Coordinates are in metres, in the robot frame of the taught pose.'),
-    expectation(target),
-    target.points.length ? table : el('p', { className: 'empty' }, 'Choose primitives in part 2 first.'),
+    el('p', {}, 'The pose is estimated from these points. Exclude uncertain ones. Coordinates are in metres, in the robot frame of the taught pose.'),
+    expectedPrecision(target),
+    target.points.length ? table : el('p', { className: 'empty' }, 'Select primitives in step 2 first.'),
   ];
 }

@@ -1,7 +1,7 @@
-// Part 1: from the grey images to edges (paper 4a).
+// Step 1: from grey images to edges (paper 4a).
 
-import { app, ask, changed, publish, step } from './app.js';
-import { LatestWins } from './connection.js';
+import { app, request, changed, publish, edit } from './app.js';
+import { LatestValueQueue } from './connection.js';
 import { byId, el } from './dom.js';
 import { stage } from './stage.js';
 
@@ -16,28 +16,28 @@ let gestures = 0;
 
 const decode = (text, Type) => new Type(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
 
-function takeEdges(answer) {
+function storeEdges(answer) {
   for (const [side, edges] of Object.entries(answer.edges ?? {})) {
     app.edges[side] = { ...edges, points: decode(edges.points, Int16Array), starts: decode(edges.starts, Int32Array) };
   }
 }
 
 /** One request in flight, the latest value wins. */
-export const drawing = new LatestWins(async ({ fields }) => {
+export const edgeQueue = new LatestValueQueue(async ({ fields }) => {
   const began = performance.now();
-  const answer = await ask('edges', { sides: ['left', 'right'], ...fields });
-  takeEdges(answer);
-  drawing.times.push(performance.now() - began);
-  window.__drawing = { times: drawing.times, sent: drawing.sent, skipped: drawing.skipped };
+  const answer = await request('edges', { sides: ['left', 'right'], ...fields });
+  storeEdges(answer);
+  edgeQueue.times.push(performance.now() - began);
+  window.__drawing = { times: edgeQueue.times, sent: edgeQueue.sent, skipped: edgeQueue.skipped };
   publish();
   stage.redraw();
   showCounts();
 });
-drawing.times = [];
+edgeQueue.times = [];
 
-export const drawEdges = () => drawing.give({ fields: {} });
+export const drawEdges = () => edgeQueue.push({ fields: {} });
 
-/** Sliders of wide ranges go by factors. */
+/** Sliders with a wide range are logarithmic. */
 const isWide = ({ minimum, maximum }) => minimum > 0 && maximum / minimum > 20;
 const toSlider = (setting, value) => Math.round(STEPS * (isWide(setting)
   ? Math.log(value / setting.minimum) / Math.log(setting.maximum / setting.minimum)
@@ -53,14 +53,14 @@ function slider(setting) {
   const number = el('output', {}, show(value, setting));
   const set = (next, fields) => {
     number.textContent = show(next, setting);
-    return drawing.give({ fields: { name: setting.name, value: next, ...fields } });
+    return edgeQueue.push({ fields: { name: setting.name, value: next, ...fields } });
   };
   const bar = el('input', {
     type: 'range', min: 0, max: STEPS, value: toSlider(setting, value), 'data-testid': `slider-${setting.name}`, title: setting.description,
     onpointerdown: () => { gestures += 1; },
     oninput: () => { set(fromSlider(setting, Number(bar.value)), { gesture: `${setting.name} ${gestures}` }); },
-    onchange: () => settle(),
-    ondblclick: () => { gestures += 1; bar.value = toSlider(setting, setting.default); set(setting.default, { gesture: `${setting.name} ${gestures}` }).then(settle); },
+    onchange: () => runDetectors(),
+    ondblclick: () => { gestures += 1; bar.value = toSlider(setting, setting.default); set(setting.default, { gesture: `${setting.name} ${gestures}` }).then(runDetectors); },
   });
   return el('label', { className: `slider${value === setting.default ? '' : ' moved'}` },
     el('span', {}, title), number, bar, el('small', {}, setting.description));
@@ -68,10 +68,10 @@ function slider(setting) {
 
 const show = (value, setting) => `${Number(value.toPrecision(3))}${setting.unit ? ` ${setting.unit}` : ''}`;
 
-/** After a movement the detectors run again, once. */
-async function settle() {
-  while (drawing.isBusy) await new Promise((done) => { setTimeout(done, 10); });
-  await ask('snapshot');
+/** Run the detectors once after a drag. */
+async function runDetectors() {
+  while (edgeQueue.isBusy) await new Promise((done) => { setTimeout(done, 10); });
+  await request('snapshot');
 }
 
 function showCounts() {
@@ -89,12 +89,12 @@ export function panelProcessing() {
     return el('details', { open: app[`open-${group}`] ?? isOpen, ontoggle: (event) => { app[`open-${group}`] = event.target.open; } },
       el('summary', {}, title, el('button', {
         className: 'quiet', title: 'Back to the defaults',
-        onclick: async (event) => { event.preventDefault(); await step('reset', { group: `${group}.` }); drawEdges(); },
+        onclick: async (event) => { event.preventDefault(); await edit('reset', { group: `${group}.` }); drawEdges(); },
       }, 'Reset')), ...settings.map(slider));
   });
   return [
     el('h2', {}, 'Image processing'),
-    el('p', {}, 'Drag until the outlines of your objects are closed lines and the rest is calm. Each segment has a colour of its own.'),
+    el('p', {}, 'Drag until the outlines of your objects are closed lines with little noise around them. Each segment has its own colour.'),
     el('p', { id: 'edge-counts', className: 'counts', 'data-testid': 'edge-counts' }, app.edges.left ? `${app.edges.left.count} segments left, ${app.edges.right?.count ?? '–'} right` : ''),
     ...groups,
     el('label', { className: 'slider' }, el('span', {}, 'Image behind the edges'), el('output', {}, ''), brightness),

@@ -1,10 +1,10 @@
-// Part 4: the procedure tree, and whether it works (paper 4d).
+// Step 4: the procedure tree and its test (paper 4d).
 
-import { activeTarget, app, ask, changed } from './app.js';
+import { activeTarget, app, request, changed } from './app.js';
 import { el } from './dom.js';
 import { targetTabs } from './panel_targets.js';
 
-const WORDS = { found: 'found', ambiguous: 'ambiguous', missed: 'not found', mistaken: 'mistaken' };
+const OUTCOME_LABELS = { found: 'found', ambiguous: 'ambiguous', missed: 'not found', mistaken: 'wrong pose' };
 let isChecking = false;
 
 export async function check() {
@@ -12,7 +12,7 @@ export async function check() {
   if (isChecking || !activeTarget().primitives.length) return;
   isChecking = true;
   changed();
-  await ask('check', { target: active });
+  await request('check', { target: active });
   isChecking = false;
   changed();
 }
@@ -20,7 +20,7 @@ export async function check() {
 function trialRow(trial) {
   const what = trial.hidden.length ? `${trial.hidden.join(', ')} hidden` : 'Everything in view';
   return el('li', { className: `trial ${trial.outcome}`, 'data-testid': 'trial', title: trial.detail },
-    el('span', { className: 'mark' }), el('span', { className: 'name' }, what), el('b', {}, WORDS[trial.outcome]));
+    el('span', { className: 'mark' }), el('span', { className: 'name' }, what), el('b', {}, OUTCOME_LABELS[trial.outcome]));
 }
 
 export function panelTree() {
@@ -28,11 +28,11 @@ export function panelTree() {
   const good = result?.trials.filter((trial) => trial.outcome === 'found').length;
   return [
     el('h2', {}, 'Procedure tree'), targetTabs(),
-    el('p', {}, 'The robot looks for the first primitive in the whole image, then for the others in windows around it. When a path fails it takes the next one.'),
+    el('p', {}, 'The localizer searches the first primitive in the whole image, then the others in windows around it. If a path fails, it tries the next one.'),
     el('button', { className: 'wide primary', 'data-testid': 'check', disabled: isChecking || !activeTarget().primitives.length, onclick: check },
       isChecking ? 'Checking …' : 'Check the tree'),
     result && el('p', { className: `expected ${good === result.trials.length ? 'good' : 'weak'}`, 'data-testid': 'check-result' },
-      el('b', {}, `${good} of ${result.trials.length} found`), el('span', {}, 'on the taught images, with parts hidden')),
+      el('b', {}, `${good} of ${result.trials.length} found`), el('span', {}, 'on the taught images, with primitives hidden')),
     result && el('ul', { className: 'trials' }, ...result.trials.map(trialRow)),
   ];
 }

@@ -1,15 +1,15 @@
-// One camera's image on a canvas, with what is drawn over it.
+// One camera image on a canvas, with overlays.
 
 import { el } from './dom.js';
 
-/** What all pictures share: how far they are zoomed in, and to where (as parts of the image). */
-export const lens = { zoom: 1, x: 0.5, y: 0.5 };
+/** Viewport shared by all pictures: zoom and centre (as fractions of the image). */
+export const viewport = { zoom: 1, x: 0.5, y: 0.5 };
 const ZOOM_MAX = 12;
 
 export class PictureView {
   /** width, height: of the image [px]; paint(pen): draws over it; pointer: handlers down, move, up, leave. */
-  constructor({ title, testid, width, height, paint, pointer = {}, onLens }) {
-    Object.assign(this, { width, height, paint, pointer, onLens });
+  constructor({ title, testid, width, height, paint, pointer = {}, onViewportChange }) {
+    Object.assign(this, { width, height, paint, pointer, onViewportChange });
     this.canvas = el('canvas', { 'data-testid': testid, tabIndex: 0, 'aria-label': title });
     this.element = el('figure', {}, this.canvas, el('figcaption', {}, title));
     this.image = null;
@@ -30,8 +30,8 @@ export class PictureView {
   /** Scale and offset from image to canvas, in CSS pixels. */
   get placing() {
     const { clientWidth: w, clientHeight: h } = this.element;
-    const scale = Math.min(w / this.width, h / this.height) * lens.zoom;
-    return { scale, x: w / 2 - lens.x * this.width * scale, y: h / 2 - lens.y * this.height * scale };
+    const scale = Math.min(w / this.width, h / this.height) * viewport.zoom;
+    return { scale, x: w / 2 - viewport.x * this.width * scale, y: h / 2 - viewport.y * this.height * scale };
   }
 
   placeOf(event) {
@@ -40,7 +40,7 @@ export class PictureView {
     return [(event.clientX - box.left - x) / scale - 0.5, (event.clientY - box.top - y) / scale - 0.5];
   }
 
-  /** Where a place of the image is on the browser's page, for tests and tips. */
+  /** Position of an image point on the browser's page, for tests. */
   onPage([u, v]) {
     const box = this.canvas.getBoundingClientRect();
     const { scale, x, y } = this.placing;
@@ -52,10 +52,10 @@ export class PictureView {
     canvas.addEventListener('wheel', (event) => {
       event.preventDefault();
       const before = this.placeOf(event);
-      lens.zoom = Math.min(ZOOM_MAX, Math.max(1, lens.zoom * Math.exp(-event.deltaY / 400)));
+      viewport.zoom = Math.min(ZOOM_MAX, Math.max(1, viewport.zoom * Math.exp(-event.deltaY / 400)));
       const after = this.placeOf(event);
-      moveLens((before[0] - after[0]) / this.width, (before[1] - after[1]) / this.height);
-      this.onLens();
+      moveViewport((before[0] - after[0]) / this.width, (before[1] - after[1]) / this.height);
+      this.onViewportChange();
     }, { passive: false });
     canvas.addEventListener('pointerdown', (event) => {
       canvas.focus({ preventScroll: true });
@@ -68,9 +68,9 @@ export class PictureView {
     canvas.addEventListener('pointermove', (event) => {
       if (!this.pan) { this.pointer.move?.(this.placeOf(event), event, this); return; }
       const { scale } = this.placing;
-      moveLens(-(event.clientX - this.pan[0]) / scale / this.width, -(event.clientY - this.pan[1]) / scale / this.height);
+      moveViewport(-(event.clientX - this.pan[0]) / scale / this.width, -(event.clientY - this.pan[1]) / scale / this.height);
       this.pan = [event.clientX, event.clientY];
-      this.onLens();
+      this.onViewportChange();
     });
     canvas.addEventListener('pointerup', (event) => {
       if (this.pan) { this.pan = null; return; }
@@ -108,23 +108,23 @@ export class PictureView {
   }
 }
 
-/** A colour that stays the same while a slider moves, as long as the segment begins at the same place. */
+/** Colour of a segment, constant while its start point does not move. */
 const colourOfPlace = (u, v) => `hsl(${(Math.round(u / 64) * 137.5 + Math.round(v / 64) * 59.3) % 360} 90% 66%)`;
 
-function moveLens(x, y) {
-  // As far as the image still fills the middle.
-  const room = 0.5 / lens.zoom;
-  lens.x = Math.min(1 - room, Math.max(room, lens.x + x));
-  lens.y = Math.min(1 - room, Math.max(room, lens.y + y));
+function moveViewport(x, y) {
+  // Limited so that the image covers the centre.
+  const room = 0.5 / viewport.zoom;
+  viewport.x = Math.min(1 - room, Math.max(room, viewport.x + x));
+  viewport.y = Math.min(1 - room, Math.max(room, viewport.y + y));
 }
 
-export function resetLens() {
-  Object.assign(lens, { zoom: 1, x: 0.5, y: 0.5 });
+export function resetViewport() {
+  Object.assign(viewport, { zoom: 1, x: 0.5, y: 0.5 });
 }
 
-export function zoomLens(factor) {
-  lens.zoom = Math.min(ZOOM_MAX, Math.max(1, lens.zoom * factor));
-  moveLens(0, 0);
+export function zoomViewport(factor) {
+  viewport.zoom = Math.min(ZOOM_MAX, Math.max(1, viewport.zoom * factor));
+  moveViewport(0, 0);
 }
 
 /** Draws in pixels of the image; line widths are those of the screen. The centre of the first pixel is (0, 0). */
@@ -151,7 +151,7 @@ class Pen {
     context.setLineDash([]);
   }
 
-  /** Edge points as {points: Int16Array, starts: Int32Array, unit}; each segment in a colour of its own. */
+  /** Edge points as {points: Int16Array, starts: Int32Array, unit}; each segment in its own colour. */
   edges({ points, starts, unit }) {
     const { context } = this;
     context.lineWidth = Math.min(2, Math.max(1.1, 0.6 * this.scale));

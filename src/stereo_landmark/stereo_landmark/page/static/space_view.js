@@ -1,10 +1,10 @@
-// The corresponding points in space, with their uncertainty; the robot and its cameras beside them.
+// 3D view of the corresponding points with their uncertainty, the robot and its cameras.
 
 import { el } from './dom.js';
 import { ellipseOf } from './geometry.js';
 
-const EXAGGERATIONS = [1, 2, 5, 10, 20, 50, 100];
-const SEEN = 26;
+const ELLIPSE_SCALES = [1, 2, 5, 10, 20, 50, 100];
+const SIZE_MAX = 26;
 
 export class SpaceView {
   /** greeting: cameras; points(): [{xyz, covariance, colour, used, name}] in the place's frame (x ahead, y left, z up). */
@@ -49,15 +49,15 @@ export class SpaceView {
     this.aim(points, w, h);
     this.drawFloor(context, points);
     this.drawRobot(context);
-    const factor = this.exaggeration(points);
+    const factor = this.ellipseScale(points);
     for (const point of points) this.drawRay(context, point);
     for (const point of points) this.drawPoint(context, point, factor);
     this.note.textContent = points.length
-      ? `In space, from the robot's side · uncertainty (3 σ) ${factor === 1 ? 'at its true size' : `enlarged ${factor} ×`} · drag to turn`
-      : 'In space: choose primitives first';
+      ? `3D view · uncertainty (3 σ) ${factor === 1 ? 'at true scale' : `enlarged ${factor} ×`} · drag to rotate`
+      : '3D view: select primitives first';
   }
 
-  /** Orthographic: rows are right and up on the screen, then what comes nearer. */
+  /** Orthographic axes: right and up on the screen, then towards the viewer. */
   get axes() {
     const { yaw, pitch } = this.turn;
     const [c, s, cp, sp] = [Math.cos(yaw), Math.sin(yaw), Math.cos(pitch), Math.sin(pitch)];
@@ -116,7 +116,7 @@ export class SpaceView {
     for (const shift of [0, this.greeting.baseline]) this.drawCamera(context, shift);
   }
 
-  /** A place of the left camera's optical frame in the base frame. */
+  /** Transform a point from the left camera's optical frame to the base frame. */
   fromCamera([x, y, z]) {
     return this.greeting.camera_rotation.map((row, k) => this.greeting.camera_xyz[k] + row[0] * x + row[1] * y + row[2] * z);
   }
@@ -135,10 +135,10 @@ export class SpaceView {
     this.path(context, [xyz, [xyz[0], xyz[1], 0]], '#ffffff10');
   }
 
-  /** How much the uncertainty is enlarged so that it can be seen. */
-  exaggeration(points) {
+  /** Magnification of the uncertainty ellipses. */
+  ellipseScale(points) {
     const largest = Math.max(...points.filter((p) => p.used).map((p) => 3 * p.sigma * this.scale), 1e-9);
-    return EXAGGERATIONS.filter((factor) => factor * largest <= SEEN).at(-1) ?? 1;
+    return ELLIPSE_SCALES.filter((factor) => factor * largest <= SIZE_MAX).at(-1) ?? 1;
   }
 
   drawPoint(context, { xyz, covariance, colour, used, isHovered, label }, factor) {

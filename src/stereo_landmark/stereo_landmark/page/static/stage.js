@@ -1,27 +1,27 @@
-// The pictures of the present part, and what lies under them.
+// The pictures of the current step, and the view below them.
 
-import { activeTarget, app, changed, step } from './app.js';
+import { activeTarget, app, changed, edit } from './app.js';
 import { COLOURS, KIND_NAMES, byId } from './dom.js';
-import { middleOf, shapesAt } from './geometry.js';
-import { PictureView, lens, resetLens, zoomLens } from './picture_view.js';
+import { centreOf, shapesAt } from './geometry.js';
+import { PictureView, viewport, resetViewport, zoomViewport } from './picture_view.js';
 import { SpaceView } from './space_view.js';
 import { treeView } from './tree_view.js';
 
-const REACH = 9;
-/** A hand that clicks may slip so far; who draws a region drags farther [px of the screen]. */
-const SLIP = 10;
+const HIT_RADIUS = 9;
+/** Maximum movement of a click; longer drags draw a region [px of the screen]. */
+const CLICK_DISTANCE = 10;
 let views = {};
 let space = null;
 let drag = null;
-let shownPart = null;
+let shownStep = null;
 
 export const stage = {
-  /** On the browser's page, for tests: where a place of the left image is. */
+  /** Position of a point of the left image on the browser's page, for tests. */
   onPage: (place, which = 'left') => views[which]?.onPage(place),
   cancelDrag: () => { const was = Boolean(drag); drag = null; redraw(); return was; },
-  zoom: (factor) => { zoomLens(factor); redraw(); },
-  /** Returns whether the pictures were zoomed in. */
-  fit: () => { const was = lens.zoom > 1; resetLens(); redraw(); return was; },
+  zoom: (factor) => { zoomViewport(factor); redraw(); },
+  /** Reset the zoom; return whether the pictures were zoomed in. */
+  fit: () => { const was = viewport.zoom > 1; resetViewport(); redraw(); return was; },
   redraw: () => redraw(),
   hover: (name) => hover(name),
   nextShape: () => nextShape(),
@@ -37,39 +37,39 @@ const LAYOUTS = {
 };
 const TITLES = { left: 'Left camera', right: 'Right camera', taught: 'Taught', tested: 'Test pair' };
 
-/** Build the pictures of a part, if they are not there. */
+/** Create the pictures of a step, if they do not exist. */
 function build() {
-  if (shownPart === app.part) return;
-  shownPart = app.part;
-  const layout = LAYOUTS[app.part];
+  if (shownStep === app.step) return;
+  shownStep = app.step;
+  const layout = LAYOUTS[app.step];
   const { width, height } = app.greeting;
   views = Object.fromEntries(layout.pictures.map((which) => [which, new PictureView({
-    title: TITLES[which], testid: `picture-${which}`, width, height, onLens: redraw,
-    paint: (pen) => painters[app.part]?.(pen, which),
+    title: TITLES[which], testid: `picture-${which}`, width, height, onViewportChange: redraw,
+    paint: (pen) => painters[app.step]?.(pen, which),
     pointer: which === 'left' || which === 'right' ? pointerOf(which) : { move: showCursor },
   })]));
   space = null;
   byId('pictures').replaceChildren(...Object.values(views).map((view) => view.element));
   byId('below').hidden = !layout.below;
   byId('pictures').className = layout.below ? 'shared' : '';
-  if (app.part === 'points') {
+  if (app.step === 'points') {
     space = new SpaceView(app.greeting, spacePoints);
     byId('below').replaceChildren(space.element);
   }
-  arrange();
+  layOut();
 }
 
-/** Beside or below each other, whichever makes them larger. */
-function arrange() {
+/** Arrange pictures in a row or a column, whichever makes them larger. */
+function layOut() {
   const box = byId('pictures');
   const { width, height } = app.greeting;
   const { clientWidth: w, clientHeight: h } = box;
   const count = Object.keys(views).length;
-  const beside = Math.min(w / count / width, h / height), below = Math.min(w / width, h / count / height);
-  const isRow = LAYOUTS[app.part].isRow || beside >= below;
+  const inRow = Math.min(w / count / width, h / height), inColumn = Math.min(w / width, h / count / height);
+  const isRow = LAYOUTS[app.step].isRow || inRow >= inColumn;
   box.style.flexDirection = isRow ? 'row' : 'column';
 }
-new ResizeObserver(() => { if (app.greeting && shownPart) { arrange(); redraw(); } }).observe(byId('pictures'));
+new ResizeObserver(() => { if (app.greeting && shownStep) { layOut(); redraw(); } }).observe(byId('pictures'));
 
 export function updateStage() {
   build();
@@ -77,10 +77,10 @@ export function updateStage() {
   for (const [which, view] of Object.entries(views)) {
     const number = which === 'tested' ? app.testPair ?? pair : pair;
     view.show(`/image/${number}/${which === 'right' ? 'right' : 'left'}.png`);
-    view.dim = app.part === 'processing' ? app.brightness ?? 0.35 : 1;
+    view.dim = app.step === 'processing' ? app.brightness ?? 0.35 : 1;
   }
-  if (app.part === 'tree') byId('below').replaceChildren(treeView());
-  const hovered = app.part === 'targets' && app.state.found.find((each) => keyOf(each) === app.hover);
+  if (app.step === 'tree') byId('below').replaceChildren(treeView());
+  const hovered = app.step === 'targets' && app.state.found.find((each) => keyOf(each) === app.hover);
   if (hovered) byId('cursor').textContent = describe(hovered);
   redraw();
 }
@@ -94,17 +94,17 @@ function showCursor(place, _event, view) {
   const { width, height } = app.greeting;
   const isInside = place[0] > -0.5 && place[1] > -0.5 && place[0] < width - 0.5 && place[1] < height - 0.5;
   byId('cursor').textContent = isInside ? `${place[0].toFixed(1)}, ${place[1].toFixed(1)} px` : '';
-  view.canvas.style.cursor = app.part === 'targets' ? 'crosshair' : 'default';
+  view.canvas.style.cursor = app.step === 'targets' ? 'crosshair' : 'default';
 }
 
-const reach = () => REACH / views.left.placing.scale;
+const hitRadius = () => HIT_RADIUS / views.left.placing.scale;
 
-/** What the pointer does in a part: regions and primitives in 'targets', points in 'points'. */
+/** Pointer handlers of a step: regions and primitives in 'targets', points in 'points'. */
 function pointerOf(which) {
   return {
     down: (place) => {
-      if (app.part === 'targets') drag = { from: place, to: place };
-      if (app.part === 'points') togglePointAt(place, which);
+      if (app.step === 'targets') drag = { from: place, to: place };
+      if (app.step === 'points') togglePointAt(place, which);
     },
     move: (place, event, view) => {
       showCursor(place, event, view);
@@ -115,8 +115,8 @@ function pointerOf(which) {
       if (!drag) return;
       const { from } = drag;
       drag = null;
-      if (Math.hypot(place[0] - from[0], place[1] - from[1]) * views.left.placing.scale < SLIP) chooseAt(from);
-      else step('draw_region', { region: rectangle(from, place) });
+      if (Math.hypot(place[0] - from[0], place[1] - from[1]) * views.left.placing.scale < CLICK_DISTANCE) chooseAt(from);
+      else edit('draw_region', { region: rectangle(from, place) });
       redraw();
     },
     leave: () => hover(null),
@@ -132,39 +132,39 @@ function rectangle(a, b) {
 
 const keyOf = (found) => `${found.kind} ${found.number}`;
 
-/** Where several shapes lie upon each other, the key X goes from one to the next. */
-let turn = { among: '', count: 0 };
+/** The key X cycles through overlapping shapes. */
+let cycle = { among: '', count: 0 };
 let last = null;
 
-function meant(place) {
-  const shapes = shapesAt(app.state.found, (each) => each.outline, place, reach());
+function shapeUnder(place) {
+  const shapes = shapesAt(app.state.found, (each) => each.outline, place, hitRadius());
   const among = shapes.map(keyOf).join();
-  if (among !== turn.among) turn = { among, count: 0 };
-  return shapes[turn.count % shapes.length] ?? null;
+  if (among !== cycle.among) cycle = { among, count: 0 };
+  return shapes[cycle.count % shapes.length] ?? null;
 }
 
 function nextShape() {
-  if (app.part !== 'targets' || !last) return;
-  turn.count += 1;
+  if (app.step !== 'targets' || !last) return;
+  cycle.count += 1;
   hoverAt(last.place, last.which, last.view);
 }
 
 function hoverAt(place, which, view) {
   let under = null;
-  if (app.part === 'targets') {
+  if (app.step === 'targets') {
     last = { place, which, view };
-    const found = meant(place);
+    const found = shapeUnder(place);
     under = found && keyOf(found);
     view.canvas.style.cursor = found ? 'pointer' : 'crosshair';
     if (found) byId('cursor').textContent = describe(found);
-  } else if (app.part === 'points') {
+  } else if (app.step === 'points') {
     under = pointAt(place, which)?.name ?? null;
     view.canvas.style.cursor = under ? 'pointer' : 'default';
   }
   hover(under);
 }
 
-/** Show what is under the pointer; the panel stays as it is, for the pointer may be in it. */
+/** Highlight the item under the pointer without rebuilding the panel, which may contain the pointer. */
 function hover(name) {
   if (name === app.hover) return;
   app.hover = name;
@@ -173,42 +173,42 @@ function hover(name) {
 }
 
 function describe(found) {
-  const depth = found.depth === null ? 'not seen by the right camera' : `${found.depth.toFixed(2)} m away`;
-  return `${KIND_NAMES[found.kind]}, ${depth}${found.chosen ? ` · chosen as ${found.chosen}` : ''}`;
+  const depth = found.depth === null ? 'no match in the right image' : `${found.depth.toFixed(2)} m distance`;
+  return `${KIND_NAMES[found.kind]}, ${depth}${found.chosen ? ` · selected as ${found.chosen}` : ''}`;
 }
 
 async function chooseAt(place) {
-  const found = meant(place);
+  const found = shapeUnder(place);
   if (!found) { app.selected = null; changed(); return; }
-  const answer = await step('toggle', { kind: found.kind, number: found.number });
+  const answer = await edit('toggle', { kind: found.kind, number: found.number });
   if (answer.error) return;
   app.selected = app.state.found.find((each) => keyOf(each) === keyOf(found))?.chosen ?? null;
   changed();
 }
 
 function pointAt(place, which) {
-  const near = activeTarget().points.map((point) => ({ point, away: Math.hypot(point[which][0] - place[0], point[which][1] - place[1]) }))
-    .sort((a, b) => a.away - b.away)[0];
-  return near && near.away < 2 * reach() ? near.point : null;
+  const near = activeTarget().points.map((point) => ({ point, distance: Math.hypot(point[which][0] - place[0], point[which][1] - place[1]) }))
+    .sort((a, b) => a.distance - b.distance)[0];
+  return near && near.distance < 2 * hitRadius() ? near.point : null;
 }
 
 function togglePointAt(place, which) {
   const point = pointAt(place, which);
-  if (point) step('use_points', { points: [point.name], used: !point.used });
+  if (point) edit('use_points', { points: [point.name], used: !point.used });
 }
 
 const colourOf = (primitive) => COLOURS[primitive.kind];
 
 function paintChosen(pen, side, { withBadges = true, faint = false } = {}) {
-  activeTarget().primitives.forEach((part, i) => {
-    const lines = part[side];
+  activeTarget().primitives.forEach((primitive, i) => {
+    const lines = primitive[side];
     if (!lines.length) return;
-    const isSelected = part.name === app.selected;
-    pen.lines(lines, faint ? `${colourOf(part)}88` : colourOf(part), isSelected ? 3.5 : faint ? 1.5 : 2.5, { glow: !faint, fill: isSelected ? `${colourOf(part)}33` : null });
-    if (withBadges) pen.badge(middleOf(lines), String(i + 1), part.fault ? '#ff6b6b' : colourOf(part));
+    const isSelected = primitive.name === app.selected;
+    pen.lines(lines, faint ? `${colourOf(primitive)}88` : colourOf(primitive), isSelected ? 3.5 : faint ? 1.5 : 2.5, { glow: !faint, fill: isSelected ? `${colourOf(primitive)}33` : null });
+    if (withBadges) pen.badge(centreOf(lines), String(i + 1), primitive.fault ? '#ff6b6b' : colourOf(primitive));
   });
   app.state.targets.forEach((target, k) => {
-    if (k !== app.state.active) target.primitives.forEach((part) => pen.lines(part[side], '#ffffff66', 1.5));
+    if (k !== app.state.active) target.primitives.forEach((primitive) => pen.lines(primitive[side], '#ffffff66', 1.5));
   });
 }
 
@@ -243,8 +243,8 @@ const painters = {
 
 function spacePoints() {
   return app.state.targets.flatMap((target, k) => target.points.map((point) => {
-    const part = target.primitives.find((each) => point.name.startsWith(`${each.name}/`));
-    return { ...point, colour: k === app.state.active ? colourOf(part) : '#b9c7cf', isHovered: k === app.state.active && point.name === app.hover, label: point.name };
+    const primitive = target.primitives.find((each) => point.name.startsWith(`${each.name}/`));
+    return { ...point, colour: k === app.state.active ? colourOf(primitive) : '#b9c7cf', isHovered: k === app.state.active && point.name === app.hover, label: point.name };
   }));
 }
 
